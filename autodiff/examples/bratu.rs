@@ -1,4 +1,4 @@
-//! Bratu's equation, -u_xx - u_yy = 2 e^u, on 60 x 60 points by Newton's method.
+//! Solves Bratu's equation, -u_xx - u_yy = 2 e^u, on 60 x 60 points by Newton's method.
 use autodiff::sparse::{Pattern, sparse_jacobian};
 use autodiff::{Real, lit};
 use nalgebra::DVector;
@@ -6,7 +6,7 @@ use nalgebra_sparse::{CscMatrix, CsrMatrix, factorization::CscCholesky};
 
 const N: usize = 60;
 
-/// The equation on the unit square, with `u = 0` around it.
+/// Returns the residual of the equation on the unit square, with `u = 0` on the boundary.
 fn bratu<R: Real>(u: &[R]) -> Vec<R> {
     let at = |inside, i: usize| if inside { u[i] } else { R::zero() };
     let equation = |i: usize| {

@@ -5,8 +5,8 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};
 
-/// The force on a ball whose surface is `depth` deep in the ground and sinks at `speed`. The exponent 1.5 gives
-/// Hunt and Crossley's law, and 1 a linear spring.
+/// Returns the force on a ball whose surface is `depth` deep in the ground and sinks at `speed`. The exponent 1.5
+/// gives Hunt and Crossley's law, and the exponent 1 a linear spring.
 fn force<R: Real>(depth: R, speed: R, [stiffness, damping]: [R; 2], exponent: f64) -> R {
     let pressed = depth.max(R::zero());
     let elastic = stiffness * pressed.powf(R::lit(exponent));
@@ -14,7 +14,7 @@ fn force<R: Real>(depth: R, speed: R, [stiffness, damping]: [R; 2], exponent: f6
     (elastic * (R::one() + damping * speed)).max(R::zero())
 }
 
-/// The height of a bouncing ball after a second, from `[height, velocity, stiffness, damping]`.
+/// The height of a bouncing ball after one second, as a function of `[height, velocity, stiffness, damping]`.
 struct Bounce {
     exponent: f64,
 }
@@ -38,7 +38,7 @@ fn main() {
     println!("a smooth law, bouncing\n{report}\n");
     assert_eq!(report.verdict, Verdict::Smooth);
 
-    // The linear law has a kink at first contact. One step from there shows it.
+    // The linear law has a kink at first contact. A single step from there shows it.
     struct Touch;
     impl Function for Touch {
         fn eval<R: Real>(&self, x: &[R]) -> R {

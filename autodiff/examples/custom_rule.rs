@@ -7,7 +7,7 @@ use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::custom::{Rule, apply};
 use autodiff::{Function, Real};
 
-/// The eccentric anomaly `E` with `E - e sin E = M`, for `x = [M, e]`.
+/// The eccentric anomaly `E`, which solves `E - e sin E = M`, as a function of `x = [M, e]`.
 #[derive(Clone)]
 struct EccentricAnomaly;
 
@@ -22,14 +22,14 @@ impl Rule for EccentricAnomaly {
         anomaly
     }
 
-    /// By the implicit function theorem.
+    /// The partials follow from the implicit function theorem.
     fn partials<R: Real>(&self, x: &[R], anomaly: R) -> Vec<R> {
         let by_mean_anomaly = (R::one() - x[1] * anomaly.cos()).recip();
         vec![by_mean_anomaly, anomaly.sin() * by_mean_anomaly]
     }
 }
 
-/// The distance from the focus, in semi-major axes.
+/// The distance from the focus, in units of the semi-major axis.
 struct Distance;
 
 impl Function for Distance {

@@ -4,7 +4,7 @@
 
 use autodiff::{Dual, Real, gradient, hessian};
 
-/// The potential of a particle on a spring in a periodic field. The fields are not differentiated.
+/// The potential of a particle on a spring in a periodic field. The struct's fields are constants.
 struct Potential {
     stiffness: f64,
     wave_number: f64,
@@ -26,17 +26,17 @@ fn main() {
     let x = [0.5, 1.0];
     println!("value    {:.6}", potential.eval(&x));
 
-    // Forward: a dual number carries the derivative along a direction, here along x[0].
+    // Forward mode: a dual number carries the derivative along a direction, here along x[0].
     let moving = [Dual::<f64, 1>::variable(x[0], 0), Dual::constant(x[1])];
     let slope = potential.eval(&moving).tangent[0];
-    println!("slope    {slope:.6} by x[0]");
+    println!("slope    {slope:.6} with respect to x[0]");
 
-    // Reverse: all components for the cost of a few evaluations.
+    // Reverse mode: all components of the gradient for the cost of a few evaluations.
     let gradient = gradient(|x| potential.eval(x), &x);
     println!("gradient {gradient:.6?}");
     assert_eq!(gradient[0], slope);
 
-    // Forward over reverse.
+    // Forward over reverse mode.
     let hessian = hessian(|x| potential.eval(x), &x);
     println!("hessian  {hessian:.6?}");
 }

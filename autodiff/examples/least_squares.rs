@@ -1,4 +1,4 @@
-//! Levenberg-Marquardt with nalgebra: a damped oscillation is fitted to observations.
+//! Fits a damped oscillation to observations by Levenberg-Marquardt, with nalgebra.
 use autodiff::{Real, jacobian};
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! Logistic regression: its Hessian, and how the optimum moves with the regularisation weight.
+//! Logistic regression: its Hessian, and the derivative of the optimum with respect to the regularisation weight.
 use autodiff::implicit::{Residual, root};
 use autodiff::{Dual, Real, Var, gradient, jvp, lit};
 use nalgebra::{DMatrix, DVector};

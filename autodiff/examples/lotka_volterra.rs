@@ -1,4 +1,4 @@
-//! Fits Lotka-Volterra to observations, with the gradient by tape, by rollout and by dual numbers.
+//! Fits the Lotka-Volterra model to observations, with the gradient by tape, by rollout and by dual numbers.
 use autodiff::{Kernel, Model, Program, Real, Rollout, Var, jacobian, lit, vjp};
 use nalgebra::{DMatrix, DVector};
 #[derive(Clone)]

@@ -1,9 +1,10 @@
-//! Differentiates Cholesky, inverse and eigenvalues of the stiffness of a chain of springs.
+//! Differentiates Cholesky's factorisation, the inverse and the eigenvalues of the stiffness matrix of a chain of
+//! springs.
 use autodiff::nalgebra::{Element, symmetric_eigen};
 use autodiff::{Real, gradient};
 use nalgebra::DMatrix;
 
-/// The stiffness of masses in a row. The first spring joins the first mass to a wall.
+/// Returns the stiffness matrix of masses in a row. The first spring joins the first mass to a wall.
 fn stiffness<R: Real>(springs: &[R]) -> DMatrix<Element<R>> {
     DMatrix::from_fn(springs.len(), springs.len(), |i, j| match i.abs_diff(j) {
         0 => Element(springs[i] + springs.get(i + 1).copied().unwrap_or(R::zero())),

@@ -2,7 +2,8 @@
 use autodiff::data::{Sum, Summand};
 use autodiff::{Real, gradient};
 
-/// The log-odds at `[x, y]`. A neuron is `[by x, by y, bias, output]`; the last number is one more bias.
+/// Returns the log-odds at `[x, y]`. Each neuron has four numbers: weight of x, weight of y, bias, output weight. The
+/// last number of `net` is the output bias.
 #[inline(always)]
 fn log_odds<R: Real>(net: &[R], [x, y]: [R; 2]) -> R {
     let mut sum = net[48];

@@ -1,11 +1,11 @@
-//! A neural ODE: a network learns the growth law of a population from hourly counts, by gradients through the
-//! minutes between them.
+//! A neural ODE: a network learns the growth law of a population from hourly counts. The gradients go through the
+//! one-minute steps between the counts.
 //!
 //! `cargo run -p cosmic-autodiff --example neural_ode`
 
 use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
 
-/// One minute of growth, at the rate that the network gives.
+/// One minute of growth at the rate that the network returns.
 #[derive(Clone)]
 struct Minute;
 impl Kernel<2, 1> for Minute {
@@ -26,13 +26,13 @@ impl Model for Minute {
     }
 }
 
-/// The population after some minutes by the network.
+/// Returns the population after some minutes, according to the network.
 fn grown<R: Real>(weights: &[R], from: f64, minutes: usize) -> R {
     let parameters = [0..8, 8..16, 16..24, 24..25].map(|part| &weights[part]);
     Rollout::new(Minute, minutes).run(&[R::lit(from)], &parameters)[0]
 }
 
-/// The population after some minutes by the true law, `x' = x (1 - x)` per hour.
+/// Returns the population after some minutes, according to the true law `x' = x (1 - x)` per hour.
 fn counted(from: f64, minutes: f64) -> f64 {
     from / (from + (1.0 - from) * (-minutes / 60.0).exp())
 }
@@ -54,6 +54,8 @@ fn main() {
         }
     }
     let (network, law) = (grown(&weights, 0.1, 360), counted(0.1, 360.0));
-    println!("six hours make {network:.3} of 0.1, by the law {law:.3}");
+    println!(
+        "in six hours 0.1 grows to {network:.3} by the network and to {law:.3} by the true law"
+    );
     assert!((network - law).abs() < 0.01);
 }

@@ -7,8 +7,8 @@ use autodiff::{Real, value_and_gradient};
 const STEPS: usize = 80;
 const STEP: f64 = 0.05;
 
-/// Returns the angle from hanging down and the angular velocity after all steps, from rest. Units are the
-/// pendulum's weight and length.
+/// Returns the angle from hanging down and the angular velocity after all steps, from rest. The units are the weight
+/// and the length of the pendulum.
 fn swing<R: Real>(torques: &[R]) -> [R; 2] {
     let (mut angle, mut velocity, step) = (R::zero(), R::zero(), R::lit(STEP));
     for &torque in torques {
@@ -18,7 +18,7 @@ fn swing<R: Real>(torques: &[R]) -> [R; 2] {
     [angle, velocity]
 }
 
-/// The distance from standing still on top, plus the cost of the torques.
+/// Returns the distance from standing still at the top, plus the cost of the torques.
 fn cost<R: Real>(torques: &[R]) -> R {
     let [angle, velocity] = swing(torques);
     let missed = R::one() + angle.cos() + R::lit(0.5) * velocity * velocity;
@@ -26,7 +26,7 @@ fn cost<R: Real>(torques: &[R]) -> R {
 }
 
 fn main() {
-    // From a nudge: hanging still is a stationary point.
+    // The start is not exactly zero torque, because hanging still is a stationary point.
     let mut torques = vec![0.1; STEPS];
     let (mut mean, mut square) = (vec![0.0; STEPS], vec![0.0; STEPS]);
     for iteration in 0..500 {

@@ -1,4 +1,5 @@
-//! Parameters in nested structs: the gradient has their shape, and a check reports their names.
+//! Parameters in nested structs: the gradient has the shape of the structs, and a check reports the names of the
+//! parameters.
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use autodiff::{Parameters, Real, parameters};
 

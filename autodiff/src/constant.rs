@@ -4,8 +4,8 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use crate::real::{Literal, Real};
 
-/// Makes a constant for either side of an operator in code over any [`Real`]: `lit(2.0) * x + lit(1.0)`. For
-/// an argument or a start, write [`R::lit(2.0)`](Real::lit).
+/// Makes a constant that can stand on either side of an operator in code over any [`Real`]: `lit(2.0) * x +
+/// lit(1.0)`. For an argument or an initial value, write [`R::lit(2.0)`](Real::lit).
 ///
 /// ```
 /// use autodiff::{Real, lit};
@@ -20,7 +20,7 @@ pub fn lit(value: f64) -> Literal {
     Literal(value)
 }
 
-/// `literal op number`.
+/// Implements operators with a literal on the left: `literal op number`.
 macro_rules! literal_first {
     ($($trait:ident $method:ident |$literal:ident, $number:ident| $result:expr),*) => {
         $(

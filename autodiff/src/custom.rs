@@ -73,7 +73,7 @@ pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {
 
 /// A rule as a fused function of one slice with one output.
 ///
-/// Each mode evaluates the rule on its inner numbers. Their derivatives then also come from the rule.
+/// In every mode the rule runs on the numbers inside that mode, so nested derivatives also come from the rule.
 struct Single<T>(T);
 
 impl<T: Rule> Single<T> {

@@ -17,7 +17,7 @@ use crate::operators::by_primal;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Dual<R, const N: usize> {
-    /// The primal.
+    /// The primal: the value without derivatives.
     pub value: R,
     /// One tangent per direction.
     pub tangent: [R; N],

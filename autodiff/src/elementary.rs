@@ -7,8 +7,8 @@
 ///   the method.
 /// - *Composed* functions consist of methods of [`Real`](crate::Real). An entry has the method, the variant of
 ///   [`Elementary`] and the documentation, then the value at `x`, then the partial at `x`, given the value `y`.
-///   Formulas must select and not branch, so that they run in lanes. Constants must be small integers and halves, so
-///   that they are as precise as the type. Longer formulas are functions in `math/table.rs`.
+///   Formulas must select and not branch, so that they run in lanes. Constants must be small integers and halves,
+///   which every number type represents exactly. Longer formulas are functions in `math/table.rs`.
 macro_rules! functions {
     ($then:ident) => {
         $then! {

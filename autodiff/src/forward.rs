@@ -30,7 +30,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
         dual
     }
 
-    /// A function of this number, given its value and partial.
+    /// Applies a function of this number, whose value and partial are given.
     #[inline(always)]
     fn apply(self, (value, partial): (R, R)) -> Self {
         let mut tangent = self.tangent;
@@ -46,7 +46,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
         Dual { value, tangent }
     }
 
-    /// A function of this number and another, given its value and partials.
+    /// Applies a function of this number and another, whose value and partials are given.
     #[inline(always)]
     fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
         // The sum is finite only if both partials are.
@@ -54,7 +54,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
         self.joined(other, (value, partials), finite)
     }
 
-    /// [`apply2`](Self::apply2), given whether both partials are finite floats.
+    /// Like [`apply2`](Self::apply2), but the caller says whether both partials are finite floats.
     #[inline(always)]
     fn joined(self, other: Self, (value, [by_self, by_other]): (R, [R; 2]), finite: bool) -> Self {
         let mut tangent = self.tangent;
@@ -175,7 +175,7 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
             tangent: soft.tangent,
         }
     }
-    /// Part by part, so that a zero in one part only guards that part.
+    /// Guards each part of the cotangent separately: a zero part passes zero even if another part is not zero.
     #[inline(always)]
     fn chain(partial: Self, cotangent: Self) -> Self {
         let mut tangent = cotangent.tangent;
@@ -225,7 +225,7 @@ operators! {
     },
     a * b => {
         let rule = rule::mul(a.value, b.value);
-        // The partials are the factors, which are finite where the product is.
+        // The partials are the two factors. If their product is finite, both are finite.
         a.joined(b, rule, is_finite(rule.0))
     },
     a / b => a.apply2(b, rule::div(a.value, b.value)),

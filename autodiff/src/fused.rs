@@ -25,7 +25,7 @@ pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     assert_eq!(
         weights.len(),
         x.len() * biases.len(),
-        "`dense` needs one weight for each bias and each number of `x`"
+        "the number of weights of `dense` must be `biases.len() * x.len()`"
     );
     R::fused(Dense { vectors: 1 }, &[weights, x, biases])
 }
@@ -49,8 +49,9 @@ pub fn dense_batch<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     let columns = weights.len().checked_div(biases.len()).unwrap_or(0);
     assert!(
         columns > 0 && weights.len() == columns * biases.len() && x.len().is_multiple_of(columns),
-        "`dense_batch` was given {} weights, {} numbers in `x` and {} biases; it needs a weight for each \
-         bias and each number of a vector, and whole vectors",
+        "`dense_batch` cannot split {} weights, {} numbers in `x` and {} biases into a layer and its input \
+         vectors: it needs `biases.len() * n` weights, where `n` is the length of a vector, and a multiple \
+         of `n` numbers in `x`",
         weights.len(),
         x.len(),
         biases.len()
@@ -59,7 +60,7 @@ pub fn dense_batch<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     R::fused(Dense { vectors }, &[weights, x, biases])
 }
 
-/// The inputs are weights, `x` and biases.
+/// The fused function of [`dense`] and [`dense_batch`]. Its input slices are the weights, `x` and the biases.
 struct Dense {
     vectors: usize,
 }

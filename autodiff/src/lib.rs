@@ -1,8 +1,8 @@
 //! Automatic differentiation behind one trait.
 //!
-//! Write a function once, generic over [`Real`]. The same source runs as plain floating point, in SIMD
-//! lanes, on dual numbers and on a reverse tape. So it has a value, a derivative along a direction, a
-//! gradient, a Jacobian and a Hessian.
+//! Write a function once, generic over [`Real`]. The same source runs on plain floats, in SIMD lanes, on dual numbers
+//! and on a reverse tape. This gives its value, its derivative along a direction, its gradient, its Jacobian and its
+//! Hessian.
 //!
 //! ```
 //! use autodiff::{Real, gradient, hessian, lit};
@@ -21,26 +21,26 @@
 //! | to get | use | cost in evaluations |
 //! | --- | --- | --- |
 //! | a derivative along a direction | [`jvp`] | about 2 |
-//! | the gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`] | a few for arrays, tens for scalars on the tape, for any number of arguments |
-//! | the gradient by a handful of arguments | [`gradient_forward`] | 2 to 3 for every four arguments; no tape |
-//! | the cotangents of several values at once | [`vjp`] | as `gradient` |
+//! | the gradient of one scalar with respect to many arguments | [`gradient`], [`value_and_gradient`] | a few for array operations, tens for scalar operations on the tape, for any number of arguments |
+//! | the gradient with respect to a handful of arguments | [`gradient_forward`] | 2 to 3 for every four arguments; no tape |
+//! | the cotangents of several values at once | [`vjp`] | like `gradient` |
 //! | a Jacobian | [`jacobian`] | 2 to 3 for every four arguments |
-//! | a Jacobian of few values by many arguments | [`jacobian_reverse`] | one recording, one sweep per value |
-//! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |
+//! | a Jacobian of few values with respect to many arguments | [`jacobian_reverse`] | one recording, one sweep per value |
+//! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour of its columns: 3 for a tridiagonal Jacobian of any size |
 //! | a Hessian times a vector | [`hessian_vector`] | a few gradients |
 //! | a Hessian | [`hessian`] | a few gradients for every four arguments |
 //! | a Hessian that is mostly zeros | [`sparse_hessian`] | a gradient per colour |
 //! | the gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows only with the state |
-//! | the same from many starts | [`Rollout::run_batch`] | about half of single runs, in lanes over the starts; nine tenths for two starts |
+//! | the gradient of thousands of time steps, from many starts | [`Rollout::run_batch`] | about half of single runs (nine tenths with two starts), in lanes over the starts |
 //! | values and gradients of one function at many points | [`data::Recorded`] | a few, in lanes over the points |
 //! | the gradient of a sum over data, such as a network's loss | [`data::Sum`] | a few, in lanes over the data |
 //! | Jacobians of one small function at many points | [`data::jacobians`] | one per input, in lanes over the points; a few with an [emitted](emit::adjoint) adjoint |
 //! | the derivative of a solver's solution | [`implicit::root`] | two Jacobians |
 //! | a derivative that you know better | [`custom`] | |
 //!
-//! Every driver takes the function, then the point, then the rest. [`check`] tells whether a gradient is
-//! right, [`trace`] where a NaN came from, and [`DoubleDouble`] runs the same source in 31 digits to show
-//! rounding errors.
+//! Every driver takes the function, then the point, then any other arguments. [`check`] tells whether a gradient is
+//! right. [`trace`] finds where a NaN came from. [`DoubleDouble`] runs the same source in 31 digits to show rounding
+//! errors.
 //!
 //! - [`guide`]: writing functions, the traits, many time steps, the terms;
 //! - [`real`]: the value of the derivative at every kink;
@@ -61,11 +61,11 @@
 //!
 //! # Versions
 //!
-//! Within a compatible version, new methods of [`Real`] and of the traits for functions come with
-//! defaults. Errors and results may get new fields and variants. So may settings, [`check::Options`] and
-//! [`Rollout`]: make them from their defaults, `Options { seed: 1, ..Options::default() }`.
+//! Within a compatible version, new methods of [`Real`] and of the traits for functions come with defaults. Errors,
+//! results and the settings [`check::Options`] and [`Rollout`] may get new fields or variants. Build settings from
+//! their defaults: `Options { seed: 1, ..Options::default() }`.
 
-// Tests of the crate share files with those in `tests`.
+// Unit tests in `src` share helper files with the tests in `tests`.
 #[cfg(test)]
 extern crate self as autodiff;
 
@@ -121,7 +121,7 @@ pub use record::emit;
 pub use reverse::{Tape, Var};
 pub use steps::{AnyProgram, CotangentBound, Given, Memory, Model, Program, Rollout};
 
-/// The README's code, compiled and run with the documentation's.
+/// The code of the README, so that the documentation tests compile and run it.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

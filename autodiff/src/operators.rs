@@ -72,7 +72,8 @@ macro_rules! operators {
     };
 }
 
-/// `number op literal`. The product can have its own expression, because a constant has no tangents to multiply.
+/// Implements operators with a literal on the right: `number op literal`. Multiplication has its own expression,
+/// because a literal has no tangents to multiply.
 macro_rules! literal_operators {
     ($generics:tt $number:ty) => {
         $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
@@ -109,7 +110,7 @@ macro_rules! literal_operators {
     };
 }
 
-/// Sums and products of iterators, over numbers and over references.
+/// Implements sums and products of iterators, over numbers and over references to numbers.
 macro_rules! folds {
     ([$($generics:tt)*] $number:ty) => {
         impl<$($generics)*> std::iter::Sum for $number {
@@ -147,8 +148,8 @@ macro_rules! folds {
     };
 }
 
-/// Operators for closures over a concrete number type: with floats on either side, with references, and
-/// comparisons with floats.
+/// Implements operators for a concrete number type, so that closures over it read like formulas: with floats on
+/// either side, with references, and comparisons with floats.
 macro_rules! closure_operators {
     ([$($generics:tt)*] $number:ty) => {
         $crate::operators::closure_operators! {
@@ -195,7 +196,7 @@ macro_rules! closure_operators {
     };
 }
 
-/// One of these operators and its assigning operator.
+/// Implements one operator of `closure_operators` and its assigning operator.
 macro_rules! closure_operator {
     (
         [$($generics:tt)*] $number:ty,
@@ -244,7 +245,7 @@ macro_rules! closure_operator {
     };
 }
 
-/// `number op operand`.
+/// Implements `number op operand`.
 macro_rules! right_operand {
     (
         [$($generics:tt)*] $number:ty, $trait:ident $method:ident $operand:ty,
@@ -261,7 +262,7 @@ macro_rules! right_operand {
     };
 }
 
-/// `number op= operand`.
+/// Implements `number op= operand`.
 macro_rules! assigning {
     (
         [$($generics:tt)*] $number:ty,
@@ -276,7 +277,7 @@ macro_rules! assigning {
     };
 }
 
-/// A binary operator and its assigning operator.
+/// Implements a binary operator and its assigning operator.
 macro_rules! operator {
     (
         [$($attribute:tt)*] [$($generics:tt)*] $number:ty,

@@ -5,10 +5,10 @@
 //! [`names`](Parameters::names) gives a gradient check the name of each number.
 //!
 //! - The struct may also have lifetime and constant parameters, but no other type parameters.
-//! - A bound on the number type must follow from [`Real`].
+//! - Bounds on the number type must follow from [`Real`].
 //! - Fields may be numbers, other structs with `Parameters`, and `Vec`s, arrays and `Option`s of these. With
 //!   the feature `nalgebra` they may be elements, matrices and vectors.
-//! - Fields without the number in their type are copied, also into a gradient.
+//! - Fields whose type does not mention the number type are copied, also into a gradient.
 //!
 //! ```
 //! # #[cfg(feature = "derive")] {
@@ -72,7 +72,7 @@ pub trait Parameters<R: Real> {
     /// [`Walk::field`] for each part.
     fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S>;
 
-    /// Returns all numbers, in order.
+    /// Returns all numbers in the order of [`map_numbers`](Self::map_numbers).
     fn flatten(&self) -> Vec<R> {
         let mut numbers = Vec::new();
         let visit = &mut |_: &[Step<'_>], number| {
@@ -97,18 +97,22 @@ pub trait Parameters<R: Real> {
     /// Returns the structure with these numbers, in the order of [`flatten`](Self::flatten).
     ///
     /// # Panics
-    /// If the number of numbers differs from that of the structure.
+    /// If `numbers` has more or fewer entries than the structure has numbers.
     fn with<S: Real>(&self, numbers: &[S]) -> Self::With<S> {
         let mut rest = numbers.iter();
         let visit = &mut |path: &[Step<'_>], _| match rest.next() {
             Some(&number) => number,
-            None => panic!("{} numbers end before `{}`", numbers.len(), name(path)),
+            None => panic!(
+                "{} numbers are too few for the structure: none is left for `{}`",
+                numbers.len(),
+                name(path)
+            ),
         };
         let structure = self.map_numbers(&mut Walk::new(visit));
         let left = rest.len();
         assert!(
             left == 0,
-            "{left} of {} numbers are left over",
+            "{left} of {} numbers do not fit into the structure; give as many as `flatten` returns",
             numbers.len()
         );
         structure

@@ -4,9 +4,9 @@
 use std::any::Any;
 use std::cell::RefCell;
 
-/// The most buffers that a thread keeps, one of each type. Nested modes use a few types.
+/// The largest number of buffers that a thread keeps, one of each type. Nested modes use only a few types.
 const MOST: usize = 6;
-/// The most bytes that a thread keeps in all buffers together.
+/// The largest number of bytes that a thread keeps in all buffers together.
 const MOST_BYTES: usize = 1 << 30;
 
 /// A buffer that a thread may keep. It must own no caller data, whose destructor would otherwise run late.
@@ -62,7 +62,7 @@ pub(crate) fn take<T: Pooled>() -> Option<Box<T>> {
     taken.ok().flatten()
 }
 
-/// Keeps a buffer instead of the earlier buffer of its type, if it fits into the bytes that a thread may keep.
+/// Keeps a buffer in place of the earlier buffer of its type, if it is not too large for the pool.
 pub(crate) fn keep<T: Pooled>(buffer: Box<T>) {
     let _ = POOL.try_with(|pool| pool.borrow_mut().keep(buffer));
 }
@@ -101,13 +101,13 @@ mod tests {
         pool.keep(Box::new(Bytes::<0>(60)));
         pool.keep(Box::new(Bytes::<1>(40)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 100));
-        // A buffer replaces another of its type. When there are too many bytes, the oldest is dropped.
+        // A buffer replaces another buffer of its type. If there are too many bytes, the oldest buffer is dropped.
         pool.keep(Box::new(Bytes::<1>(30)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 90));
         pool.keep(Box::new(Bytes::<2>(50)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 80));
         assert!(pool.take::<Bytes<0>>().is_none());
-        // A buffer that is too large is dropped; the others stay.
+        // A buffer that is too large is dropped; the other buffers stay.
         pool.keep(Box::new(Bytes::<3>(101)));
         assert_eq!(total(&pool), 80);
         pool.keep(Box::new(Bytes::<1>(101)));
@@ -183,7 +183,7 @@ mod tests {
     fn tapes_rollouts_and_sums_keep_to_the_bound() {
         work_of_every_kind(1000);
         let (kept, unbounded) = POOL.with_borrow(|pool| (count(), total(pool)));
-        // Tapes and rows in two precisions, and the numbers of the sum.
+        // The pool keeps tapes and rows in two precisions, and the numbers of the sum.
         assert!(kept >= 5 && unbounded > 5 * 8 * 1000, "{kept}, {unbounded}");
         let most = unbounded / 3;
         POOL.with_borrow_mut(|pool| pool.most_bytes = most);

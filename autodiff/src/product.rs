@@ -15,7 +15,7 @@ pub(crate) struct Strided<'a, R> {
 }
 
 impl<'a, R: Real> Strided<'a, R> {
-    /// A matrix with adjacent numbers in each row, and this distance from a row to the next.
+    /// Creates a matrix whose rows are contiguous. `row` is the distance from one row to the next.
     #[inline(always)]
     pub(crate) fn by_rows(numbers: &'a [R], row: usize) -> Self {
         Self {
@@ -34,15 +34,15 @@ impl<'a, R: Real> Strided<'a, R> {
         }
     }
 
-    /// Whether all numbers of the first rows and columns are finite, including the derivatives that they carry. The
-    /// numbers of a row must be adjacent.
+    /// Whether the first `size[0]` rows and `size[1]` columns contain only finite numbers, including the derivatives
+    /// that the numbers carry. Rows must be contiguous.
     pub(crate) fn all_finite(self, size: [usize; 2]) -> bool {
         debug_assert_eq!(self.column, 1);
         R::vectorize(AllFinite(self, size))
     }
 }
 
-/// `to += a b`. The numbers of a row of `b` and of `to` are adjacent.
+/// `to += a b`. The rows of `b` and of `to` are contiguous.
 pub(crate) struct Product<'a, R> {
     pub(crate) a: Strided<'a, R>,
     pub(crate) b: &'a [R],
@@ -107,7 +107,8 @@ impl<R: Real> Product<'_, R> {
         );
     }
 
-    /// Adds all rows of `H` registers of columns. The last register holds `last` numbers.
+    /// Computes `H` registers of columns in all rows, and adds them to the result. The last register holds `last`
+    /// numbers.
     ///
     /// # Safety
     /// The slices were checked and have these columns.
@@ -133,10 +134,10 @@ impl<R: Real> Product<'_, R> {
         }
     }
 
-    /// Adds `T` rows of `H` registers.
+    /// Computes `H` registers of columns in `T` rows, and adds them to the result.
     ///
     /// # Safety
-    /// As for [`add_columns`](Self::add_columns), and the matrix has these rows.
+    /// Like [`add_columns`](Self::add_columns), and the matrix must have these rows.
     #[inline(always)]
     unsafe fn add_tile<L: Lane<R>, const T: usize, const H: usize>(
         &mut self,
@@ -170,10 +171,10 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// The rows of a matrix and the columns of another. This is the core of every product.
+/// Two matrices to be multiplied. Their row-by-column sums are the core of every product.
 pub(crate) struct Factors<'a, R> {
     pub(crate) a: Strided<'a, R>,
-    /// The numbers of a row are adjacent.
+    /// The rows are contiguous.
     pub(crate) b: &'a [R],
     /// The distance from a row of `b` to the next.
     pub(crate) b_row: usize,
@@ -182,8 +183,8 @@ pub(crate) struct Factors<'a, R> {
 }
 
 impl<R: Real> Factors<'_, R> {
-    /// The products of `T` rows and `H` registers of columns. The last register holds `last` numbers. Each product is
-    /// returned as `P` sums of every `P`-th term, so that consecutive additions do not wait for each other.
+    /// Returns the products of `T` rows and `H` registers of columns. The last register holds `last` numbers. Each
+    /// product is split into `P` sums of every `P`-th term, so that consecutive additions do not wait for each other.
     ///
     /// # Safety
     /// The slices have these rows and columns.
@@ -218,7 +219,7 @@ impl<R: Real> Factors<'_, R> {
     }
 
     /// # Safety
-    /// As for [`sums`](Self::sums), with more columns of `a` and rows of `b` than `k`.
+    /// The promises of [`sums`](Self::sums). Also, `k` must be less than the columns of `a` and the rows of `b`.
     #[inline(always)]
     unsafe fn add_term<L: Lane<R>, const T: usize, const H: usize>(
         &self,
@@ -289,7 +290,7 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
             for part in matrix.numbers[row * matrix.row..][..columns].chunks(L::N) {
                 let x = L::load_up_to(part);
                 let same = x;
-                // Zero unless a part of the number is infinite or NaN.
+                // Adds 0 unless a part of the number is infinite or NaN.
                 sum += x - same;
             }
             if !sum.is_zero() {
@@ -300,7 +301,7 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
     }
 }
 
-/// Writes the transpose of a matrix. The numbers of a row are adjacent.
+/// Writes the transpose of a matrix whose rows are contiguous.
 pub(crate) struct Transpose<'a, R> {
     pub(crate) from: &'a [R],
     /// The distance from a row to the next.
@@ -431,7 +432,7 @@ mod tests {
         });
     }
 
-    /// A zero cotangent passes nothing, in either factor.
+    /// A zero cotangent must pass nothing, in either factor.
     #[test]
     fn guarded_products_have_no_zero_times_infinity() {
         let (zero, infinite) = ([0.0, 2.0], [f64::INFINITY, 3.0]);

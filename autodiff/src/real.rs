@@ -9,26 +9,26 @@
 //! Where a function has no derivative, every mode of this crate uses the value in this table. "Bound" means the
 //! other operand, which passes its own derivative. `tests/kinks.rs` has a test for each row.
 //!
-//! | function | where | derivative by the argument |
+//! | function | where | derivative with respect to the argument |
 //! | --- | --- | --- |
 //! | `abs(x)` | `x = 0` | 0 |
 //! | `signum(x)` | everywhere | 0, and `signum(0) = 0` |
-//! | `x.max(bound)` | `x = bound` | 0: the value and the derivative are the bound's |
-//! | `x.min(bound)` | `x = bound` | 0: the value and the derivative are the bound's |
-//! | `x.clamp(lo, hi)` | at and beyond a bound | 0: the value and the derivative are the bound's |
-//! | `select(m, a, b)` | everywhere | that of the chosen operand; the other passes nothing |
+//! | `x.max(bound)` | `x = bound` | 0: the value and the derivative are those of the bound |
+//! | `x.min(bound)` | `x = bound` | 0: the value and the derivative are those of the bound |
+//! | `x.clamp(lo, hi)` | at and beyond a bound | 0: the value and the derivative are those of the bound |
+//! | `select(m, a, b)` | everywhere | the derivative of the chosen operand; the other operand passes nothing |
 //! | `sqrt(x)`, `rsqrt(x)`, `ln(x)`, `1/x` | `x = 0` | infinite: the limit from inside the domain, also at -0 (but `rsqrt(-0)` is -infinity itself) |
-//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)` | `x < 0` | NaN, as the value is |
+//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)` | `x < 0` | NaN, like the value |
 //! | [`Elementary`] functions | at an end of the domain; `cbrt` at 0 | infinite: the limit from inside |
-//! | [`Elementary`] functions | outside the domain | NaN, as the value is |
+//! | [`Elementary`] functions | outside the domain | NaN, like the value |
 //! | any function | forward: the tangent is exactly 0 | 0, even where the partial is infinite or NaN |
 //! | any function | reverse: the cotangent is 0 because of a *choice* | 0, even where the partial is infinite or NaN |
 //! | any function | reverse on the tape: the cotangent was *computed* and is 0 | NaN where the partial is infinite or NaN, unless a partial of 0 further back stops it |
-//! | `hypot(x, y)` | `x = y = 0` | 0 by both |
-//! | `hypot(x, y)` | either is infinite | NaN by an infinite one, 0 by the other |
+//! | `hypot(x, y)` | `x = y = 0` | 0 with respect to both |
+//! | `hypot(x, y)` | either is infinite | NaN with respect to an infinite one, 0 with respect to a finite one |
 //! | `powi(x, 0)` | everywhere | 0 |
-//! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
-//! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 by both |
+//! | `powf(x, y)` | `x = 0` | with respect to `x`: the limit of `y x^(y-1)`; with respect to `y`: 0 |
+//! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 with respect to both |
 //! | any function but `powi(x, 0)`, `powf(x, 0)` and `powf(1, y)`, which are 1 | the argument is NaN | NaN, like the value |
 //! | sums, differences, products with a constant, `select` | the argument is NaN | the constant slope of the linear function; the value is NaN |
 //! | `x.max(bound)`, `x.min(bound)`, `x.clamp(lo, hi)`, `powi(x, 1)` in lanes, as in a kernel | `x` is NaN | 1; the value is NaN |
@@ -263,7 +263,8 @@ pub trait Real:
         let scale = x.max(y);
         let (a, b) = (x / scale, y / scale);
         let length = scale * (a * a + b * b).sqrt();
-        // At the origin and at infinity `length` is NaN. There the sum is correct, and it is NaN for NaN.
+        // At the origin and at infinity `length` is NaN. There the sum of the magnitudes is correct, and it is NaN
+        // for NaN.
         let divides = zero.less(scale) & scale.finite();
         Self::select(divides, length, x + y)
     }
@@ -391,17 +392,17 @@ pub trait Fused: Send + 'static {
 pub trait Lane<S>: Real {
     /// The number of scalars.
     const N: usize;
-    /// The same scalar in every lane.
+    /// Returns the same scalar in every lane.
     fn splat(value: S) -> Self;
-    /// The first `N` scalars of a slice.
+    /// Loads the first `N` scalars of a slice.
     fn load(from: &[S]) -> Self;
-    /// Writes the lanes to the first `N` places of a slice.
+    /// Writes all lanes to the first `N` entries of a slice.
     fn store(self, to: &mut [S]);
-    /// All of a slice that is shorter than `N`, followed by zeros.
+    /// Loads a slice that is shorter than `N`; the other lanes are zero.
     fn load_part(from: &[S]) -> Self;
-    /// Fills a slice that is shorter than `N`.
+    /// Fills a slice that is shorter than `N` with the first lanes.
     fn store_part(self, to: &mut [S]);
-    /// The mask that is true in lane `k` where bit `k` is set.
+    /// Returns the mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;
     /// Moves the first lanes, in order, to the places of the set bits. Other lanes are zero.
     fn expand(self, bits: u16) -> Self;
@@ -410,8 +411,8 @@ pub trait Lane<S>: Real {
     /// Interleaves the lanes of both: `self[0], other[0], self[1], ...`. Returns the first `N` and the last `N`.
     fn zip(self, other: Self) -> [Self; 2];
 
-    /// The [`layer_tanh`](Real::layer_tanh) of each number. SIMD lanes compute them in parallel because
-    /// they are independent.
+    /// Returns the [`layer_tanh`](Real::layer_tanh) of each number. SIMD lanes compute them in parallel, because they
+    /// are independent.
     #[inline(always)]
     fn tanh_each<const K: usize>(mut x: [Self; K]) -> [Self; K] {
         for k in 0..K {
@@ -420,7 +421,7 @@ pub trait Lane<S>: Real {
         x
     }
 
-    /// The first `N` scalars of a slice, or all of a shorter slice followed by zeros.
+    /// Loads the first `N` scalars of a slice. If it is shorter, the other lanes are zero.
     #[inline(always)]
     fn load_up_to(from: &[S]) -> Self {
         if from.len() >= Self::N {
@@ -429,7 +430,7 @@ pub trait Lane<S>: Real {
             Self::load_part(from)
         }
     }
-    /// Writes as many lanes as the slice has places.
+    /// Writes the lanes to a slice. If it is shorter than `N`, only the first lanes are written.
     #[inline(always)]
     fn store_up_to(self, to: &mut [S]) {
         if to.len() >= Self::N {

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::thread::LocalKey;
 
-/// Restores the earlier value of a thread-local when it is dropped, also by a panic.
+/// Restores the earlier value of a thread-local when it is dropped, also while a panic unwinds.
 pub(crate) struct Restored<T: Default + 'static> {
     key: &'static LocalKey<RefCell<T>>,
     before: T,

@@ -1,44 +1,44 @@
 //! The value and the derivative of every elementary function, written once.
 //!
-//! A rule of one argument returns `(value, partial)`. A rule of two arguments returns
-//! `(value, [partial by the first, partial by the second])`. Duals and the reverse tape call the same rules with
-//! their inner number type for `R`, so forward, reverse and nested derivatives agree. Where a partial does not
-//! exist, the rule follows the table in [`real`](crate::real). If the value is NaN, so is the partial.
+//! A rule of one argument returns `(value, partial)`. A rule of two arguments returns `(value, [partial, partial])`,
+//! with respect to the first and the second argument. Duals and the reverse tape call the same rules with their inner
+//! number type for `R`, so forward, reverse and nested derivatives agree. Where a partial does not exist, the rule
+//! follows the table in [`real`](crate::real). If the value is NaN, so is the partial.
 //!
 //! Partials are always multiplied with [`Real::chain`]. There are no closures here: a closure that is not inlined
 //! would be compiled without the instruction set of the lanes around it.
 
 use crate::real::{Mask, Real};
 
-/// `a * b`.
+/// The rule of `a * b`.
 #[inline(always)]
 pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
 
-/// `a / b`. The value is one division, so it has the bits of plain code. The partial by `b` is a division too,
-/// because the reciprocal of a subnormal number may overflow when the quotient does not.
+/// The rule of `a / b`. The value is one division, so it has the bits of plain code. The partial with respect to `b`
+/// is a division too, because the reciprocal of a subnormal number may overflow when the quotient does not.
 #[inline(always)]
 pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     let quotient = a / b;
     (quotient, [b.recip(), -(quotient / b)])
 }
 
-/// `1 / x`.
+/// The rule of `1 / x`.
 #[inline(always)]
 pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
     let value = x.recip();
     (value, -(value * value))
 }
 
-/// Square root. The partial is infinite at a zero of either sign.
+/// The rule of the square root. The partial is infinite at a zero of either sign.
 #[inline(always)]
 pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
     let value = x.sqrt();
     (value, R::lit(0.5) / unsigned_zero(value))
 }
 
-/// `1 / sqrt(x)`.
+/// The rule of `1 / sqrt(x)`.
 #[inline(always)]
 pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
@@ -46,14 +46,14 @@ pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     (value, R::lit(-0.5) * value * value * value.abs())
 }
 
-/// Exponential.
+/// The rule of the exponential.
 #[inline(always)]
 pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
     let value = x.exp();
     (value, value)
 }
 
-/// Natural logarithm. The partial is infinite at zero and NaN below.
+/// The rule of the natural logarithm. The partial is infinite at zero and NaN below.
 #[inline(always)]
 pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
     let value = x.ln();
@@ -61,26 +61,27 @@ pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
     (value, R::select(x.less(R::zero()), value, partial))
 }
 
-/// Sine.
+/// The rule of the sine.
 #[inline(always)]
 pub(crate) fn sin<R: Real>(x: R) -> (R, R) {
     (x.sin(), x.cos())
 }
 
-/// Cosine.
+/// The rule of the cosine.
 #[inline(always)]
 pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
     (x.cos(), -x.sin())
 }
 
-/// Tangent.
+/// The rule of the tangent.
 #[inline(always)]
 pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     let value = x.tan();
     (value, value * value + R::one())
 }
 
-/// Hyperbolic tangent. Near the value 1, `1 - value^2` loses digits, so the partial is `4 e^-2x / (1 + e^-2x)^2`.
+/// The rule of the hyperbolic tangent. Near the value 1, `1 - value^2` loses digits, so the partial is
+/// `4 e^-2x / (1 + e^-2x)^2`.
 #[inline(always)]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
@@ -92,8 +93,8 @@ pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     (value, partial)
 }
 
-/// Hyperbolic tangent with the slope `1 - value^2`, because a layer's reverse sweep knows only the
-/// result.
+/// The rule of the hyperbolic tangent of a layer. The slope is `1 - value^2`, because a layer's reverse sweep knows
+/// only the result.
 #[inline(always)]
 pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
     let value = x.layer_tanh();
@@ -108,13 +109,13 @@ pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
     R::select(small, one - x * x, (one - x) * (one + x))
 }
 
-/// Absolute value.
+/// The rule of the absolute value.
 #[inline(always)]
 pub(crate) fn abs<R: Real>(x: R) -> (R, R) {
     (x.abs(), x.signum())
 }
 
-/// Integer power.
+/// The rule of an integer power.
 #[inline(always)]
 pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     if exponent == 0 {
@@ -130,12 +131,13 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     (value, R::lit(f64::from(exponent)) * one_less)
 }
 
-/// Real power. `chain` makes the partial by `x` zero if the exponent is zero, at any `x`.
+/// The rule of a real power. `chain` makes the partial with respect to `x` zero if the exponent is zero, at any `x`.
 ///
-/// The value of that partial is `exponent / x * value` if nothing leaves the range, because a power would multiply
-/// the rounding of `exponent - 1` by `ln x`. Its derivative is that of the power, where `exponent - 1` is a factor.
-/// In the derivative of the quotient it would be a difference. That does no harm near an exponent of 0, where the
-/// power may overflow.
+/// The value of that partial is `exponent / x * value` if no intermediate result over- or underflows. The other form,
+/// `exponent * x^(exponent - 1)`, would multiply the rounding of `exponent - 1` by `ln x`. But the derivative of the
+/// partial is taken from that other form, where `exponent - 1` is a factor: in the derivative of the quotient it
+/// would be a difference, which cancels. Near an exponent of 0 there is no such cancellation and the power may
+/// overflow, so there the quotient is differentiated.
 #[inline(always)]
 pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
@@ -146,7 +148,7 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let near_zero = exponent.abs().less(R::lit(0.5)) & (factor * quotient).finite();
     let moves = R::select(in_range & near_zero, quotient, power);
     let by_x = R::select(in_range, quotient, power).straight_through(moves);
-    // Also if the power is zero, because the slope of the logarithm may be infinite.
+    // This also holds where the power is zero, because the slope of the logarithm may be infinite.
     let at_zero = x.abs().less_equal(zero) | value.abs().less_equal(zero);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
     // NaN^0 is 1, and the zeros above hide a NaN. The partials are NaN if the value is.
@@ -157,9 +159,9 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     )
 }
 
-/// `atan2(y, x)` and its partials by `y` and `x`, which are zero at the origin and at infinity. Both arguments are
-/// first divided by the larger magnitude, as a constant, so that the squares neither overflow nor underflow. The
-/// derivative uses its finite [`inverse`].
+/// The rule of `atan2(y, x)`, with partials with respect to `y` and `x`, which are zero at the origin and at
+/// infinity. Both arguments are first divided by the larger magnitude, as a constant, so that the squares neither
+/// overflow nor underflow. Derivatives of the partials use the finite [`inverse`] of that magnitude.
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
@@ -168,7 +170,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (y, x) = (divided(y, scale), divided(x, scale));
     let (square, inverse) = (x * x + y * y, inverse(scale));
     let denominator = square.detach() * scale;
-    // Zero, or NaN if the value is NaN.
+    // 0, or NaN if the value is NaN.
     let flat = value.detach() * zero;
     let by_y = (x.detach() / denominator).straight_through(x / square * inverse);
     let by_x = -(y.detach() / denominator).straight_through(y / square * inverse);
@@ -177,7 +179,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     (value, [by_y, by_x])
 }
 
-/// `sqrt(x^2 + y^2)`. The partials are differentiated as a [`direction`].
+/// The rule of `sqrt(x^2 + y^2)`. Second derivatives differentiate the partials in the form of a [`direction`].
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
@@ -196,7 +198,7 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
 
 /// The cosine and the sine of the angle of `(x, y)`, used only for their derivatives. They are functions of the
 /// shorter side over the longer side. In `x / sqrt(x^2 + y^2)` the derivative along the longer side is a small
-/// difference.
+/// difference, which loses digits.
 #[inline(always)]
 fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());
@@ -207,7 +209,7 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     // The longer side is 1 or -1.
     let of_longer = (one + ratio * ratio).rsqrt() * longer.detach();
     let of_shorter = ratio * of_longer;
-    // The factor that the derivatives of `divided` leave out.
+    // The factor that the derivatives of [`divided`] leave out.
     let rest = (small::<R>() / scale).max(one);
     let (cosine, sine) = (
         R::select(flat, of_longer, of_shorter),

@@ -1,4 +1,4 @@
-//! Steps recorded without their number type, against the same steps written out.
+//! Steps recorded without their number type must agree with the same steps written out.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -19,7 +19,7 @@ impl Kernel<3, 2> for Spring {
     }
 }
 
-/// `[x, force, a value of the node's neighbour]` to the new `x`.
+/// Computes the new `x` of a node from `[x, force, a value of the node's neighbour]`.
 #[derive(Clone, Copy)]
 struct Move;
 
@@ -31,7 +31,7 @@ impl Kernel<3, 1> for Move {
     }
 }
 
-/// Masses joined by springs.
+/// Masses joined by springs, as a model.
 #[derive(Clone)]
 struct Truss {
     graph: Graph,
@@ -40,7 +40,7 @@ struct Truss {
 }
 
 const EDGES: [[usize; 2]; 5] = [[0, 1], [1, 2], [0, 2], [1, 3], [2, 3]];
-/// The node before each, where there is one.
+/// For each node, the node before it, if there is one.
 const BEFORE: [Option<usize>; 4] = [None, Some(0), Some(1), Some(2)];
 
 impl Truss {
@@ -100,14 +100,15 @@ impl Step for Truss {
     }
 }
 
-/// Values, gradients and second derivatives. Floats run in lanes; duals and tapes of duals replay recordings.
+/// Values, gradients and second derivatives must agree with the written-out step. Floats run in lanes; duals and
+/// tapes of duals replay recordings.
 #[test]
 fn steps_without_a_number_type_are_the_steps_written_out() {
     assert_same(Truss::new(true));
     assert_same(Truss::new(false));
 }
 
-/// Both recordings give bit-identical numbers in every type.
+/// Both recordings must give bit-identical numbers in every type.
 #[test]
 fn replayed_numbers_are_those_of_the_code() {
     fn run<R: Real>(any: bool) -> Vec<R> {
@@ -124,7 +125,7 @@ fn replayed_numbers_are_those_of_the_code() {
     assert_eq!(run::<Dual<f64, 1>>(true), run::<Dual<f64, 1>>(false));
 }
 
-/// A square root by a custom rule, which a list of operations cannot contain.
+/// A square root by a custom rule. A recording without a number type cannot contain it.
 #[derive(Clone)]
 struct Root;
 

@@ -1,4 +1,4 @@
-//! Sums of one function over many data: every mode against another.
+//! Sums of one function over many data: all modes must agree.
 
 use crate::common::{
     Formula, Sym, Truth, formula, forward_gradient, hessian_rows, largest_difference,
@@ -8,7 +8,7 @@ use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Mask, Real, gradient};
 use num_traits::{One, Zero};
 
-/// Every operation that a trace records, kinks and selections included.
+/// Uses every operation that can be recorded, kinks and selections included.
 fn everything(shared: &[Sym], datum: &[Sym]) -> Sym {
     let [a, b, c] = [shared[0], shared[1], shared[2]];
     let [x, y] = [datum[0], datum[1]];
@@ -25,16 +25,16 @@ fn everything(shared: &[Sym], datum: &[Sym]) -> Sym {
         a.less_equal(x) | Truth::splat(false),
     );
     scratch[0] += Sym::select(inside, a * b, c * x) * Sym::select(outside, y, b);
-    // Runs of places: shared and own, own and own, own and shared, none.
+    // The operands are runs of adjacent numbers: shared and own, own and own, own and shared, none adjacent.
     let dots = Sym::dot(shared, &scratch[1..4]) + Sym::dot(&scratch[2..], &scratch[2..]);
     let dots = dots + Sym::dot(datum, &shared[..2]) + Sym::dot(&[b, x], &[y, a]);
-    // Shared and own numbers, which not all data use.
+    // This dot product has shared and own numbers, and not all data use it.
     let dots = dots + Sym::dot(&shared[..2], datum);
     let dots = dots + Sym::select(inside, Sym::dot(&shared[1..], datum), x);
     dots + Sym::sum_of(datum) * Sym::sum_of(&[a, y, c]) + Sym::sum_of(&scratch)
 }
 
-/// A term with these numbers of shared parameters and of numbers per datum.
+/// Records a term that has these numbers of shared parameters and of numbers per datum.
 fn term(function: fn(&[Sym], &[Sym]) -> Sym, shared: usize, datum: usize) -> Formula {
     formula(shared + datum, |all| {
         function(&all[..shared], &all[shared..])
@@ -49,7 +49,7 @@ impl<S: Summand> Function for Total<S> {
     }
 }
 
-/// Data on both sides of every switch.
+/// Makes data on both sides of every switch.
 fn data(count: usize) -> Vec<[f64; 2]> {
     let number = |i: usize, step: f64| (step * (i as f64 + 1.0)).fract() * 3.0 - 1.4;
     (0..count)
@@ -57,7 +57,7 @@ fn data(count: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Data that repeat the first whole numbers.
+/// Makes data that repeat the first whole numbers in turn.
 fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
     (0..count).map(|i| [f64::from(i % numbers)]).collect()
 }
@@ -65,12 +65,12 @@ fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
 const AT: [f64; 3] = [0.7, -0.4, 1.2];
 
 fn assert_close(got: &[f64], expected: &[f64], what: &str) {
-    // Hundreds of the same terms in another order.
+    // Both add hundreds of equal terms in a different order.
     let close = got == expected || largest_difference(got, expected) <= 1e-13;
     assert!(close, "{what}: {got:?} and {expected:?}");
 }
 
-/// Asserts that the gradient is that of forward mode, which replays nothing.
+/// Asserts that the gradient is that of forward mode, which replays no recording.
 fn assert_modes_agree<S: Summand>(summand: S, data: &[impl AsRef<[f64]>], at: &[f64]) {
     let total = Total(Sum::new(summand, data));
     let (reverse, forward) = (
@@ -102,7 +102,7 @@ fn the_sum_is_that_of_its_terms() {
     assert_close(&[value], &[expected], "recorded value");
 }
 
-/// Operators that assign are recorded as the others are.
+/// Uses assigning operators, which must be recorded like the other operators.
 fn assigned(shared: &[Sym], datum: &[Sym]) -> Sym {
     let mut term = shared[0];
     term += datum[0];
@@ -116,7 +116,7 @@ fn assigned(shared: &[Sym], datum: &[Sym]) -> Sym {
 fn operators_that_assign_are_recorded() {
     let data = [[3.0, 7.0], [-1.0, 5.0], [0.5, -2.0]];
     let total = Total(Sum::new(term(assigned, 3, 2), &data));
-    // (a + x - b) y / c with a = 2, b = 8 and c = 4: all sums are exact.
+    // Every sum in (a + x - b) y / c is exact with a = 2, b = 8 and c = 4.
     let at = [2.0, 8.0, 4.0];
     let terms = data.map(|[x, y]| (2.0 + x - 8.0) * y / 4.0);
     let value: f64 = terms.iter().sum();
@@ -128,8 +128,8 @@ fn operators_that_assign_are_recorded() {
     );
 }
 
-/// Work that is skipped if no lane needs it, and a choice by `is_zero`. A record of one datum would choose for
-/// the others.
+/// Skips work if no lane needs it, and chooses by `is_zero`. A recording of one datum would make the choice for all
+/// others.
 #[derive(Clone)]
 struct Skips;
 
@@ -155,7 +155,7 @@ impl Summand for ChoosesByZero {
     }
 }
 
-/// Such terms are not replayed: each datum takes its own branch, in any order of the data.
+/// Such terms must not be replayed: each datum takes its own branch, in any order of the data.
 #[test]
 fn a_replay_does_not_take_the_branch_of_another_datum() {
     let data = [-1.0, 2.0, 0.0, -3.0, 0.5].map(|x| [x]);
@@ -164,7 +164,7 @@ fn a_replay_does_not_take_the_branch_of_another_datum() {
         assert_modes_agree(Skips, data, &[2.0]);
         assert_modes_agree(ChoosesByZero, data, &[2.0]);
     }
-    // 3 x where it is not positive, 2 a x where it is.
+    // The term is 3 x where it is not positive, and 2 a x where it is.
     let skips = Total(Sum::new(Skips, &data));
     assert_eq!(gradient(|x| skips.eval(x), &[2.0]), [-12.0 + 4.0 * 2.5]);
 }
@@ -176,7 +176,8 @@ fn no_data_sum_to_zero() {
     assert_eq!(gradient(|x| total.eval(x), &AT), [0.0; 3]);
 }
 
-/// One gradient passes its working memory to the next, also to one of another number type and length.
+/// One gradient passes its working memory to the next, also to a gradient of another number type and length. The
+/// results must not change.
 #[test]
 fn reused_memory_does_not_change_results() {
     for count in [5, 70] {
@@ -189,7 +190,7 @@ fn reused_memory_does_not_change_results() {
     }
 }
 
-/// The terms of a sum in plain code.
+/// The terms of a sum in plain code, as the reference.
 struct Terms<S, const N: usize>(S, Vec<[f64; N]>);
 
 impl<S: Summand, const N: usize> Function for Terms<S, N> {
@@ -199,7 +200,7 @@ impl<S: Summand, const N: usize> Function for Terms<S, N> {
     }
 }
 
-/// The Hessian replays on duals. No differences: what is detached moves with them.
+/// The Hessian must replay on duals. It is not compared with differences, because detached numbers move with them.
 #[test]
 fn sums_nest() {
     fn check<const N: usize>(term: Formula, data: Vec<[f64; N]>, at: &[f64]) {
@@ -217,7 +218,7 @@ fn sums_nest() {
     check(term(apart, 2, 1), vec![[2.0]], &[0.5, 0.2]);
 }
 
-/// Rounds to zero or one, with the derivative of another function.
+/// Rounds to zero or one, with the derivative of a smooth function.
 #[derive(Clone)]
 struct Softened;
 
@@ -230,7 +231,7 @@ impl Rule for Softened {
     }
 }
 
-/// Calls a rule, whose derivative a record does not contain.
+/// Calls a custom rule, whose derivative a recording does not contain.
 #[derive(Clone)]
 struct WithRule;
 
@@ -251,7 +252,7 @@ fn a_custom_rule_inside_keeps_its_derivative() {
     assert!(by_shared[0].abs() > 1.0);
 }
 
-/// Infinite partials at data that are not selected.
+/// Has infinite partials at data that are not selected.
 fn guarded(shared: &[Sym], datum: &[Sym]) -> Sym {
     let root = (shared[0] * datum[0]).sqrt();
     let used = Sym::lit(0.5).less(datum[0]);
@@ -263,8 +264,8 @@ fn a_term_that_is_not_selected_passes_no_infinity() {
     assert_modes_agree(term(guarded, 1, 1), &by_turns(50, 3), &[2.0]);
 }
 
-/// Products of rows with the same numbers, which are reversed two at a time: of equal length, shorter, longer,
-/// with the product before, and of numbers with themselves.
+/// Multiplies rows with the same numbers. The reverse sweep takes two rows at a time: of equal length, shorter,
+/// longer, with the product before, and of numbers with themselves.
 fn rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let own = [datum[0], datum[1], datum[1] * datum[0]];
     let mut scratch = [Sym::zero(); 4];
@@ -298,7 +299,7 @@ fn rows_with_the_same_numbers_are_reversed_together() {
     }
 }
 
-/// Rows that read only the datum, and one that also reads the earlier products.
+/// Has rows that read only the datum, and one row that also reads the earlier products.
 fn rows_of_arguments(shared: &[Sym], datum: &[Sym]) -> Sym {
     let first = Sym::dot(&shared[..1], datum);
     let with_the_one_before = Sym::dot(&shared[1..3], &[datum[0], first]);
@@ -313,7 +314,7 @@ fn rows_that_read_only_the_datum_are_reversed_together() {
     assert_modes_agree(term(rows_of_arguments, 3, 1), &data, &AT);
 }
 
-/// A term with the gradient of another sum inside, which is a constant.
+/// Computes the gradient of another sum inside the term; this gradient is a constant.
 #[derive(Clone)]
 struct Inner;
 
@@ -339,7 +340,7 @@ fn a_sum_s_gradient_may_be_taken_within_a_term() {
     assert_modes_agree(Outer, &[[0.3], [-0.7], [1.1]], &[0.5]);
 }
 
-/// Two rows with an infinite number where the first row is not selected.
+/// Has two rows with an infinite number where the first row is not selected.
 fn guarded_rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let own = [datum[0].recip()];
     let guarded = Sym::dot(&shared[..1], &own);
@@ -351,7 +352,8 @@ fn guarded_rows(shared: &[Sym], datum: &[Sym]) -> Sym {
 fn a_row_that_is_not_selected_passes_no_infinity() {
     let total = Total(Sum::new(term(guarded_rows, 2, 1), &by_turns(50, 3)));
     let by_shared = gradient(|x| total.eval(x), &[2.0, 3.0]);
-    // 1 at 17 data and 1/2 at 16; of the row that counts everywhere it is infinite.
+    // The first row has the slope 1 at 17 data and 1/2 at 16 data. The second row counts everywhere, so its slope is
+    // infinite.
     assert_eq!(by_shared, [17.0 + 0.5 * 16.0, f64::INFINITY]);
 }
 
@@ -359,7 +361,7 @@ const INPUTS: usize = 9;
 const HIDDEN: usize = 11;
 const PARAMETERS: usize = HIDDEN * INPUTS + HIDDEN * (INPUTS + HIDDEN) + 2 * HIDDEN;
 
-/// A network of two layers, each row with its activation, where the second layer also sees the datum.
+/// A network of two layers. Each row has its own activation, and the second layer also sees the datum.
 fn network(shared: &[Sym], datum: &[Sym]) -> Sym {
     let (first, rest) = shared.split_at(HIDDEN * INPUTS);
     let (second, biases) = rest.split_at(HIDDEN * (INPUTS + HIDDEN));
@@ -377,7 +379,7 @@ fn network(shared: &[Sym], datum: &[Sym]) -> Sym {
     Sym::dot(y, &biases[HIDDEN..]) - Sym::dot(y, &first[..HIDDEN])
 }
 
-/// Numbers between -1 and 1.
+/// Makes numbers between -1 and 1.
 fn numbers(count: usize) -> Vec<f64> {
     let number = |i: usize| (0.618_033_988 * (i as f64 + 1.0)).fract() * 2.0 - 1.0;
     (0..count).map(number).collect()
@@ -393,11 +395,11 @@ fn layers_of_a_network_have_the_gradient_of_their_rows() {
     }
 }
 
-/// The sum over a layer of eight rows, each of whose own numbers is computed by `own`; the first row counts
-/// only where the datum is above a half.
+/// Sums a layer of eight rows. `own` computes each number that the rows multiply. The first row counts only where the
+/// datum is above one half.
 fn guarded_layer(weights: &[Sym], own: impl Fn() -> Sym, datum: Sym) -> Sym {
     let mut scratch = [Sym::zero(); 16];
-    // One operation for each: a layer's own numbers lie apart.
+    // One operation for each number, so that the numbers are not adjacent in memory.
     for place in &mut scratch[..8] {
         *place = own();
     }
@@ -408,7 +410,7 @@ fn guarded_layer(weights: &[Sym], own: impl Fn() -> Sym, datum: Sym) -> Sym {
     Sym::select(Sym::lit(0.5).less(datum), scratch[8], Sym::zero()) + sum
 }
 
-/// A layer with an infinite own number at some data, and rows that do not count there.
+/// A layer that multiplies a number that is infinite at some data, with rows that do not count there.
 fn guarded_layer_of_data(shared: &[Sym], datum: &[Sym]) -> Sym {
     guarded_layer(shared, || datum[0].recip(), datum[0])
 }
@@ -432,7 +434,7 @@ fn an_infinite_weight_of_a_row_that_is_not_selected_passes_nothing() {
     assert_eq!(gradient(|x| total.eval(x), &at)[64], 5.0 * 7.0 * 8.0 * 0.5);
 }
 
-/// The same, with own numbers that depend on a parameter.
+/// Like [`guarded_layer_of_data`], but the multiplied numbers depend on a parameter.
 fn guarded_layer_of_weights(shared: &[Sym], datum: &[Sym]) -> Sym {
     guarded_layer(shared, || shared[64] + datum[0], datum[0])
 }
@@ -442,7 +444,7 @@ fn f32_has_lanes_too() {
     let total = Total(Sum::new(term(everything, 3, 2), &data(100)));
     let single = gradient(|x| total.eval(x), &AT.map(|x| x as f32));
     for (s, d) in single.iter().zip(gradient(|x| total.eval(x), &AT)) {
-        // A hundred terms of single precision, whose partials are as large as the sum.
+        // A hundred terms in single precision, with partials as large as the sum.
         assert!(
             (f64::from(*s) - d).abs() <= 1e-4 * d.abs().max(100.0),
             "{s} and {d}"
@@ -451,13 +453,13 @@ fn f32_has_lanes_too() {
 }
 
 #[test]
-#[should_panic(expected = "differ in length")]
+#[should_panic(expected = "must all have the same length")]
 fn data_of_different_lengths_are_refused() {
     Sum::new(term(everything, 3, 2), &[vec![1.0, 2.0], vec![1.0]]);
 }
 
-/// The root of the excess over a bound. At the bound the cotangent of the choice is infinite. Other lanes choose
-/// otherwise and have finite cotangents.
+/// The root of the excess over a bound. At the bound the cotangent of the choice is infinite. Other lanes choose the
+/// other side and have finite cotangents.
 fn above(shared: &[Sym], datum: &[Sym]) -> Sym {
     (datum[0] - shared[0]).max(Sym::zero()).sqrt()
 }
@@ -476,7 +478,7 @@ fn an_infinite_cotangent_passes_only_the_chosen_side() {
     }
 }
 
-/// Values with another derivative or none.
+/// Uses values that have another function's derivative, or no derivative.
 fn apart(shared: &[Sym], datum: &[Sym]) -> Sym {
     let (a, b) = (shared[0], shared[1]);
     let soft = (a * a * a).straight_through(a * b);

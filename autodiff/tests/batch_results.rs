@@ -1,17 +1,17 @@
-//! Sums whose term is not the result of the record's last operation.
+//! Sums whose term is not the result of the last recorded operation.
 
 use crate::common::{assert_close, forward_gradient};
 use autodiff::data::{Recorded, Sum, Summand};
 use autodiff::{Function, Real, value_and_gradient};
 
-/// What a term is. The record also holds a layer of a network.
+/// The number that a term returns. The recording also holds a layer of a network.
 #[derive(Clone, Copy, Debug)]
 enum Term {
-    /// Only a parameter.
+    /// A parameter.
     Shared(usize),
-    /// Only a parameter, while other parameters are read one by one.
+    /// A parameter, while other parameters are read one by one.
     SharedAmongRead(usize),
-    /// Only a number of the datum.
+    /// A number of the datum.
     Datum(usize),
     Constant,
     /// A number that the layer reads.
@@ -21,7 +21,7 @@ enum Term {
 }
 
 const WIDTH: usize = 8;
-/// A layer of eight rows and a few more numbers.
+/// The number of shared parameters: the weights of a layer of eight rows, and a few more.
 const SHARED: usize = WIDTH * WIDTH + 7;
 
 impl Summand for Term {
@@ -29,7 +29,7 @@ impl Summand for Term {
         let (mut own, mut rows) = ([R::zero(); WIDTH], [R::zero(); WIDTH]);
         for (own, &number) in own.iter_mut().zip(datum) {
             *own = match self {
-                // In these cases single operations read no parameter.
+                // In these cases, operations outside the layer read no parameter.
                 Term::Shared(_) | Term::Datum(_) | Term::Constant => number.sin(),
                 _ => (number * shared[SHARED - 2]).sin(),
             };
@@ -80,7 +80,7 @@ fn a_term_may_be_any_number_of_its_record() {
             let data: Vec<Vec<f64>> = (0..count).map(datum).collect();
             let total = Total(Sum::new(term, &data));
             let (value, gradient) = value_and_gradient(|x| total.eval(x), &at);
-            // A few hundred terms of order one, summed in another order.
+            // A few hundred terms of order one, summed in a different order.
             let tolerance = 1e-13;
             println!("{term:?}, {count} data");
             assert_close(&[value], &[Function::eval(&total, &at)], tolerance);
@@ -89,7 +89,7 @@ fn a_term_may_be_any_number_of_its_record() {
     }
 }
 
-/// No operation at all.
+/// A function without any operation.
 struct Constant;
 
 impl Function for Constant {

@@ -1,4 +1,4 @@
-//! The gradient checker: right gradients pass, wrong ones are caught, kinks are told apart.
+//! The gradient checker must accept right gradients, catch wrong ones, and recognise kinks.
 
 use crate::common::{Formula, Sym, formula};
 use autodiff::check::{Claim, Options, Report, Verdict, check_directions, check_gradient};
@@ -20,7 +20,7 @@ impl Function for Smooth {
     }
 }
 
-/// `x^3`, claiming a slope `wrong` times the right one at the argument `of`.
+/// `x^3`, which claims that the slope at the argument `of` is `wrong` times the right slope.
 struct WrongCube {
     of: usize,
     wrong: f64,
@@ -81,7 +81,8 @@ fn right_gradients_are_smooth() {
     }
 }
 
-/// The negative control. Forward and reverse agree on a wrong rule: only differences can tell.
+/// Forward and reverse mode agree on a wrong rule, so only differences can find it. The checker must name the
+/// argument.
 #[test]
 fn a_wrong_rule_is_wrong_and_named() {
     for (n, of) in [(1, 0), (7, 0), (7, 6), (64, 41)] {
@@ -94,7 +95,7 @@ fn a_wrong_rule_is_wrong_and_named() {
     }
 }
 
-/// Errors below the tolerance pass: the tolerance means something.
+/// Errors below the tolerance must pass and errors above it must not.
 #[test]
 fn the_tolerance_separates_right_from_wrong() {
     let function = WrongCube {
@@ -123,7 +124,7 @@ fn rectifier(at: f64) -> Formula {
 fn a_kink_at_the_point_is_a_kink() {
     let report = checked(&rectifier(0.5), &[0.5, 0.2]);
     assert_eq!(report.verdict, Verdict::Kink, "{report}");
-    // Here the central difference agrees with the convention, which makes it no less a kink.
+    // Here the central difference happens to agree with the convention, but it is still a kink.
     let report = checked(&formula(2, |x| x[0].abs() + x[1].exp()), &[0.0, 0.3]);
     assert_eq!(report.verdict, Verdict::Kink, "{report}");
 }
@@ -147,7 +148,7 @@ fn a_kink_beside_the_point_neither_alarms_nor_hides() {
     }
 }
 
-/// A claimed slope at a point against differences and the slope by forward mode.
+/// Checks a claimed slope at a point against differences and against a claimed slope of forward mode.
 fn with_forward(value: fn(f64) -> f64, x: f64, [reverse, forward]: [f64; 2]) -> Report {
     let forward = |direction: &[f64]| forward * direction[0];
     let claim = Claim {
@@ -166,8 +167,8 @@ fn a_second_source_that_disagrees_is_wrong() {
     }
 }
 
-/// Over a step as long as `x` such slopes change the value by less than its last digit. Two sources that differ
-/// there, as after a saturated `tanh`, are both right.
+/// Slopes that change the value by less than its last digit over a step as long as `x` must not be compared. Two
+/// sources may both be right and differ there, for example beyond the saturation of `tanh`.
 #[test]
 fn sources_may_disagree_below_the_value_s_last_digit() {
     let verdict = |x, disagree| with_forward(|_| 0.1, x, [0.0, disagree]).verdict;
@@ -176,8 +177,8 @@ fn sources_may_disagree_below_the_value_s_last_digit() {
     assert_eq!(verdict(1e3, 1e-18), Verdict::Wrong);
 }
 
-/// A slope close to the rounding of the value may agree by chance. The uncertainty of the differences tells such
-/// a slope from a known one.
+/// A slope close to the rounding of the value may agree by chance. The reported uncertainty must tell it from a slope
+/// that is really known.
 #[test]
 fn differences_say_how_sure_they_are() {
     let direction = |value: fn(f64) -> f64, slope: f64| {
@@ -189,7 +190,7 @@ fn differences_say_how_sure_they_are() {
         known.error <= known.unsure && known.unsure < 1e-7,
         "{known:?}"
     );
-    // The value is rounded at 1e-16 and steps are 3e-3 at most: a thirtieth of this slope.
+    // The value is rounded at 1e-16 and steps are at most 3e-3, so rounding is a thirtieth of this slope.
     let drowned = direction(|x| 1.0 + 1e-12 * x, 1e-12);
     assert!(
         drowned.unsure > 1e-2 && drowned.unsure.is_finite(),
@@ -223,7 +224,7 @@ fn the_table_says_it_all() {
     assert!(table.ends_with("verdict: wrong"), "{table}");
 }
 
-/// An infinite slope is named where it is, not beside a component that has none of it.
+/// The report must name the component with the infinite slope, not another one.
 #[test]
 fn the_component_with_an_infinite_slope_is_the_worst() {
     let root = formula(3, |x| x[0].sqrt() + x[1] + x[2]);
@@ -235,8 +236,8 @@ fn the_component_with_an_infinite_slope_is_the_worst() {
     }
 }
 
-/// Along all arguments at once, and in each half of them, errors may cancel: the worst of the directions
-/// is where the worst component is looked for.
+/// Errors may cancel along all arguments at once and in each half of them. So the worst component must be looked for
+/// in the worst direction.
 #[test]
 fn the_worst_direction_leads_to_the_worst_component() {
     for options in seeds(10) {
@@ -249,7 +250,8 @@ fn the_worst_direction_leads_to_the_worst_component() {
     }
 }
 
-/// The worst component is that with the largest part in a direction's error, not with the largest error.
+/// The worst component must be the one that contributes most to a direction's error, not the one with the largest
+/// error.
 #[test]
 fn components_weigh_as_the_direction_has_them() {
     // The only direction of this seed is along (0.30, 0.65).
@@ -262,7 +264,7 @@ fn components_weigh_as_the_direction_has_them() {
     assert_eq!(report.worst.index, 1, "{report}");
 }
 
-/// Beside differences that are NaN an error is still found.
+/// Even if some differences are NaN, an error in another component must be found.
 #[test]
 fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
     let report = claimed(
@@ -279,11 +281,11 @@ fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
 #[test]
 fn an_error_is_a_share_of_the_slope() {
     let report = claimed(|x| 2.0 * x[0], [&[0.3], &[4.0]], &Options::default());
-    // Differences of a line have only rounding errors, 1e-16 over the step.
+    // The differences of a linear function have only rounding errors, 1e-16 divided by the step.
     assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
 
-/// Tolerances are shares of the slope.
+/// Tolerances must be relative to the slope.
 #[test]
 fn a_verdict_does_not_depend_on_the_unit() {
     for unit in [1e-12, 1.0, 1e12] {
@@ -308,7 +310,7 @@ fn a_verdict_does_not_depend_on_the_unit() {
     }
 }
 
-/// A check also ends at an infinite point, and with steps whose ratio overflows.
+/// A check must also end at an infinite point, and with steps whose ratio overflows.
 #[test]
 fn any_point_and_any_span_of_steps_have_a_verdict() {
     let square = formula(1, |x| x[0] * x[0]);

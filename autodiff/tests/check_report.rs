@@ -1,18 +1,18 @@
-//! The report of a gradient check beside its verdict: the order of the remainder, the worst component
-//! by its name, and what became of a gradient that is wrong on purpose.
+//! The parts of a check's report besides its verdict: the order of the remainder, the name of the worst component,
+//! and the verdict on a gradient that is wrong on purpose.
 
 use crate::check::{Smooth, claimed, point, seeds};
 use autodiff::check::{Options, Report, Verdict, check_gradient};
 use autodiff::{Function, gradient};
 
-/// Orders are measured over half decades of steps, of remainders that rounding and the terms behind
-/// the leading one change by a few parts in a hundred.
+/// The tolerance of measured orders. They are measured over half decades of steps. Rounding and terms of higher order
+/// change the remainders by a few parts in a hundred.
 const ORDER: f64 = 0.1;
 
 /// A function of several numbers.
 type Value<'a> = &'a dyn Fn(&[f64]) -> f64;
 
-/// The orders of all directions.
+/// Returns the order in every direction.
 fn orders(report: &Report) -> Vec<Option<f64>> {
     report.directions.iter().map(|row| row.taylor).collect()
 }
@@ -24,7 +24,7 @@ fn is_order(report: &Report, order: f64) {
     }
 }
 
-/// Along a direction of small curvature, the term of third order shows too.
+/// The order may exceed 2 along a direction of small curvature, where the third-order term shows.
 #[test]
 fn remainders_are_of_second_order_where_the_gradient_is_right() {
     for n in [2, 7, 50] {
@@ -38,7 +38,7 @@ fn remainders_are_of_second_order_where_the_gradient_is_right() {
     }
 }
 
-/// From half of the slope down to a hundred tolerances off.
+/// Gradients are wrong by half of the slope down to a hundred tolerances.
 #[test]
 fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
     let x = point(3);
@@ -55,7 +55,7 @@ fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
     }
 }
 
-/// The order is that of the leading term.
+/// The measured order must be that of the leading term.
 #[test]
 fn remainders_have_the_order_of_their_leading_term() {
     for power in [1.0, 1.5, 2.0, 3.0, 4.0] {
@@ -66,7 +66,7 @@ fn remainders_have_the_order_of_their_leading_term() {
     }
 }
 
-/// Only the larger steps cross a kink beside the point.
+/// Only the larger steps cross the kink beside the point, so the order must be that of the smaller steps.
 #[test]
 fn the_smaller_steps_decide() {
     for distance in [1e-2, 1e-3, 1e-4, 1e-5] {
@@ -77,7 +77,7 @@ fn the_smaller_steps_decide() {
     }
 }
 
-/// Half a decade of order 1 above one of order 3: an even number of orders has no middle one.
+/// With half a decade of order 1 above half a decade of order 3, there is no middle order: the mean must be reported.
 #[test]
 fn of_two_orders_the_mean_counts() {
     let (largest_step, smallest_step) = (1e-2, 1e-3);
@@ -108,7 +108,7 @@ fn where_all_is_rounding_there_is_no_order() {
             let report = claimed(value, [&point(3), &slopes], &options);
             assert_eq!(orders(&report), [None; 4], "{report}");
         }
-        // The stated noise is 1e-3, and the values bend by less.
+        // The stated noise is 1e-3, and the bend of the values is smaller.
         let noise = 1e-3;
         let report = claimed(
             |x| x[0].exp(),
@@ -119,14 +119,15 @@ fn where_all_is_rounding_there_is_no_order() {
     }
 }
 
-/// Values in single precision where the options say so, and a little noise where they do not.
+/// Noise must not count as a remainder: neither single precision that the options state, nor a little noise that they
+/// do not state.
 #[test]
 fn noise_is_no_remainder() {
     let x = point(3);
     let right = gradient(|x| Smooth.eval(x), &x);
     let single =
         |x: &[f64]| f64::from(Smooth.eval(&x.iter().map(|&x| x as f32).collect::<Vec<_>>()));
-    // Noise of 1e-11.
+    // This adds noise of 1e-11.
     let unsaid = |x: &[f64]| Smooth.eval(x) + 1e-11 * (1e15 * x[0]).sin();
     let cases: [(Value, f32); 2] = [(&single, f32::EPSILON), (&unsaid, 0.0)];
     for (value, noise) in cases {
@@ -134,7 +135,7 @@ fn noise_is_no_remainder() {
             let noise = f64::from(noise).max(options.noise);
             let report = claimed(value, [&x, &right], &Options { noise, ..options });
             let orders: Vec<f64> = orders(&report).into_iter().flatten().collect();
-            // Only the larger steps are clear of the noise, where terms of higher order show.
+            // Only the larger steps are clear of the noise, and there terms of higher order show.
             let right = |order: &f64| (1.7..3.3).contains(order);
             assert!(orders.iter().all(right), "{noise:e}\n{report}");
             assert!(orders.len() == 4 || noise > 1e-9, "{report}");
@@ -177,15 +178,16 @@ fn a_gradient_that_is_wrong_on_purpose_is_found_out() {
             let report = check_gradient(&Smooth, &point(n), &options);
             assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
             let table = report.to_string();
-            let line = "negative control: the gradient, made wrong by 1 %, is called wrong";
+            let line =
+                "negative control: a gradient that is wrong on purpose, by 1 %, is called wrong";
             assert!(table.contains(line), "{table}");
         }
     }
 }
 
-/// There is nothing to make wrong in a gradient of zero, or so small that differences do not feel
-/// it; nor where it is wrong already, where differences do not settle, and where a hundredth is
-/// within the tolerance.
+/// There must be no control where it would prove nothing: a gradient that is zero or too small for
+/// differences, one that is wrong already, differences that do not settle, and a tolerance above one
+/// hundredth.
 #[test]
 fn a_control_that_would_tell_nothing_is_none() {
     let line = |x: &[f64]| x[0].exp() + x[0].abs();

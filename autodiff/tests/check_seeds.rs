@@ -1,4 +1,4 @@
-//! The gradient checker over many seeds: what is easily taken for something else.
+//! The gradient checker over many seeds, for functions that are easily misjudged.
 
 use crate::check::{claimed, point, seeds};
 use autodiff::check::{Options, Report, Verdict};
@@ -8,7 +8,7 @@ const SEEDS: u64 = 100;
 
 type Value<'a> = &'a dyn Fn(&[f64]) -> f64;
 
-/// The reports on a gradient that is claimed at a point, with many seeds.
+/// Checks a claimed gradient at a point with many seeds.
 fn reports(value: Value, [x, gradient]: [&[f64]; 2], options: &Options) -> Vec<Report> {
     let check = |Options { seed, .. }| {
         let options = Options {
@@ -20,7 +20,7 @@ fn reports(value: Value, [x, gradient]: [&[f64]; 2], options: &Options) -> Vec<R
     seeds(SEEDS).map(check).collect()
 }
 
-/// Every seed must give this verdict, and none may believe the negative control.
+/// Asserts this verdict for every seed, and that no seed accepts the negative control.
 fn is(verdict: Verdict, name: &str, value: Value, x: &[f64], gradient: &[f64]) {
     let reports = reports(value, [x, gradient], &Options::default());
     for (seed, report) in reports.iter().enumerate() {
@@ -38,7 +38,7 @@ fn rosenbrock<R: Real>(x: &[R]) -> R {
     })
 }
 
-/// Noise in `[-1, 1)`, a function of its arguments.
+/// Returns noise in `[-1, 1)` that depends only on the arguments.
 fn noise(x: &[f64]) -> f64 {
     let bits = x.iter().fold(0x1234_5678_u64, |bits, x| {
         let bits = (bits ^ x.to_bits()).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -52,7 +52,7 @@ fn sines(x: &[f64]) -> f64 {
     x.iter().map(|x| x.sin()).sum()
 }
 
-/// Squares of the residuals of a model that fits its data, at the point of `x.len()` components.
+/// The sum of squared residuals of a model that fits its data exactly.
 fn misfit(x: &[f64]) -> f64 {
     let at = point(x.len());
     let residual = |k: usize| {
@@ -97,7 +97,7 @@ fn right_gradients_where_slopes_vanish_are_smooth() {
     }
 }
 
-/// The negative control of the test above.
+/// Wrong gradients at the minima of the test above must be found.
 #[test]
 fn wrong_gradients_at_minima_are_wrong() {
     for claimed in [1e-8, 1e-6, 1e-3, 1.0] {
@@ -126,12 +126,12 @@ fn spikes_cusps_and_small_kinks_are_kinks() {
         let joined = |x: &[f64]| cusp(x) + x[1].exp();
         kink("cusp and slope", &joined, &[0.0, 0.2], &[0.0, 0.2f64.exp()]);
     }
-    // Curvature hides the kink except at the smallest steps.
+    // Curvature hides the kink at all but the smallest steps.
     let small = |x: &[f64]| 1e-3 * x[0].abs() + x[0] * x[0] + x[0];
     kink("small", &small, &[0.0], &[1.0]);
 }
 
-/// A term that has its slope at the point, and elsewhere a value of zero, of the given width.
+/// A smooth function plus a bump of the given width around `x[0] = 0`.
 fn bump(x: &[f64], width: f64) -> f64 {
     x[0] + x[1].sin() + (-(x[0] / width).powi(2)).exp()
 }
@@ -157,7 +157,7 @@ fn a_narrow_term_that_is_forgotten_is_wrong_and_named() {
             &[1.0, cos],
         );
     }
-    // Narrower than the smallest step, a term is a spike to differences.
+    // If the bump is narrower than the smallest step, differences see only a spike.
     for width in [1e-10, 1e-11, 1e-12] {
         let value = |x: &[f64]| bump(x, width);
         for report in reports(&value, [&[width, 0.4], &[1.0, cos]], &Options::default()) {
@@ -187,7 +187,7 @@ fn noise_is_no_kink() {
         };
         let smooth = of(1.0, &Options::default());
         let smooth = smooth.iter().filter(|r| r.verdict == Verdict::Smooth);
-        // Noise that the options do not know of may settle on a wrong slope by chance.
+        // Noise that the options do not state may settle on a wrong slope by chance.
         assert!(smooth.count() as u64 >= SEEDS - 2, "{size:e}");
         let options = Options {
             noise: size.max(f64::EPSILON),
@@ -214,7 +214,7 @@ fn one_wrong_component_of_a_thousand_is_named() {
     }
 }
 
-/// A function that varies over less than the smallest step needs smaller steps.
+/// For a function that varies over less than the smallest step, the user must set smaller steps.
 #[test]
 fn small_lengths_need_small_steps() {
     let (x, inverse) = (1e-9, |x: &[f64]| 1.0 / x[0]);
@@ -236,7 +236,7 @@ fn small_lengths_need_small_steps() {
     }
 }
 
-/// Three tolerances off, at any scale of the function.
+/// Errors of three tolerances must be found, at any scale of the function.
 #[test]
 fn small_errors_are_wrong() {
     let x = point(5);

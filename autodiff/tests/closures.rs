@@ -1,11 +1,11 @@
-//! Formulas as they are written on paper: closures with float constants, references and native
-//! comparisons, and generic code with `lit`.
+//! Formulas that read as on paper: closures with float constants, references and native comparisons, and generic code
+//! with `lit`.
 
 use autodiff::{
     Dual, Real, Var, gradient, gradient_forward, hessian, hessian_vector, jacobian, lit,
 };
 
-/// Every operator with a float or a reference on one side.
+/// Uses every operator with a float or a reference on either side.
 macro_rules! formula {
     ($number:ty, $x:expr) => {{
         let (x, y) = (&$x[0], $x[1]);
@@ -24,7 +24,7 @@ macro_rules! formula {
     }};
 }
 
-/// The formula over any number.
+/// The same formula in generic code.
 fn generic<R: Real>(x: &[R]) -> R {
     let (x, y) = (x[0], x[1]);
     let mut z = lit(2.0) * x + y * lit(3.0) - lit(1.0);
@@ -44,7 +44,7 @@ fn generic<R: Real>(x: &[R]) -> R {
 #[test]
 fn closures_take_floats_and_references_as_generic_code_takes_literals() {
     for x in [[0.5, 1.25], [-0.5, 0.75], [2.0, 7.0]] {
-        // Exact halves and quarters but for the quotients, which both write alike.
+        // The numbers are halves and quarters, so only quotients round, and both forms compute them in the same way.
         let expected = gradient(generic, &x);
         if x[1] != 7.0 {
             assert_eq!(gradient(|x| formula!(Var<f64>, x), &x), expected);
@@ -60,11 +60,11 @@ fn closures_take_floats_and_references_as_generic_code_takes_literals() {
         let along = Dual::<f64, 1>::variable(x[0], 0);
         assert_eq!((2.0 * along).tangent, [2.0]);
     }
-    // Constants record nothing, on either side.
+    // Constants must record nothing, on either side of an operator.
     assert_eq!(gradient(|x| 3.0 - x[0] * 0.0, &[5.0]), [-0.0]);
 }
 
-/// What a closure captures it may use up, and a Jacobian of no arguments has empty rows.
+/// Drivers must take closures that consume what they capture. A Jacobian without arguments has empty rows.
 #[test]
 fn drivers_take_any_closure() {
     let owned = Box::new(4.0);

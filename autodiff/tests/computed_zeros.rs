@@ -1,4 +1,4 @@
-//! A zero that was computed does not hide an infinite partial on the tape; a zero that was chosen stops it.
+//! On the tape, a computed zero must not hide an infinite partial, and a chosen zero must stop it.
 
 use crate::common::{Sym, assert_gradients, formula, forward_gradient, gradients};
 use autodiff::check::{Options, Verdict, check_gradient};
@@ -26,14 +26,15 @@ fn an_intermediate_overflow_never_gives_a_wrong_zero() {
     for (function, at) in overflows {
         assert_gradients(|x| function(x[0]), &[([at], [NAN])]);
     }
-    // The zero slope of the square stops the infinity.
+    // The slope of the square is 0 and stops the infinity.
     assert_gradients(
         |x| Real::dot(&[x[0], x[1]], &[x[0], x[1]]).recip().recip(),
         &[([0.0, 0.0], [0.0, 0.0])],
     );
 }
 
-/// Squares of square roots, in which the zero comes first in forward mode: the operand has a tangent of 0.
+/// The squares of square roots whose operand has a tangent of 0. Forward mode meets this zero first, so the slope is
+/// 0.
 #[test]
 fn an_operand_that_does_not_move_has_a_slope_of_zero() {
     let square = |root: Sym| root * root;
@@ -41,14 +42,15 @@ fn an_operand_that_does_not_move_has_a_slope_of_zero() {
     let flat = [([0.0, 0.0], [0.0, 0.0])];
     assert_gradients(|x| square(Sym::dot(x, x).sqrt()), &flat);
     assert_gradients(|x| square((x[0] * x[0] + x[1] * x[1]).sqrt()), &flat);
-    // By the second argument the slope is 1, which cannot be computed from the root.
+    // The slope with respect to the second argument is 1, but it cannot be computed from the root.
     assert_gradients(
         |x| square((x[0] * x[0] + x[1]).sqrt()),
         &[([0.0, 0.0], [0.0, NAN])],
     );
 }
 
-/// Choices whose other side has an infinite partial. They get `x` and its root, and a mask that is 0 at 0.
+/// In each choice, the side that is not chosen has an infinite partial. The functions get `x`, its root, and a mask
+/// that is 0 at 0.
 #[test]
 fn a_chosen_zero_stops_an_infinite_partial() {
     let choices: [(&str, fn(Sym, Sym, Sym) -> Sym); 15] = [
@@ -95,7 +97,7 @@ fn a_chosen_zero_stops_an_infinite_partial() {
             choice(x[0], x[0].sqrt(), mask)
         });
     }
-    // By an `if`.
+    // The same choice by an `if`.
     let branch = |x: &[Var<f64>]| {
         if x[0].primal() > 0.0 {
             x[0].sqrt()
@@ -112,7 +114,7 @@ fn a_cotangent_that_was_given_as_zero_stops() {
     assert_eq!(vjp(values, &[0.0], &[0.0, 1.0]).1, [1.0]);
 }
 
-/// A branch that is not taken does not change other components of the gradient.
+/// A branch that is not taken must not change other components of the gradient.
 #[test]
 fn other_components_are_bit_identical() {
     let clean = |x: &[Var<f64>]| (x[1] * x[2]).sin() / x[2] + x[1].exp();
@@ -156,8 +158,7 @@ impl Model for Twice {
     }
 }
 
-/// Functions for which a zero still hides an infinity in a reverse sweep over lanes or behind a
-/// fused function.
+/// Functions for which a zero still hides an infinity, in a reverse sweep over lanes or behind a fused function.
 enum Hidden {
     Rule,
     Rollout(Rollout<Twice>),
@@ -217,8 +218,8 @@ const FUNCTIONS: [fn(Sym) -> Sym; 30] = [
     |x| x.hypot(x * x),
 ];
 
-/// Forward mode is the reference: where it gives NaN, no other mode gives a number; elsewhere the
-/// modes agree. Every function is composed with every other.
+/// Forward mode is the reference: where it gives NaN, no other mode may give a number, and elsewhere all modes must
+/// agree. Every function is composed with every other.
 #[test]
 fn no_mode_gives_a_number_where_forward_mode_gives_nan() {
     let points = [
@@ -232,7 +233,7 @@ fn no_mode_gives_a_number_where_forward_mode_gives_nan() {
             let forward = forward_gradient(&chained, &[x])[0];
             for (mode, gradient) in gradients(&chained, &[x]) {
                 let slope = gradient[0];
-                // The partials are equal but are multiplied in another order.
+                // The modes multiply the same partials in a different order.
                 let close = (slope - forward).abs() <= 4.0 * f64::EPSILON * forward.abs();
                 let same = slope.is_nan() || !forward.is_nan() && (slope == forward || close);
                 assert!(

@@ -1,4 +1,4 @@
-//! Double-double arithmetic against 60-digit values, and as the inner number of every mode.
+//! Double-double arithmetic, compared with 60-digit values and used as the inner number of every mode.
 
 use crate::common::{Formula, differences, formula, forward_gradient, largest_difference, rows};
 use crate::net::Loss;
@@ -60,7 +60,7 @@ impl Case {
     fn relative_error(&self) -> f64 {
         let [high, low] = self.computed().parts();
         let value = self.value;
-        // Exact but for the last operation: the parts agree in all but their last bits.
+        // Every operation but the last is exact, because the parts agree in all but their last bits.
         ((high - value[0]) + (low - value[1]) - value[2]).abs() / value[0].abs()
     }
 
@@ -104,7 +104,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
     let same = |wide: DoubleDouble, float: f64, what: &str| {
         let [high, low] = wide.parts();
         let equal = high == float || high.is_nan() && float.is_nan();
-        // The second float of a finite value is below the first one's rounding; else it is zero.
+        // The second float of a finite value is below the rounding of the first; otherwise it is zero.
         assert!(
             equal && (low == 0.0 || low.abs() <= high.abs() * f64::EPSILON),
             "{what}: {wide:?}, f64 {float}"
@@ -133,7 +133,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
                 (x.less(y), x.less_equal(y), x.finite()),
                 (a < b, a <= b, a.is_finite())
             );
-            // Powers of negative numbers, which f64 has for integers, are NaN here.
+            // Here powers of negative numbers are NaN, while f64 has values for integer exponents.
             if a >= 0.0 {
                 same(x.powf(y), a.powf(b), "powf");
             }
@@ -147,7 +147,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
     assert_eq!(DoubleDouble::from(-800.0).exp().parts(), [0.0, 0.0]);
 }
 
-/// Every elementary function, on a scale on which no term dominates.
+/// Uses every elementary function, on a scale on which no term dominates.
 fn mixed() -> Formula {
     formula(3, |x| {
         let wave = (x[0] * x[1]).sin() + x[2].exp() / x[0].cos();
@@ -164,10 +164,10 @@ fn derivatives_are_as_precise_as_the_number_inside() {
     let (mixed, x) = (mixed(), [0.7, 1.3, 2.1]);
     let exact = gradient(|x| mixed.eval(x), &wide(&x));
     let forward = forward_gradient(&mixed, &wide(&x));
-    // Some twenty operations of 1e-31 to 1e-30 each, in two orders.
+    // About twenty operations with errors of 1e-31 to 1e-30 each, in two orders.
     assert!(largest_difference(&forward, &exact) < 1e-29);
 
-    // Truncation h^2 / 6 times a third derivative of some 10, rounding 1e-31 / h.
+    // The truncation error is h^2 / 6 times a third derivative of about 10; the rounding error is 1e-31 / h.
     for i in 0..3 {
         let slope = differences(|x| vec![mixed.eval(x)], &wide(&x), i, 1e-10)[0];
         assert!(
@@ -177,11 +177,11 @@ fn derivatives_are_as_precise_as_the_number_inside() {
         );
     }
 
-    // Twenty operations of f64: 20 * 1e-16 times a condition of order one.
+    // Twenty operations of f64: 20 * 1e-16 times a condition number of order one.
     assert!(largest_difference(&wide(&gradient(|x| mixed.eval(x), &x)), &exact) < 1e-14);
     let rows = hessian(|x| mixed.eval(x), &wide(&x)).into_vec();
     assert!(largest_difference(&wide(&hessian(|x| mixed.eval(x), &x).into_vec()), &rows) < 1e-13);
-    // The two halves of a Hessian are computed apart.
+    // The two triangles of a Hessian are computed separately.
     let transposed: Vec<DoubleDouble> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
     assert!(largest_difference(&transposed, &rows) < 1e-29);
 }
@@ -191,12 +191,12 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     let loss = Loss::new(50);
     let x = loss.point();
     let exact = loss.eval(&wide(&x));
-    // 50 steps of some 20 rounded operations a number, which the network's feedback may grow.
+    // 50 steps of about 20 rounded operations per number, whose errors the network's feedback may amplify.
     assert!(largest_difference(&[DoubleDouble::from(loss.eval(&x))], &[exact]) < 1e-13);
     let slopes = gradient(|x| loss.eval(x), &wide(&x));
     assert!(largest_difference(&wide(&gradient(|x| loss.eval(x), &x)), &slopes) < 1e-12);
 
-    // The same sweep against forward mode, in digits that f64 does not have.
+    // Compares the same sweep with forward mode, in digits that f64 does not have.
     let dual = |(i, &x)| Dual::<DoubleDouble, 1> {
         value: DoubleDouble::from(x),
         tangent: [DoubleDouble::from((i as f64).cos())],
@@ -231,10 +231,10 @@ fn a_sum_keeps_what_is_small() {
     assert_eq!(sum, small);
 }
 
-/// The sum of two finite parts may overflow.
+/// The sum of two finite parts may overflow; then the number must be infinite.
 #[test]
 fn a_number_beyond_the_largest_is_infinite() {
-    // A quarter of the distance of the last two floats; half of it rounds up.
+    // This is a quarter of the distance between the two largest floats; half of the distance rounds up.
     let quarter = DoubleDouble::from(2.0_f64.powi(969));
     let above_one = DoubleDouble::new(1.0, 2.0_f64.powi(-54));
     for sign in [1.0, -1.0].map(DoubleDouble::from) {

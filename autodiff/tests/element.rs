@@ -1,5 +1,5 @@
-//! The functions of num-traits' `Float` and simba's `ComplexField` on elements, against the system's
-//! and differences in 31 digits.
+//! The functions of num-traits' `Float` and simba's `ComplexField` on elements, compared with the system's functions
+//! and with differences in 31 digits.
 
 use std::num::FpCategory;
 
@@ -9,17 +9,17 @@ use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
 
-/// Both traits have methods of the same names. Only this module sees both traits.
+/// Both traits have methods of the same names, so only this module imports both.
 mod table {
     use ::nalgebra::ComplexField as C;
     use num_traits::Float as F;
 
     use super::Number;
 
-    /// A name, the function as num-traits and as simba call it, the system's.
+    /// A name, the function called through num-traits and through simba, and the system's function.
     pub(crate) type Row = (&'static str, [fn(Number) -> Number; 2], fn(f64) -> f64);
 
-    /// Functions that `Real` lacks, and their domains.
+    /// Returns the functions that `Real` lacks, with their domains.
     pub(crate) fn functions() -> Vec<(Row, [f64; 2])> {
         type Ours = [fn(Number) -> Number; 2];
         let row = |name, ours: Ours, system: fn(f64) -> f64, domain| ((name, ours, system), domain);
@@ -71,13 +71,13 @@ fn elementary_functions_have_the_system_s_values_and_their_own_slopes() {
                 ),
                 (other.value, other.tangent)
             );
-            // Ours is exact to f64; the system's is good to an ulp or two.
+            // Ours is exact to f64; the system's function is accurate to an ulp or two.
             let error = (value - system(x)).abs();
             assert!(
                 error <= 4.0 * f64::EPSILON * value.abs(),
                 "{name}({x}): {value}"
             );
-            // In 31 digits a difference over 1e-13 has 17 good ones.
+            // In 31 digits, a difference quotient over 1e-13 has 17 correct digits.
             let h = DoubleDouble::from(1e-13);
             let [above, below] = [h, -h].map(|h| of(DoubleDouble::from(x) + h).value);
             let slope = ((above - below) / (h + h)).to_f64();
@@ -115,7 +115,7 @@ fn small_arguments_lose_no_digits() {
 #[test]
 fn functions_reach_as_far_as_those_of_floats() {
     let largest = f64::MAX;
-    // For the largest floats, where the system's own functions overflow.
+    // Used for the largest floats, where the system's own functions overflow.
     fn ln_twice(x: f64) -> f64 {
         x.ln() + std::f64::consts::LN_2
     }
@@ -141,18 +141,18 @@ fn functions_reach_as_far_as_those_of_floats() {
     ];
     for (place, (ours, system, x)) in pairs.into_iter().enumerate() {
         let (value, expected) = (ours(Element(x)).0, system(x));
-        // exp is right to 2 ulp, and its root is squared; others to an ulp or two.
+        // `exp` is accurate to 2 ulp and its root is squared; the others are accurate to an ulp or two.
         let error = f64::abs(value - expected);
         assert!(
             value == expected || error <= 6.0 * f64::EPSILON * f64::abs(expected).min(f64::MAX),
             "row {place} at {x}: {value}, not {expected}"
         );
     }
-    // Squares end at 1.8e19 in single precision, the exponential at 88.7.
+    // In single precision squares overflow above 1.8e19, and the exponential above 88.7.
     let single = [Element(2e19_f32).asinh().0, Element(89.0_f32).sinh().0];
     let double = [2e19_f64.asinh(), 89.0_f64.sinh()];
     for (single, double) in single.into_iter().zip(double) {
-        // An ulp of 6e-8, or two; that of exp once more.
+        // An ulp or two of 6e-8, and the error of `exp` again.
         assert!((single as f64 / double - 1.0).abs() < 5e-7, "{single}");
     }
 }
@@ -200,7 +200,7 @@ fn odd_functions_keep_the_sign_of_a_zero() {
     );
 }
 
-/// An algorithm decides alike for a number and for a variable of the same value.
+/// An algorithm must decide alike for a number and for a variable of the same value.
 #[test]
 fn zero_is_what_has_the_value_zero() {
     use num_traits::Zero;
@@ -216,7 +216,7 @@ fn zero_is_what_has_the_value_zero() {
     assert_eq!(decides::<Dual<f64, 1>>(&moving).tangent, [1.0]);
 }
 
-/// Newton's method for a cubic root, in code over floats.
+/// Newton's method for a cubic root, in code generic over `Float`.
 fn cubic_root<T: Float>(x: T) -> T {
     let three = T::from(3.0).expect("a small number");
     let mut root = x.max(T::one());
@@ -231,8 +231,8 @@ fn generic_float_code_is_differentiated() {
     fn root<R: Real>(x: &[R]) -> R {
         cubic_root(Element(x[0])).0
     }
-    // Newton's last update is exact in its first derivative: by the rounding that is left. Its
-    // second derivative is that of one quadratic step.
+    // Newton's last step makes the first derivative exact to within rounding. The second derivative has the error of
+    // one quadratic step.
     let x: f64 = 8.0;
     assert!(f64::abs(root(&[x]) - 2.0) < 1e-14);
     assert!(f64::abs(gradient(root, &[x])[0] - 1.0 / 12.0) < 1e-12);

@@ -1,4 +1,4 @@
-//! Fused entries and custom rules against the same functions written out.
+//! Fused entries and custom rules must agree with the same functions written out.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,7 +9,7 @@ use autodiff::fused::{dense, dense_batch};
 use autodiff::implicit::{Residual, root};
 use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient};
 
-/// The same sums in another order: a few roundings of terms of order 1.
+/// The same sums in a different order: a few roundings of terms of order 1.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 fn assert_same_derivatives(a: &impl Function, b: &impl Function, x: &[f64]) {
@@ -24,7 +24,8 @@ fn assert_same_derivatives(a: &impl Function, b: &impl Function, x: &[f64]) {
 
 const POINT: [f64; 4] = [0.3, -1.2, 0.7, 2.0];
 
-/// `tanh(x . (x, constants))` and a sum: a variable twice, constants among variables, a constant zero.
+/// `tanh(x . (x, constants))` and a sum. They contain a variable twice, constants among variables, and a zero
+/// constant.
 #[test]
 fn dot_and_sum_equal_their_written_out_forms() {
     let of = |fused: bool| {
@@ -53,7 +54,7 @@ fn empty_slices_sum_to_a_constant_zero() {
     );
 }
 
-/// `y_i = m_i . x` for the rows of a matrix, and a count of the reverse rule's calls.
+/// `y_i = m_i . x` for the rows of a matrix. It counts the calls of its reverse rule.
 struct MatVec {
     reversed: Arc<AtomicUsize>,
 }
@@ -101,8 +102,8 @@ impl Fused for MatVec {
     }
 }
 
-/// `sin(y_1) y_2` for `y = M x`, with matrix and vector made of the variables or the matrix constant. The first
-/// output is unused; it must not hide the entry of the other outputs.
+/// `sin(y_1) y_2` for `y = M x`. The matrix consists of variables or of constants. The first output is unused, and
+/// this must not hide the entry of the other outputs.
 struct Network {
     constant_matrix: bool,
 }
@@ -156,7 +157,7 @@ fn a_fused_entry_without_cotangent_is_not_reversed() {
     assert_eq!(reversed.load(Ordering::Relaxed), 1);
 }
 
-/// A thread keeps the memory of its last tape, but nothing that a function on the tape owns.
+/// A thread keeps the memory of its last tape, but must drop everything that a function on the tape owns.
 #[test]
 fn what_a_function_owns_is_given_back() {
     let reversed = Arc::new(AtomicUsize::new(0));
@@ -204,11 +205,11 @@ fn a_reverse_rule_may_bound_the_cotangent() {
         )
     };
     assert_eq!(through(10.0), [3.0, 4.0]);
-    // 3-4-5, exactly halved.
+    // The norm of (3, 4) is 5, and the bound halves it exactly.
     assert_eq!(through(2.5), [1.5, 2.0]);
 }
 
-/// `ln(e^a + e^b)`, its partials given.
+/// `ln(e^a + e^b)`, with given partials.
 #[derive(Clone)]
 struct LogSumExp;
 
@@ -247,7 +248,7 @@ fn a_rule_gives_all_modes_and_their_nestings() {
 
 #[test]
 fn a_rule_meets_zero_cotangents_as_functions_do() {
-    /// `sqrt`, by a rule.
+    /// `sqrt` as a custom rule.
     #[derive(Clone)]
     struct Root;
     impl Rule for Root {
@@ -267,10 +268,10 @@ fn a_rule_meets_zero_cotangents_as_functions_do() {
     assert_gradient(&Dropped, &[0.0, 1.0], &[0.0, 1.0]);
 }
 
-/// Weights, numbers and biases to the results of a layer.
+/// A function from weights, inputs and biases to the outputs of a layer.
 type Layer<R> = fn(&[R], &[R], &[R]) -> Vec<R>;
 
-/// Two layers of a network on `x`, with weights that depend on it too.
+/// Two layers of a network on `x`, whose weights also depend on `x`.
 fn layers<R: Real>(x: &[R], layer: Layer<R>) -> R {
     let constants: Vec<R> = (0..8).map(|k| R::lit(0.3 * f64::from(k) - 1.0)).collect();
     let hidden = layer(&constants, x, &[x[0], R::lit(0.2)]);
@@ -300,8 +301,7 @@ fn a_dense_layer_equals_its_written_out_form() {
     assert_eq!(dense::<f64>(&[], &[], &[2.0, 3.0]), [2.0, 3.0]);
 }
 
-/// The root of `y^3 + y = x` by bisection, through which nothing is differentiated; its partial
-/// follows from the equation.
+/// The root of `y^3 + y = x` by bisection, which is not differentiated. Its partial follows from the equation.
 #[derive(Clone)]
 struct Bisected;
 
@@ -321,7 +321,7 @@ impl Rule for Bisected {
     }
 }
 
-/// The same by [`root`].
+/// The same function by [`root`].
 #[derive(Clone)]
 struct Solved;
 
@@ -353,10 +353,10 @@ fn the_value_of_a_rule_has_the_rule_s_derivative_in_nestings_too() {
     assert_same_derivatives(&rule, &root, &POINT);
 }
 
-/// A constant of an inner tape may be a variable of the outer mode.
+/// A constant of an inner tape may be a variable of the outer mode; then it must keep the outer derivative.
 #[test]
 fn constants_of_an_inner_tape_keep_their_outer_derivative() {
-    /// `d/dw (w y(p))`, by an inner tape that takes `p` for a constant.
+    /// `d/dw (w y(p))`, by an inner tape on which `p` is a constant.
     fn inner<R: Real>(p: R, rule: bool) -> R {
         let of = |w: &[Var<R>]| {
             let p = [Var::constant(p)];
@@ -425,7 +425,7 @@ fn an_infinite_number_of_a_batch_meets_no_zero_cotangent() {
 }
 
 #[test]
-#[should_panic(expected = "6 weights, 4 numbers of vectors and 2 biases")]
+#[should_panic(expected = "6 weights, 4 numbers in `x` and 2 biases")]
 fn a_batch_of_parts_of_vectors_is_refused() {
     dense_batch(&[1.0; 6], &[1.0; 4], &[0.0; 2]);
 }

@@ -5,7 +5,7 @@ use autodiff::{Function, Given, Graph, Kernel, Model, Program, Real, Rollout, va
 
 const NODES: usize = 40;
 
-/// A chain of nodes with springs to the next and to the third one.
+/// A chain of nodes. Springs join each node to the next one and to the third one after it.
 #[derive(Clone)]
 struct Chain(Graph);
 
@@ -14,7 +14,7 @@ fn edges() -> Vec<[usize; 2]> {
     springs(1).chain(springs(3)).collect()
 }
 
-/// Edges to leave out: first of all whole registers full of them, then every third.
+/// Returns the edges to leave out: the first ones, which fill whole registers, then every third.
 fn marked() -> Vec<bool> {
     (0..edges().len())
         .map(|e| e < 17 || (e > 30 && e % 3 == 0))
@@ -51,7 +51,7 @@ impl Model for Chain {
     }
 }
 
-/// The weighted sum of the squares of what is observed, by start and stiffnesses in slots.
+/// The weighted sum of squares of the observed numbers, as a function of the start and of the stiffness in each slot.
 struct Loss(Rollout<Chain>);
 
 impl Loss {
@@ -77,8 +77,8 @@ impl Function for Loss {
     }
 }
 
-/// An edge without stiffness has no force, and adding zeros does not change the bits of a sum. So leaving it out
-/// changes neither the value nor any gradient but its own.
+/// An edge without stiffness has no force, and adding zeros does not change the bits of a sum. So leaving it out must
+/// change neither the value nor any gradient but its own.
 #[test]
 fn edges_that_are_left_out_are_as_edges_that_give_zero() {
     let (full, marked) = (Graph::new(NODES, &edges()), marked());
@@ -124,14 +124,14 @@ fn what_is_left_out_is_a_ghost() {
     let ones = less.to_slots(&vec![1.0; marked.len()]);
     let left = marked.iter().filter(|marked| !**marked).count();
     assert_eq!(ones.iter().sum::<f64>(), left as f64);
-    // The seventeen edges of one direction that go first fill two registers of eight and more.
+    // The first seventeen edges of one direction fill two registers of eight or more lanes.
     assert!(less.lanes::<f64>() + 2 <= full.lanes::<f64>());
     let none = full.without(&vec![true; marked.len()]);
     assert_eq!((none.lanes::<f64>(), none.lanes::<f32>()), (0, 0));
     assert!(full.lanes::<f32>() <= full.lanes::<f64>());
 }
 
-/// Without any edge nodes go on as they are.
+/// Without any edge, nodes must go on as they are.
 #[test]
 fn nothing_pulls_in_a_graph_without_any_edge() {
     let full = Graph::new(NODES, &edges());
@@ -139,7 +139,7 @@ fn nothing_pulls_in_a_graph_without_any_edge() {
     let start: Vec<f64> = (0..2 * NODES).map(|i| (i as f64).cos()).collect();
     let seen = (loss.0).run(&start, &[&vec![1.0; full.slots()]]);
     let velocity = seen[seen.len() - NODES];
-    // 25 roundings of what 0.99 leaves.
+    // 25 roundings of products with 0.99.
     assert!((velocity - start[NODES] * 0.99f64.powi(25)).abs() < 1e-15);
 }
 
@@ -149,7 +149,7 @@ fn every_edge_has_its_truth_value() {
     let _ = Graph::new(NODES, &edges()).without(&[true]);
 }
 
-/// Springs in the plane: two differences of ends, three results.
+/// Springs in the plane: kernels with two differences of edge ends and three results.
 #[derive(Clone)]
 struct Plane {
     edges: Vec<[usize; 2]>,
@@ -217,7 +217,7 @@ impl Step for Plane {
 
 #[test]
 fn edges_may_have_several_ends_and_several_results() {
-    // In whole registers of nodes, and with some left over.
+    // The nodes fill whole registers, or leave some of the last register over.
     for nodes in [NODES, NODES - 3] {
         assert_same(Plane::new(nodes));
     }

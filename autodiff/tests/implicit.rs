@@ -1,4 +1,4 @@
-//! Roots differentiated through their equations, against the iterations and differences.
+//! Derivatives of roots through their equations, compared with the unrolled iterations and with differences.
 
 use crate::common::{Sym, assert_close, differences, formulas, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
@@ -8,7 +8,8 @@ use autodiff::{
     jacobian_reverse,
 };
 
-/// Three coupled equations that lean on their diagonal. They are algebraic, because each mode compiles them.
+/// Three coupled equations with a dominant diagonal. They are algebraic to keep compilation short, because each mode
+/// compiles them.
 #[derive(Clone)]
 struct Coupled;
 
@@ -17,14 +18,14 @@ impl Residual for Coupled {
         let lit = R::lit;
         vec![
             lit(4.0) * x[0] + x[1] * p[0] / (lit(1.0) + x[1] * x[1]) - p[1],
-            // The largest entries of the Jacobian lie off the diagonal: rows must be exchanged.
+            // The largest entries of the Jacobian are off the diagonal, so rows must be exchanged.
             x[2] * lit(5.0) + x[0] * x[0] - p[0] * p[1],
             x[1] * lit(3.0) + x[1] * x[1] * x[1] + x[2] * p[1] - lit(1.5) - p[0] * p[0],
         ]
     }
 }
 
-/// Equations of an unknown and its neighbours in a ring.
+/// Equations that couple each unknown to its neighbours in a ring.
 #[derive(Clone)]
 struct Ring(usize);
 
@@ -39,11 +40,11 @@ impl Residual for Ring {
     }
 }
 
-/// The root of some equations, by the equations or by a contraction in the numbers of `p` themselves.
+/// The root of some equations, either through the equations or by a contraction in the numbers of `p` themselves.
 #[derive(Clone)]
 struct Solution<F> {
     equations: F,
-    /// For each equation, the unknown that it moves, and by how much.
+    /// For each equation, the unknown that it updates, and by which factor.
     contraction: Vec<(usize, f64)>,
     implicit: bool,
 }
@@ -77,7 +78,7 @@ impl<F: Residual> Solution<F> {
     }
 }
 
-/// A scalar of the root and the parameters.
+/// Combines the root and the parameters into a scalar.
 impl Function for Solution<Coupled> {
     fn eval<R: Real>(&self, p: &[R]) -> R {
         let x = self.unknowns(p);
@@ -85,14 +86,14 @@ impl Function for Solution<Coupled> {
     }
 }
 
-/// The solution of [`Coupled`], implicit and unrolled.
+/// Returns the solution of [`Coupled`], implicit and unrolled.
 fn both() -> [Solution<Coupled>; 2] {
     Solution::both(Coupled, &[(0, 0.25), (2, 0.2), (1, 0.125)])
 }
 
 const POINT: [f64; 2] = [0.6, 1.1];
 
-/// Rounding of some fifty operations on numbers of order one.
+/// The rounding of about fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
 fn assert_same_jacobians<F: Residual>([implicit, unrolled]: [Solution<F>; 2], tolerance: f64) {
@@ -103,14 +104,14 @@ fn assert_same_jacobians<F: Residual>([implicit, unrolled]: [Solution<F>; 2], to
     assert_close(&reverse, &expected, tolerance);
 }
 
-/// By forward and by reverse mode. The Jacobian by the unknowns takes several passes where there are many, of
-/// which the last is not full.
+/// Jacobians must agree by forward and by reverse mode. With many unknowns, the Jacobian with respect to them takes
+/// several passes, and the last pass is not full.
 #[test]
 fn jacobians_are_those_of_the_iterations() {
     assert_same_jacobians(both(), ROUNDING);
     for n in [1, 4, 5, 8, 11] {
         let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
-        // Sums of as many terms.
+        // Sums of `n` terms.
         let tolerance = n as f64 * ROUNDING;
         assert_same_jacobians(Solution::both(Ring(n), &contraction), tolerance);
     }
@@ -122,14 +123,14 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
     let value = |p: &[f64]| vec![unrolled.eval(p)];
     let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
     for (_, gradient) in gradients(&implicit, &POINT) {
-        // Truncation h^2 and rounding eps / h, 4e-11 each.
+        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each.
         assert_close(&gradient, &slopes, 1e-9);
     }
 }
 
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
-    // Products with a direction, in duals along another: second and third derivatives.
+    // Products of the gradient with a direction, in duals along another direction, give second and third derivatives.
     let of = |solution: Solution<Coupled>| -> [Vec<f64>; 2] {
         let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
         let direction = [1.0, -0.5].map(Dual::constant);
@@ -151,7 +152,7 @@ fn wide_numbers_give_wide_derivatives() {
         let rows = jacobian(|p| solution.unknowns(p), &p).into_vec();
         [gradient(|p| solution.eval(p), &p), rows].concat()
     });
-    // Rounding of double-doubles, as above.
+    // The rounding of double-doubles, for about fifty operations.
     assert_close(&implicit, &unrolled, 1e-29);
 }
 
@@ -163,7 +164,7 @@ fn the_tape_takes_the_root_as_one_entry() {
     assert_eq!(tape.len(), 5, "two parameters, three unknowns");
     let values: Vec<f64> = x.iter().map(|x| x.value()).collect();
     assert_eq!(values, unrolled.unknowns(&POINT));
-    // Parameters that are constants pass nothing and record nothing.
+    // Constant parameters pass no derivative and record nothing.
     let constant = [Var::constant(1.0); 2];
     assert!(implicit.unknowns(&constant)[0].is_constant());
 }
@@ -192,7 +193,7 @@ fn units_of_equations_and_unknowns_do_not_make_a_root_singular() {
             assert_close(&slope, &[0.5, 0.5], ROUNDING);
         }
     }
-    // Nearly the same equation twice stays singular in any units.
+    // Two nearly equal equations stay singular in any units.
     for size in [1e-200, 0.7, 1e200] {
         let twice = formulas(3, |x| {
             let sum = Sym::lit(0.1) * x[0] + Sym::lit(0.3) * x[1] - x[2];
@@ -214,11 +215,11 @@ fn a_point_that_is_no_root_is_refused() {
     assert!(error.to_string().contains("not a root"), "{error}");
     assert!(root_within(Turned, &[0.8, 0.6 + 1e-4], &[0.5], 1e-3).is_ok());
     assert!(at([f64::NAN, 0.6]).is_err());
-    // Singles have fewer digits.
+    // Single precision has fewer digits, so the same point is accepted.
     assert!(root(Turned, &[0.8f32, 0.6 + 1e-4], &[0.5]).is_ok());
 }
 
-/// `p x0 + x1 = 1, x0 - p x1 = p`: rows are exchanged where `p` is below 1.
+/// `p x0 + x1 = 1, x0 - p x1 = p`: rows are exchanged if `p` is below 1.
 #[derive(Clone)]
 struct Turned;
 
@@ -229,7 +230,7 @@ impl Residual for Turned {
 }
 
 fn turned_slope<R: Real>(p: R) -> R {
-    // By Cramer's rule.
+    // The solution by Cramer's rule.
     let determinant = p * p + R::one();
     let x = [(p + p) / determinant, (R::one() - p * p) / determinant];
     let moving = [Dual::<R, 1>::variable(p, 0)];
@@ -251,13 +252,13 @@ fn lanes_may_disagree_about_pivots() {
     }
     let p: [f64; 16] = std::array::from_fn(|i| 0.1 + 0.35 * ((7 * i) % 16) as f64);
     for (lane, &p) in f64::vectorize(InLanes(p)).iter().zip(&p) {
-        // The same operations, but for fused ones.
+        // Both do the same operations, except for fused multiply-adds.
         assert_close(&[*lane], &[turned_slope(p)], ROUNDING);
-        // The slope of x0 plus p times that of x1, by differences.
+        // The expected value is the slope of x0 plus p times the slope of x1, by differences.
         let x = |p: &[f64]| vec![2.0 * p[0], 1.0 - p[0] * p[0]];
         let x = |p: &[f64]| x(p).iter().map(|x| x / (p[0] * p[0] + 1.0)).collect();
         let slopes = differences(x, &[p], 0, f64::EPSILON.cbrt());
-        // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
+        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each, times derivatives of order 10.
         assert_close(&[*lane], &[slopes[0] + p * slopes[1]], 1e-8);
     }
 }

@@ -67,7 +67,7 @@ fn a_bound_decides_at_a_tie_and_beyond() {
 
 #[test]
 fn select_passes_only_the_chosen_operand() {
-    // The other operand's partials are infinite at 0 and NaN below.
+    // The partials of the other operand are infinite at 0 and NaN below 0.
     assert_gradients(
         |x| {
             let (one, two) = (Sym::lit(1.0), Sym::lit(2.0));
@@ -77,7 +77,7 @@ fn select_passes_only_the_chosen_operand() {
     );
 }
 
-/// Where all lanes choose alike, the choice is the operand itself.
+/// If all lanes choose alike, the choice must be the operand itself, without a new entry.
 #[test]
 fn a_choice_of_all_lanes_is_not_recorded() {
     let mut tape = Tape::new();
@@ -88,7 +88,7 @@ fn a_choice_of_all_lanes_is_not_recorded() {
     }
 }
 
-/// The gradient of the root of what is above zero, a number a lane, on a tape of lanes.
+/// The gradient of `sqrt(max(x, 0))` at eight numbers, one in each lane, on a tape of lanes.
 struct RootAbove<'a>(&'a [f64; 8]);
 
 impl Vectorized<f64> for RootAbove<'_> {
@@ -108,12 +108,12 @@ impl Vectorized<f64> for RootAbove<'_> {
 #[test]
 fn an_infinite_cotangent_passes_only_the_chosen_side_of_each_lane() {
     let got = f64::vectorize(RootAbove(&[-2.0, -1.0, 0.0, 1.0, 4.0, 0.0, -3.0, 0.25]));
-    // At zero the bound's own derivative counts, which is a constant's.
+    // At 0 the derivative of the bound counts. The bound is a constant, so it is 0.
     assert_eq!(got, [0.0, 0.0, 0.0, 0.5, 0.25, 0.0, 0.0, 1.0]);
 }
 
-/// How many entries a tape of lanes has that chooses between constants, and the sum of its input's
-/// cotangent.
+/// Returns the number of entries on a tape of lanes that chooses between constants, and the sum of the cotangent of
+/// its input.
 struct ChoiceOfConstants;
 
 impl Vectorized<f64> for ChoiceOfConstants {
@@ -146,23 +146,23 @@ fn infinite_slopes_are_infinite() {
         assert_gradients(|x| x[0].ln(), &[([zero], [INF])]);
         assert_gradients(|x| x[0].recip(), &[([zero], [-INF])]);
         assert_gradients(|x| Sym::lit(1.0) / x[0], &[([zero], [-INF])]);
-        // At -0 the value is minus infinity, and the slope is still that from inside the domain.
+        // At -0 the value is minus infinity, but the slope is still the limit from inside the domain.
         assert_gradients(|x| x[0].rsqrt(), &[([zero], [-INF])]);
     }
 }
 
 #[test]
 fn an_exact_zero_stops_at_an_infinite_partial() {
-    // 0 sqrt(x): going back the zero comes first and stops; going forward the infinity does. The factor is
-    // a constant, so its zero is a choice: `computed_zeros.rs` tests computed zeros.
+    // In `0 * sqrt(x)`, the reverse sweep meets the zero first and stops; forward mode meets the infinity first. The
+    // factor is a constant, so its zero is a choice. `computed_zeros.rs` tests computed zeros.
     let zero_times_root = formula(1, |x| x[0].sqrt() * Sym::lit(0.0));
     assert_eq!(gradient(|x| zero_times_root.eval(x), &[0.0]), [0.0]);
     assert!(forward_gradient(&zero_times_root, &[0.0_f64])[0].is_nan());
-    // sqrt(x x): the other way round.
+    // In `sqrt(x * x)` it is the other way round.
     let root_of_square = formula(1, |x| (x[0] * x[0]).sqrt());
     assert_eq!(forward_gradient(&root_of_square, &[0.0]), [0.0]);
     assert!(gradient(|x| root_of_square.eval(x), &[0.0_f64])[0].is_nan());
-    // A zero tangent as such: x does not move at all.
+    // This tangent is zero because `x` does not move at all.
     assert_eq!(Dual::<f64, 1>::constant(0.0).sqrt().tangent, [0.0]);
 }
 
@@ -174,7 +174,7 @@ fn hypot_is_flat_at_the_origin_and_has_no_partial_by_an_infinite_argument() {
         &[
             ([0.0, 0.0], [0.0, 0.0]),
             ([0.0, -2.0], [0.0, -1.0]),
-            // The smallest of all numbers are not the origin.
+            // The smallest numbers above 0 must not be taken for the origin.
             ([5e-324, 0.0], [1.0, 0.0]),
             ([three, -four], [0.6, -0.8]),
             ([INF, 1.0], [NAN, 0.0]),
@@ -197,7 +197,7 @@ fn powers_take_the_limit_at_zero() {
     }
     assert_gradients(|x| x[0].powi(1), &[([0.0], [1.0])]);
     assert_gradients(|x| x[0].powi(-1), &[([0.0], [-INF])]);
-    // The next power is odd and not an i32.
+    // The exponent of the slope is odd and does not fit into an i32.
     assert_gradients(|x| x[0].powi(i32::MIN), &[([-1.0], [2147483648.0])]);
     assert_gradients(
         |x| x[0].powf(x[1]),
@@ -207,7 +207,7 @@ fn powers_take_the_limit_at_zero() {
             ([0.0, 0.5], [INF, 0.0]),
             ([0.0, 0.0], [0.0, 0.0]),
             ([0.0, -1.0], [-INF, 0.0]),
-            // Without a value there are no partials.
+            // Where there is no value, there are no partials.
             ([0.0, NAN], [NAN, NAN]),
             ([NAN, 0.5], [NAN, NAN]),
             ([-1.0, 5e-324], [NAN, NAN]),
@@ -314,7 +314,7 @@ fn bounds_pass_a_nan_on_and_a_nan_bound_is_ignored() {
     );
 }
 
-/// The slope of a linear function does not depend on the argument.
+/// The slope of a linear function does not depend on the argument, so it must be right even at NaN.
 #[test]
 fn linear_functions_have_a_slope_at_nan() {
     let linear = formula(2, |x| {
@@ -325,7 +325,7 @@ fn linear_functions_have_a_slope_at_nan() {
     assert_gradient(&linear, &[NAN, 0.0], &[2.0, -1.0]);
 }
 
-/// The value and the slope of `x.max(0)` at NaN, in the first lane.
+/// Returns the value and the slope of `x.max(0)` at NaN, in the first lane.
 struct MaxOfNan;
 
 impl Vectorized<f64> for MaxOfNan {
@@ -352,8 +352,8 @@ fn lanes_pass_a_nan_but_not_its_slope_through_max() {
     });
 }
 
-/// Asserts the second derivative by the first argument at zero: forward over forward, forward over reverse,
-/// reverse over forward, reverse over reverse.
+/// Asserts the second derivative with respect to the first argument at zero: forward over forward, forward over
+/// reverse, reverse over forward, and reverse over reverse.
 #[track_caller]
 fn assert_seconds(function: impl FnOnce(&[Sym]) -> Sym, expected: f64) {
     struct Slope<'a>(&'a Formula, bool);
@@ -394,7 +394,7 @@ fn the_second_derivative_of_a_chosen_zero_is_zero() {
 fn an_infinite_slope_times_zero_has_no_second_derivative() {
     assert_seconds(|x| (x[0] * x[0]).sqrt(), f64::NAN);
     assert_seconds(|x| (x[0] * x[0] + x[1] * x[1]).sqrt(), f64::NAN);
-    // The smooth function itself has its second derivative.
+    // Written directly, the smooth function has its correct second derivative.
     let written = hessian(|x| x[0] * x[0] + x[1] * x[1], &[0.0; 2]);
     assert_eq!(written, [[2.0, 0.0], [0.0, 2.0]]);
 }

@@ -1,9 +1,9 @@
-//! Where the arrays of a step lie, and which sizes are refused.
+//! The memory layout of a step's arrays, and the sizes that are refused.
 
 use crate::common::{assert_refused, panic_message};
 use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
-/// Spread lanes are written whole. The next array begins behind them.
+/// A spread layer writes whole registers. The next array begins behind them and must not be overwritten.
 #[derive(Clone)]
 struct SetOutBefore;
 
@@ -39,7 +39,7 @@ fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
     assert_eq!(many, [[2.0], [1.0], [3.0]]);
 }
 
-/// A layer of one row that is the next state, with a gap on each side.
+/// A layer of one row, spread with a gap on each side, which is the next state.
 #[derive(Clone)]
 struct Gapped;
 
@@ -52,7 +52,7 @@ impl Model for Gapped {
     }
 }
 
-/// Many numbers that are halved.
+/// Halves many numbers.
 #[derive(Clone)]
 struct Many;
 
@@ -64,7 +64,7 @@ impl Model for Many {
     }
 }
 
-/// A rollout may reuse the memory of the thread's last rollout. This fills it with NaN.
+/// Fills the memory of the thread's last rollout, which the next one may reuse, with NaN.
 fn leave_nan() {
     Tape::new().record(&[f64::NAN; 1 << 12], |x| {
         Rollout::new(Many, 3).run(x, &[]);
@@ -81,7 +81,7 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
             Rollout::new(Gapped, 2).run_batch(&vec![x; count], &parameters)
         });
         for end in ends {
-            // The sum of three halves and the bias, and what that makes in the second step.
+            // The first step computes the tanh of three halves plus the bias; the second step uses that result.
             let expected = [0.0, (1.75f64.tanh() + 0.25).tanh(), 0.0];
             let end: Vec<f64> = end.iter().map(|x| x.value()).collect();
             assert_eq!(
@@ -89,13 +89,13 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
                 (expected[0], expected[2]),
                 "{count} starts"
             );
-            // Two tanh of this crate's own, of 4 ulp each.
+            // Two tanh of this crate, with an error of 4 ulp each.
             assert!((end[1] - expected[1]).abs() < 1e-14, "{count} starts");
         }
     }
 }
 
-/// Half the second differences along a chain whose nodes fill no register.
+/// Computes half of the second differences along a chain whose nodes do not fill a register.
 #[derive(Clone)]
 struct Chain;
 
@@ -108,7 +108,8 @@ impl Model for Chain {
     }
 }
 
-/// Registers of edges reach past the nodes, into the results of the step and into old memory.
+/// Registers of edges reach past the nodes, into the results of the step and into old memory. Those numbers must not
+/// matter.
 #[test]
 fn numbers_behind_the_nodes_do_not_matter() {
     const TWICE: [f64; 5] = [0.25, -1.0, 1.5, -1.0, 0.25];
@@ -121,14 +122,13 @@ fn numbers_behind_the_nodes_do_not_matter() {
         for end in ends {
             let values: Vec<f64> = end.iter().map(|x| x.value()).collect();
             assert_eq!(values, TWICE, "{count} starts");
-            // The differences of a middle node are symmetric.
+            // The second difference at a middle node is symmetric.
             assert_eq!(tape.pullback(&end[2..3], &[1.0]), TWICE, "{count} starts");
         }
     }
 }
 
-/// Two parts of the state that are together as long as this, and no longer than a row where the sum
-/// wraps around.
+/// Two parts of the state whose lengths add up to this number. If the sum wrapped around, it would not exceed a row.
 #[derive(Clone)]
 struct Huge(usize);
 
@@ -141,7 +141,7 @@ impl Model for Huge {
     }
 }
 
-/// A matrix whose size overflows a `usize` to 0.
+/// A matrix whose number of entries overflows a `usize` to 0.
 #[derive(Clone)]
 struct HugeMatrix;
 
@@ -153,7 +153,7 @@ impl Model for HugeMatrix {
     }
 }
 
-/// A state, and more inputs than any memory holds.
+/// A state, and more inputs than fit into any memory.
 #[derive(Clone)]
 struct ManyInputs;
 

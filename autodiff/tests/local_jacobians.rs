@@ -1,4 +1,4 @@
-//! A small function at many points, with its Jacobian at each.
+//! The Jacobian of a small function at many points.
 
 use autodiff::{Kernel, Real, data};
 
@@ -41,7 +41,7 @@ fn local_jacobians_are_the_jacobians() {
                 let expected = autodiff::jacobian(|x| Couple.eval(x), &points[i]);
                 for result in 0..2 {
                     for (got, exact) in local.row(result).into_iter().zip(&expected[result]) {
-                        // The same few operations, some of them in another order.
+                        // Both do the same few operations, some of them in a different order.
                         assert!(
                             (got - exact).abs() <= 1e-14 * exact.abs().max(1.0),
                             "{i}: {got} and {exact}"

@@ -1,5 +1,5 @@
-//! The tests of the public interface as one binary, a module a topic: a binary for each would link,
-//! and compile its own copies of the generic code, thirty times.
+//! The tests of the public interface, as one binary with one module per topic. Thirty binaries would each link, and
+//! compile their own copies of the generic code.
 //!
 //! `cargo test -p cosmic-autodiff --test all kinks::` runs one module.
 

@@ -1,4 +1,4 @@
-//! The cost of a rollout's memory budget: counts how often steps are repeated.
+//! The cost of a rollout's memory budget: counts how many times steps are repeated.
 
 use std::cell::Cell;
 use std::panic::catch_unwind;
@@ -6,21 +6,21 @@ use std::panic::catch_unwind;
 use crate::common::panic_message;
 use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
 
-/// Numbers of a state.
+/// The number of numbers in a state.
 const STATE: usize = 8;
 
 thread_local! {
-    /// How often [`Widen`] was evaluated forward.
+    /// The number of forward evaluations of [`Widen`].
     static EVALUATIONS: Cell<usize> = const { Cell::new(0) };
 }
 
-/// Its outputs make the row of a step longer than the state, so that budgets bite.
+/// A kernel whose results make the stored row of a step longer than the state, so that small budgets matter.
 struct Widen;
 
 impl Kernel<1, 3> for Widen {
     #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 3] {
-        // The reverse sweep evaluates duals, once per step for every budget.
+        // The reverse sweep evaluates duals once per step, for every budget, so duals do not count.
         if !std::any::type_name::<R>().contains("Dual") {
             EVALUATIONS.set(EVALUATIONS.get() + 1);
         }
@@ -37,7 +37,7 @@ impl Kernel<3, 1> for Join {
     }
 }
 
-/// A step of this many numbers.
+/// A step on a state of this many numbers.
 #[derive(Clone)]
 struct Step(usize);
 
@@ -50,14 +50,15 @@ impl Model for Step {
     }
 }
 
-/// The number of forward evaluations of the kernel for a gradient.
+/// Returns the number of forward evaluations of the kernel for one gradient.
 fn evaluations(steps: usize, memory: Memory) -> usize {
     EVALUATIONS.set(0);
     gradient::<f64>((steps, STATE), memory, 1);
     EVALUATIONS.get()
 }
 
-/// The gradient by the start, for a rollout of `steps` and `len` numbers from a number of equal starts.
+/// Returns the gradient with respect to the start, for a rollout of `steps` steps on `len` numbers from several equal
+/// starts.
 fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize) -> Vec<R> {
     let rollout = Rollout {
         memory,
@@ -71,7 +72,7 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
     tape.pullback(&[sum], &[R::one()]).to_vec()
 }
 
-/// The smallest budget in states, read from the message that refuses a smaller one.
+/// Returns the smallest budget in states, which the message that refuses a smaller one names.
 fn least(refused: impl FnOnce()) -> usize {
     let message = panic_message(refused);
     let (_, end) = message
@@ -81,23 +82,24 @@ fn least(refused: impl FnOnce()) -> usize {
     least.parse().expect("a number")
 }
 
-/// The number of forward steps for the gradient of a rollout.
+/// Returns the number of forward steps for the gradient of a rollout.
 fn steps_done(steps: usize, memory: Memory) -> usize {
     evaluations(steps, memory) / evaluations(1, Memory::All)
 }
 
-/// Numbers that a step keeps, in states: two more are the least budget. Whole registers of at
+/// Returns the size of a step's stored row, in states. The smallest budget is two states more. Whole registers of at
 /// most eight numbers are whole states.
 fn row() -> usize {
     least(|| _ = evaluations(100, Memory::States(1))) - 2
 }
 
-/// `(s + t)! / (s! t!)`: stretches that `s` checkpoints and `t` repetitions can do.
+/// `(s + t)! / (s! t!)`: the number of stretches that `s` checkpoints and `t` repetitions can cover.
 fn stretches(s: usize, t: usize) -> usize {
     (1..=t).fold(1, |product, k| product * (s + k) / k)
 }
 
-/// Steps done to go back over that many, from a checkpoint at their start: Griewank's recurrence.
+/// Returns the number of steps done to go back over that many stretches from a checkpoint at their beginning, by
+/// Griewank's recurrence.
 fn back(s: usize, t: usize) -> usize {
     match (s, t) {
         (_, 0) => 1,
@@ -113,7 +115,7 @@ fn steps_are_repeated_as_often_as_the_rule_says() {
     for checkpoints in 2..row {
         for repetitions in 1..5 {
             let steps = stretches(checkpoints, repetitions);
-            // The first checkpoints are taken as the rollout runs anyway.
+            // The first checkpoints cost nothing, because they are taken while the rollout runs forward.
             let on_the_way: usize = (2..=checkpoints)
                 .map(|s| stretches(s, repetitions - 1))
                 .sum();
@@ -138,22 +140,22 @@ fn a_budget_for_all_steps_does_none_again() {
     assert!(steps_done(steps, Memory::States(all - 1)) > steps);
 }
 
-/// Half of a budget goes into rows that are kept, the rest into checkpoints.
+/// Half of a budget must go into rows that are kept, and the rest into checkpoints.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn half_of_a_budget_keeps_rows() {
     let row = row();
-    // Three rows, and three checkpoints of four stretches: each step is done once more.
+    // Three rows are kept, and three checkpoints cover four stretches: each step is done once more.
     let steps = 3 * stretches(3, 1);
     let done = steps_done(steps, Memory::States(6 * row));
     assert!(done <= 2 * steps, "{done} for {steps}");
-    // Two checkpoints are the least; one fewer is refused, as `row` shows.
+    // Two checkpoints are the minimum. A budget for one fewer is refused, as in `row`.
     steps_done(20, Memory::States(row + 2));
     assert!(catch_unwind(|| evaluations(20, Memory::States(row + 1))).is_err());
 }
 
-/// Operations use whole registers, and small states fill only a part. So the smallest budget depends on the number
-/// type, the machine and the number of starts. The message says it.
+/// Operations use whole registers, and small states fill only a part of one. So the smallest budget depends on the
+/// number type, the machine and the number of starts, and the message must name it.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn the_message_names_the_smallest_budget() {
@@ -175,7 +177,7 @@ fn the_message_names_the_smallest_budget() {
     check::<f32>();
 }
 
-/// Several starts fill registers better than one.
+/// Several starts fill registers better than one, so a budget that is enough for one must be enough for several.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_budget_for_one_start_is_enough_for_several() {

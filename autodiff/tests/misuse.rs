@@ -1,4 +1,4 @@
-//! Misuse that a tape refuses, and operations that it does not record.
+//! Misuse that a tape must refuse, and operations that it must not record.
 
 use crate::common::{assert_refused, panic_message};
 use autodiff::{Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient};
@@ -44,7 +44,7 @@ fn a_variable_of_an_earlier_recording_is_refused() {
     assert!(!message.contains("left:"), "{message}");
 }
 
-/// Beside a variable of the running recording, the message names both possible causes.
+/// If a variable of the running recording is used too, the message must name both possible causes.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_of_an_earlier_recording_is_refused_beside_others() {

@@ -1,4 +1,4 @@
-//! nalgebra's algorithms on elements: against f64, differences, and the equations they solve.
+//! nalgebra's algorithms on elements, compared with f64, with differences, and with the equations that they solve.
 
 use crate::common::{assert_close, differences, unit};
 use ::nalgebra::{
@@ -14,7 +14,7 @@ use autodiff::{
 
 const SIZE: usize = 4;
 
-/// A symmetric matrix, positive definite for small `p`, and a load.
+/// Returns a load and a symmetric matrix, which is positive definite for small `p`.
 fn system<R: Real>(p: &[R]) -> (DMatrix<Element<R>>, Vec<R>) {
     let entry = |i: usize, j: usize| {
         let diagonal = if i == j { 4.0 } else { 0.0 };
@@ -24,7 +24,8 @@ fn system<R: Real>(p: &[R]) -> (DMatrix<Element<R>>, Vec<R>) {
     (DMatrix::from_fn(SIZE, SIZE, entry), load.collect())
 }
 
-/// The solution by a factorisation. Number types of tests that need only Cholesky's compile only this.
+/// The solution by Cholesky's factorisation. Tests that need only this one compile only this one for their number
+/// types.
 fn by_cholesky<R: Real>(p: &[R]) -> Vec<R> {
     let (matrix, load) = system(p);
     let factors = matrix.cholesky().expect("positive definite");
@@ -60,7 +61,7 @@ impl Factors {
 
 const POINT: [f64; 3] = [0.3, -0.5, 0.2];
 
-/// The same solution by the implicit function theorem.
+/// The same solution through the implicit function theorem.
 struct ByEquations;
 
 #[derive(Clone)]
@@ -88,7 +89,7 @@ impl ByEquations {
 #[test]
 fn factorisations_differentiate_like_the_equations_they_solve() {
     let expected = jacobian(|x| ByEquations.eval(x), &POINT).into_vec();
-    // A hundred operations on a matrix of condition below 10.
+    // A hundred operations on a matrix with a condition number below 10.
     let check = |found: Dense<f64>| assert_close(found.as_slice(), &expected, 1e-13);
     check(jacobian(by_cholesky, &POINT));
     check(jacobian_reverse(by_cholesky, &POINT));
@@ -111,11 +112,11 @@ fn a_cholesky_solve_agrees_with_differences_of_the_plain_one() {
             .as_slice()
             .to_vec()
     };
-    // Both round a few dozen operations.
+    // Both have the rounding of a few dozen operations.
     assert_close(&by_cholesky(&POINT), &plain(&POINT), 1e-14);
     for j in 0..3 {
         let slopes = differences(plain, &POINT, j, f64::EPSILON.cbrt());
-        // Truncation h^2 times third derivatives of some 10, rounding eps / h.
+        // The truncation error is h^2 times third derivatives of about 10; the rounding error is eps / h.
         let (_, tangents) = jvp(by_cholesky, &POINT, &unit(3, j));
         assert_close(&tangents, &slopes, 1e-8);
     }
@@ -141,7 +142,7 @@ fn cardinal_functions_are_flat_at_zero() {
         assert_eq!((value.value, value.tangent), (1.0, [0.0]));
     }
     assert_eq!(ComplexField::sinc(Element(0.5)).0, Real::sin(0.5) / 0.5);
-    // The system's, to an ulp or two.
+    // The system's function is accurate to an ulp or two.
     let error = ComplexField::sinhc(Element(0.5)).0 - 0.5_f64.sinh() / 0.5;
     assert!(error.abs() < 4.0 * f64::EPSILON);
 }
@@ -155,7 +156,7 @@ fn static_matrices_work_in_every_number() {
         (matrix.determinant() + SVector::<Element<R>, 2>::repeat(Element(x)).norm()).0
     }
     let double = determinant(0.7);
-    // A dozen operations of f64.
+    // The rounding of a dozen operations of f64.
     assert!((determinant(DoubleDouble::from(0.7)).to_f64() - double).abs() < 1e-15);
     assert!((f64::from(determinant(0.7_f32)) - double).abs() < 1e-6);
     let dual = determinant(Dual::<f64, 1>::variable(0.7, 0));
@@ -166,7 +167,7 @@ fn static_matrices_work_in_every_number() {
 #[test]
 fn constants_are_as_precise_as_the_type() {
     let pi: Element<DoubleDouble> = RealField::pi();
-    // Half an ulp of a double-double near 3, 2e-32, and as much for the function.
+    // Half an ulp of a double-double near 3 is 2e-32, and the function adds as much.
     assert!(pi.0.sin().to_f64().abs() < 1e-31);
     assert_eq!(<Element<f64> as RealField>::pi().0, std::f64::consts::PI);
     let e: Element<DoubleDouble> = RealField::e();
@@ -183,7 +184,7 @@ fn comparisons_and_signs_look_at_primals() {
     approx::assert_relative_eq!(Element(1.0), Element(1.0 + f64::EPSILON));
     approx::assert_ulps_eq!(Element(1.0), Element(1.0 + 3.0 * f64::EPSILON));
     approx::assert_ulps_ne!(Element(1.0), Element(1.0 + 1e-9));
-    // Close for their size, and close without regard to it.
+    // These are close relative to their size, and close in absolute terms.
     assert!(approx::relative_eq!(
         Element(1e9),
         Element(1e9 + 1.0),
@@ -201,7 +202,7 @@ fn comparisons_and_signs_look_at_primals() {
     assert!(!ComplexField::is_finite(&infinite));
 }
 
-/// nalgebra takes an element for a SIMD register of one number.
+/// nalgebra must treat an element as a SIMD register with one lane.
 #[test]
 fn an_element_is_a_register_of_one_lane() {
     let mut element = Element(1.0);
@@ -225,7 +226,7 @@ fn nothing_turns_into_a_float_silently() {
     assert_eq!(same.map(|same| same.0.tangent), Some([1.0]));
 }
 
-/// A turned point along a direction.
+/// The coordinate of a rotated point along a direction.
 struct Turned;
 
 impl Function for Turned {
@@ -238,7 +239,7 @@ impl Function for Turned {
     }
 }
 
-/// From no rotation at all, over the switch between the two forms, to more than a turn.
+/// The rotations run from the identity, past the switch between the two formulas, to more than a full turn.
 #[test]
 fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
     let axis = [0.6, -0.48, 0.64];
@@ -249,11 +250,12 @@ fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
             rotation(&vector.map(Element)).coords.map(|x| x.0),
             UnitQuaternion::new(vector).coords,
         ];
-        // Some ten roundings in each; nalgebra has the identity below 1e-16 rad.
+        // About ten roundings in each. nalgebra returns the identity below 1e-16 rad.
         assert!((ours - theirs).norm() < 1e-15, "{angle}");
         let report = check_gradient(&Turned, &x, &Options::default());
         assert_eq!(report.verdict, Verdict::Smooth, "{angle}: {report}");
-        // Differences of the gradient: truncated at h^2 times fourth derivatives of some 10.
+        // Compares with differences of the gradient, whose truncation error is h^2 times fourth derivatives of about
+        // 10.
         for (i, row) in hessian(|x| Turned.eval(x), &x).iter().enumerate() {
             let slopes = differences(|x| gradient(|x| Turned.eval(x), x), &x, i, 1e-5);
             assert_close(row, &slopes, 1e-8);
@@ -261,7 +263,7 @@ fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
     }
 }
 
-/// The series has the digits of the longest number that there is.
+/// The series must be accurate to the digits of double-double, the longest number type.
 #[test]
 fn a_rotation_has_31_digits() {
     let of = |angle: f64| {
@@ -286,13 +288,13 @@ fn largest<R: Real>(x: &[R]) -> R {
     pairs[2].value.0
 }
 
-/// Second-order perturbation: `4 + b^2 / (4 - 1) + c^2 / (4 - 2)`.
+/// Must agree with second-order perturbation theory: `4 + b^2 / (4 - 1) + c^2 / (4 - 2)`.
 #[test]
 fn eigenvalues_of_a_diagonal_matrix_have_their_hessian() {
     let second = hessian(largest, &[0.0; 3]);
     let expected = [0.0, 0.0, 0.0, 0.0, 2.0 / 3.0, 0.0, 0.0, 0.0, 1.0];
     assert_close(second.as_slice(), &expected, 1e-15);
-    // Elsewhere, against central differences: of a step of 1e-5 they are off by 1e-10.
+    // Elsewhere it must agree with central differences, which are off by 1e-10 for a step of 1e-5.
     let x = [0.3, -0.2, 0.5];
     for (k, slope) in gradient(largest, &x).into_iter().enumerate() {
         let difference = differences(|x| vec![largest(x)], &x, k, 1e-5);

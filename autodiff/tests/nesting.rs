@@ -1,4 +1,4 @@
-//! Derivatives of derivatives: no mode may confuse its own perturbation with another's.
+//! Derivatives of derivatives: no mode may confuse its own perturbation with that of another mode.
 
 use crate::common::{
     Formula, Sym, assert_close, assert_gradient, differences, formula, formulas, forward_gradient,
@@ -9,7 +9,7 @@ use autodiff::{
     jvp, vjp,
 };
 
-/// Smooth, not separable, with every second derivative different.
+/// A smooth function that is not separable and whose second derivatives all differ.
 fn mixed() -> Formula {
     formula(3, |x| {
         let wave = (x[0] * x[1]).sin() + x[2].exp() / x[0];
@@ -17,7 +17,7 @@ fn mixed() -> Formula {
     })
 }
 
-/// A vector function of this shape.
+/// A vector function with this number of values and arguments.
 fn rectangle(values: usize, arguments: usize) -> Formula {
     formulas(arguments, |x| {
         let sum = Sym::sum_of(x);
@@ -28,7 +28,7 @@ fn rectangle(values: usize, arguments: usize) -> Formula {
 
 const POINT: [f64; 3] = [0.7, 1.3, 2.1];
 
-/// Rounding of a dozen operations, without much cancellation at `POINT`.
+/// The rounding of a dozen operations, without much cancellation at `POINT`.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 #[test]
@@ -40,7 +40,7 @@ fn the_outer_mode_does_not_change_the_inner_result() {
     }
 }
 
-/// `d/dx (x d/dy (x + y)) = 1`; a confused implementation says 2.
+/// `d/dx (x d/dy (x + y))` must be 1. An implementation that confuses perturbations returns 2.
 #[test]
 fn perturbations_are_not_confused() {
     let forward = |x: Dual<f64, 1>| {
@@ -72,14 +72,14 @@ fn hessians_agree_in_all_four_nestings() {
         assert_close(&reverse, row, ROUNDING);
         let slopes = |x: &[f64]| gradient(|x| mixed.eval(x), x);
         let slopes = differences(slopes, &POINT, i, f64::EPSILON.cbrt());
-        // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
+        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each, times derivatives of order 10.
         assert_close(&slopes, row, 1e-9);
     }
 }
 
 #[test]
 fn jacobians_agree_by_rows_and_by_columns() {
-    // Within and beyond one chunk of columns.
+    // The arguments fill less than one pass of columns, or more than one.
     for (values, arguments) in [(2, 3), (3, 2), (9, 9), (1, 6), (11, 6)] {
         let function = rectangle(values, arguments);
         let x: Vec<f64> = (0..arguments).map(|i| 0.3 + 0.1 * i as f64).collect();
@@ -113,7 +113,7 @@ fn straight_through_and_detach_hold_at_every_level() {
         hard.straight_through(x[0] * x[0]) * x[0].detach()
     });
     assert_gradient(&stepped, &[3.0], &[18.0]);
-    // The slope 2 x of the soft part, times a constant 3.
+    // The slope of the soft part is 2 x, and it is multiplied by the constant 3.
     assert_eq!(hessian(|x| stepped.eval(x), &[3.0]), [[6.0]]);
 }
 
@@ -128,7 +128,7 @@ fn a_tape_may_be_swept_again_and_recorded_again() {
     }
 }
 
-/// Sums with constants, and squares, take a shorter way onto the tape.
+/// Sums with constants, and squares, are recorded in a special way that must keep their derivatives.
 #[test]
 fn numbers_moved_by_constants_keep_their_derivative() {
     let moved = formula(2, |x| {
@@ -139,7 +139,7 @@ fn numbers_moved_by_constants_keep_their_derivative() {
     });
     let x = [0.75, -1.25];
     let expected = forward_gradient::<f64>(&moved, &x);
-    // The argument's halves and quarters: every product is exact.
+    // The arguments are halves and quarters, so every product is exact.
     assert_gradient(&moved, &x, &expected);
     let rows = [0, 1].map(|i| {
         let mut point = x.map(Dual::<f64, 1>::constant);
@@ -150,7 +150,8 @@ fn numbers_moved_by_constants_keep_their_derivative() {
     assert_eq!(hessian(|x| moved.eval(x), &x), rows);
 }
 
-/// Passes have a fixed number of directions, which the arguments need not fill.
+/// Passes have a fixed number of directions. The Hessian must be right even if the arguments do not fill the last
+/// pass.
 #[test]
 fn a_hessian_has_a_row_for_each_argument() {
     for n in [1, 4, 5, 9] {

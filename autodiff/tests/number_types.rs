@@ -1,11 +1,11 @@
-//! Tapes of more number types than a variable has bits for. This is a separate binary, because types are counted
-//! for the whole process.
+//! Tapes of more number types than a process supports. This is a separate binary, because the types are counted for
+//! the whole process.
 
 use std::panic::catch_unwind;
 
 use autodiff::{Dual, Real, Tape};
 
-/// Makes a tape of a number type, and of types made of it.
+/// Creates tapes of a number type, and of types built on it.
 trait Tapes {
     fn of<R: Real>();
 }
@@ -16,7 +16,7 @@ impl Tapes for Nothing {
     fn of<R: Real>() {}
 }
 
-/// A tape of the type, and what another does with two types of duals on top of it.
+/// Creates a tape of the type itself, and lets `T` create tapes of two dual types on top of it.
 struct Doubled<T>(T);
 
 impl<T: Tapes> Tapes for Doubled<T> {
@@ -42,7 +42,7 @@ fn one_number_type_too_many_is_told() {
         *message,
         "a process cannot record on tapes of more than 255 number types"
     );
-    // Types that have been seen are welcome, after a refusal too.
+    // Types that already have a tape must still work, even after a refusal.
     AsManyAsFit::of::<f64>();
     let x = Dual::<f64, 2>::constant(3.0);
     let mut tape = Tape::new();

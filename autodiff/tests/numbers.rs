@@ -1,4 +1,4 @@
-//! Every operation on every number has the value that it has on floats.
+//! Every operation must have the same value on every number type as on floats.
 
 use std::ops::{AddAssign, DivAssign, MulAssign, SubAssign};
 
@@ -13,7 +13,7 @@ fn assigned<R: Copy>(x: R, y: R, operator: fn(&mut R, R)) -> R {
     result
 }
 
-/// Each function that has no method, with its name.
+/// Returns the value of each elementary function, with its name.
 fn elementary<R: Real>(x: R) -> Vec<(&'static str, R)> {
     [
         ("asin", Elementary::Asin),
@@ -33,7 +33,7 @@ fn elementary<R: Real>(x: R) -> Vec<(&'static str, R)> {
     .into()
 }
 
-/// Each operation with its name.
+/// Returns the value of each operation, with its name.
 fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
     let truth = |mask: R::Mask| R::select(mask, R::one(), R::zero());
     let inside = x.less(y) & !y.less_equal(z) | z.finite();
@@ -95,8 +95,8 @@ fn points() -> Vec<[f64; 3]> {
     points.collect()
 }
 
-/// That a number's values are within so much of those of floats, as a share of what they are made
-/// of; zero asks for the same number.
+/// Asserts that the values of a number type agree with those of floats within this tolerance, relative to the result
+/// and the arguments. A tolerance of zero asks for equal numbers.
 fn check(name: &str, tolerance: f64, values: impl Fn([f64; 3]) -> Vec<f64>) {
     let mut sound = 0;
     for point in points() {
@@ -116,7 +116,7 @@ fn check(name: &str, tolerance: f64, values: impl Fn([f64; 3]) -> Vec<f64>) {
     assert!(sound > 1800, "{name}: {sound}");
 }
 
-/// The results of the operations on numbers of some type, as floats.
+/// Returns the results of all operations on numbers of type `R`, as floats.
 fn values<R: Real>(x: [R; 3], value: impl Fn(R) -> f64) -> Vec<f64> {
     let results = operations(x).into_iter();
     results.map(|(_, result)| value(result)).collect()
@@ -154,7 +154,7 @@ fn traced_numbers_have_the_values_of_floats() {
 
 #[test]
 fn extended_numbers_round_to_the_values_of_floats() {
-    // Twice the error of the float's own function, 4 ulp for tanh.
+    // Twice the error of the float's own function, which is 4 ulp for tanh.
     check("DoubleDouble", 2e-15, |point| {
         values(point.map(DoubleDouble::from), f64::from)
     });
@@ -162,7 +162,7 @@ fn extended_numbers_round_to_the_values_of_floats() {
 
 #[test]
 fn single_precision_has_the_values_of_floats_to_its_digits() {
-    // tan(3) and its like: a few roundings of 6e-8 of an argument, and their own.
+    // For functions like tan(3), a few roundings of 6e-8 of the argument, and those of the function.
     check("f32", 1e-6, |point| {
         values(point.map(|x| x as f32), f64::from)
     });

@@ -1,9 +1,9 @@
-//! The drivers on several threads against the serial ones, to the bit.
+//! The drivers on several threads must be bit-identical to the serial drivers.
 
 use autodiff::sparse::{Pattern, sparse_jacobian};
 use autodiff::{Dense, Dual, Real, gradient, hessian, jacobian, jacobian_reverse, parallel};
 
-/// A vector function with this number of values, each of all arguments.
+/// A vector function with this number of values, each of which depends on all arguments.
 struct Waves {
     values: usize,
 }
@@ -33,7 +33,7 @@ fn point(len: usize) -> Vec<f64> {
     (0..len).map(|i| ((i * i) as f64 * 0.37).sin()).collect()
 }
 
-/// Runs in pools of several sizes.
+/// Runs a check in thread pools of several sizes.
 fn in_pools(check: impl Fn() + Sync) {
     for threads in [1, 2, 5] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

@@ -1,4 +1,4 @@
-//! Structures of parameters: their names, their order, and derivatives in their own shape.
+//! Structures of parameters: their names, their order, and derivatives in the shape of the structure.
 
 use crate::common::assert_refused;
 use autodiff::{Dual, Element, Function, Parameters, Real, gradient, hessian, parameters};
@@ -36,7 +36,7 @@ fn robot() -> Robot<f64> {
     }
 }
 
-/// Each number squared, times its place.
+/// The sum of each number squared times its index.
 fn energy<R: Real>(robot: &Robot<R>) -> R {
     let terms = robot.flatten().into_iter().enumerate();
     terms.map(|(place, x)| x * x * R::lit(place as f64)).sum()
@@ -66,7 +66,7 @@ fn a_gradient_has_the_shape_of_its_structure() {
     assert_eq!(slope.flatten(), expected);
     assert_eq!(slope.springs[2][1], Spring([expected[12], expected[13]], 7));
     assert_eq!(slope.name, "walker");
-    // The structure as a function of a slice, in any mode.
+    // The structure as a function of a slice, to be differentiated in any mode.
     struct Energy(Robot<f64>);
     impl Function for Energy {
         fn eval<R: Real>(&self, x: &[R]) -> R {
@@ -89,12 +89,14 @@ fn a_gradient_has_the_shape_of_its_structure() {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn numbers_that_do_not_fit_are_refused() {
     let spring = Spring([1.0, 2.0], 0);
-    assert_refused("1 numbers end before `0[1]`", || spring.with(&[1.0]));
-    assert_refused("1 of 3 numbers are left over", || spring.with(&[1.0; 3]));
+    assert_refused(
+        "1 numbers are too few for the structure: none is left for `0[1]`",
+        || spring.with(&[1.0]),
+    );
+    assert_refused("1 of 3 numbers do not fit", || spring.with(&[1.0; 3]));
 }
 
-/// Names that the derive's own code uses or might use, as names of the number type, the struct, fields
-/// and constants.
+/// The number type, the struct, its fields and constants may have names that the derived code uses too.
 mod names {
     use autodiff::{Parameters, Real};
 
@@ -121,7 +123,7 @@ mod names {
         pub(crate) struct R(pub(crate) u8);
     }
 
-    /// A type of another module with the name of the number type.
+    /// A type of another module whose name is that of the number type.
     #[derive(Clone, Debug, PartialEq, Parameters)]
     pub(super) struct Tagged<R> {
         pub(super) tag: inner::R,
@@ -129,7 +131,7 @@ mod names {
     }
 }
 
-/// Lifetimes, constants, defaults and bounds in addition to the number type.
+/// A struct with lifetimes, constants, defaults and bounds in addition to the number type.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 struct Network<'a, R = f64, const N: usize = 2>
 where

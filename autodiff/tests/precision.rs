@@ -1,15 +1,13 @@
-//! Values, slopes and second derivatives against mpmath, from the smallest subnormal to 1e300, in four
-//! modes.
+//! Values, slopes and second derivatives compared with mpmath, from the smallest subnormal to 1e300, in four modes.
 
 use autodiff::{Function, Real, gradient, hessian};
 
 use crate::common::{Formula, Sym, formula, forward_gradient, rows};
 
-/// A name, how many ulps the value, the slopes and the second derivatives may be off at a point, and the
-/// function.
+/// A name; how many ulps the value, the slopes and the second derivatives may be off at a point; and the function.
 type Row = (&'static str, fn(f64, f64) -> [f64; 3], fn(Sym, Sym) -> Sym);
 
-/// Rows of functions of `x` and `y`: the first and the last argument. The names are those of
+/// Defines rows of functions of `x` and `y`, the first and the last argument. The names are those in
 /// `data/precision/generate.py`.
 macro_rules! functions {
     (|$x:ident, $y:ident, $one:ident, $lit:ident| $($name:literal: $ulps:expr => $value:expr;)*) => {
@@ -23,10 +21,10 @@ macro_rules! functions {
     };
 }
 
-/// Rounding of a few operations.
+/// The tolerances for the rounding of a few operations.
 const FEW: [f64; 3] = [2.0, 4.0, 8.0];
 
-/// The square of the longer side over the shorter; with a side of zero nothing cancels.
+/// The square of the longer side over the shorter side; 1 if a side is zero, because then nothing cancels.
 fn squared_ratio(x: f64, y: f64) -> f64 {
     let ratio = (x / y).abs().max((y / x).abs());
     if ratio.is_finite() {
@@ -38,7 +36,7 @@ fn squared_ratio(x: f64, y: f64) -> f64 {
 
 functions! {
     |x, y, one, lit|
-    // Operations and methods: each rule is a few operations of an ulp or less.
+    // Operators and methods: each rule is a few operations with errors of an ulp or less.
     "neg": FEW => -x;
     "square": FEW => x * x;
     "cube": FEW => x * x * x;
@@ -97,8 +95,8 @@ functions! {
     "dot": FEW => Sym::dot(&[x, y], &[y, x]);
     "atan2": [2.0, 3.0, 8.0] => x.atan2(y);
     "hypot": [2.0, 3.0, 8.0] => x.hypot(y);
-    // The slope of a slope is a power, whose exponent is rounded: an error of `ln x` times that. So is the
-    // slope where `0.3 / x` overflows.
+    // The second derivative is a power whose exponent is rounded, which costs `ln x` times that rounding. The same
+    // holds for the slope where `0.3 / x` overflows.
     "powf_0.3": [2.0, 4.0 + f64::from(x < 1e-308) * x.ln().abs() / 2.0, 8.0 + x.ln().abs() / 2.0] =>
         x.powf(lit(0.3));
     "powf": [2.0, 4.0, 8.0 + x.ln().abs() / 2.0] => x.powf(y);
@@ -145,27 +143,27 @@ functions! {
     "elastic": FEW => y * lit(0.5) * (x.hypot(one) - one).powi(2);
     "log_sigmoid": FEW => -(-x).exp().ln_1p();
     "gaussian": FEW => (-(x * x)).exp();
-    // `sin^2` and `cos^2` may be nearly the same.
+    // `sin^2` and `cos^2` may nearly cancel.
     "sin_cos": [2.0, 8.0, 3.0] => x.sin() * x.cos();
     // The second derivative is a difference that vanishes with `x`.
     "logistic": [2.0, 3.0, 8.0 + 2.0 / x.abs()] => (one + (-x).exp()).recip();
     "fermi": [2.0, 3.0, 8.0 + 2.0 / x.abs()] => (one + x.exp()).recip();
-    // The rounding of the exponent, `1/x`, counts `1/x` times.
+    // The rounding of the exponent `1/x` is multiplied by `1/x`.
     "arrhenius": [4.0 + 0.5 / x, 4.0 + 0.5 / x, 8.0 + 0.5 / x] => (-x.recip()).exp();
-    // Terms `x`, or `x^2`, times as large as the result cancel.
+    // Terms that are `x` or `x^2` times as large as the result cancel.
     "softsign": [2.0, 4.0 + x.abs(), 8.0 + 2.0 * x.abs()] => x / (one + x.abs());
     "rational": [2.0, 4.0 + x * x, 8.0 + 2.0 * x * x] => (x * x + one) / (x * x + lit(3.0));
     "sqrt_1px2": [2.0, 4.0, 8.0 + 4.0 * x * x] => (one + x * x).sqrt();
     "pseudo_huber": [2.0, 4.0, 8.0 + 4.0 * x * x] => x * x / (one + (one + x * x).sqrt());
-    // Terms with `1/x` and `1/x^2` cancel where `x` is small.
+    // Terms with `1/x` and `1/x^2` cancel if `x` is small.
     "tanhc": [3.0, 32.0, 96.0] => x.tanh() / x;
     "exp_m1_over_x": [3.0, 16.0, 256.0] => x.exp_m1() / x;
-    // A point is near a zero: of the value,
+    // Some points are near a zero of the value.
     "ln_of_ln": [16.0, 4.0, 8.0] => x.ln().ln();
     "ln_cosh": [16.0, 3.0, 4.0] =>
         x.abs() + (lit(-2.0) * x.abs()).exp().ln_1p() - lit(2.0).ln();
     "one_minus_cos": [16.0, 3.0, 4.0] => one - x.cos();
-    // of the second derivative,
+    // Some points are near a zero of the second derivative.
     "silu": [2.0, 4.0, 32.0] => x / (one + (-x).exp());
     "maxwell": [2.0, 4.0, 32.0] => x * x * (-x).exp();
     "ln_1p_x2": [2.0, 4.0, 32.0] => (x * x).ln_1p();
@@ -175,22 +173,22 @@ functions! {
     "sqrt_ln": [2.0, 4.0, 32.0] => x.sqrt() * x.ln();
     "planck": [3.0, 4.0, 128.0] => x.powi(3) / x.exp_m1();
     "potential": [3.0, 4.0, 128.0] => (x * x + y * y).rsqrt();
-    // of both.
+    // Some points are near a zero of the slope or of the second derivative.
     "cosine_of_angle": [2.0, 4.0 + 2.0 * squared_ratio(x, y), 256.0] => x / x.hypot(y);
     "gravity": [4.0, 128.0, 64.0] => x / x.hypot(y).powi(3);
 }
 
-/// Where functions are wrong today: what is mended is taken off, and the test asks for it. The slope of a
-/// quotient by its divisor is `-(x/y)/y`: the second derivative multiplies its zero by an infinite `1/y`. A
-/// formula without that would cost every division.
+/// Cases that are wrong today. If one is fixed, the test asks to remove it here. The slope of a quotient with respect
+/// to the divisor is `-(x/y)/y`, and the second derivative multiplies its zero by an infinite `1/y`. A formula
+/// without that product would make every division slower.
 const WRONG_TODAY: [(&str, &str); 1] = [("div", "0.0,1e-310 0.0,5e-324")];
 
 struct Case {
     function: String,
-    /// The arguments as the table has them.
+    /// The arguments as text, as in the table.
     at: String,
     x: Vec<f64>,
-    /// The value, the slopes, and the rows of the upper triangle of the second derivatives.
+    /// The value, the slopes, and then the rows of the upper triangle of the second derivatives.
     expected: Vec<f64>,
 }
 
@@ -200,7 +198,7 @@ fn cases() -> Vec<Case> {
 
 fn case(line: &str) -> Case {
     let words: Vec<&str> = line.split(' ').collect();
-    // A function of one number has 4 numbers, one of two numbers 8.
+    // A function of one number has a line of 4 numbers, a function of two numbers a line of 8.
     let (x, expected) = words[1..].split_at(words.len() / 4);
     let floats = |words: &[&str]| {
         words
@@ -216,11 +214,11 @@ fn case(line: &str) -> Case {
     }
 }
 
-/// The same numbers as in the table, in one mode.
+/// Computes the numbers of a line of the table in one mode.
 type Mode = fn(&Formula, &[f64]) -> Vec<f64>;
 
-/// The value of plain code with slopes by forward and by reverse mode; slopes and second derivatives by
-/// forward over reverse and by reverse over reverse mode.
+/// The first two modes return the value of plain code and the slopes, by forward and by reverse mode. The last two
+/// return slopes and second derivatives, by forward over reverse and by reverse over reverse mode.
 const MODES: [(&str, Mode); 4] = [
     ("forward", |f, x| {
         [vec![f.eval(x)], forward_gradient(f, x)].concat()
@@ -246,8 +244,8 @@ fn with_triangle(f: &Formula, x: &[f64], row: impl Fn(usize) -> Vec<f64>) -> Vec
         .collect()
 }
 
-/// The distance in units of the expected number's last place. What is beyond the largest float counts as the
-/// largest.
+/// Returns the distance in units of the last place of the expected number. A number beyond the largest float counts
+/// as the largest float.
 fn ulps(found: f64, expected: f64) -> f64 {
     let [found, expected] = [found, expected].map(|x| x.clamp(-f64::MAX, f64::MAX));
     let size = expected.abs().min(f64::MAX.next_down());
@@ -255,7 +253,7 @@ fn ulps(found: f64, expected: f64) -> f64 {
 }
 
 impl Case {
-    /// The numbers that are off in some mode, and by how many ulps.
+    /// Describes the numbers that are off in some mode, and by how many ulps.
     fn mistakes(&self) -> Vec<String> {
         let row = FUNCTIONS.iter().find(|row| row.0 == self.function);
         let (_, allowed, function) = row.expect("a function of the table");
@@ -269,7 +267,7 @@ impl Case {
             {
                 let order = place.min(1) + usize::from(place > arguments);
                 let error = ulps(found, expected);
-                // A NaN is not within any number of ulps.
+                // A NaN is never close enough.
                 let within = error <= allowed[order];
                 if !within {
                     let allowed = allowed[order];
@@ -308,7 +306,7 @@ fn values_slopes_and_second_derivatives_are_within_their_ulps_in_four_modes() {
             wrong.extend(mistakes);
         } else if mistakes.is_empty() {
             wrong.push(format!(
-                "{}({}) is right now: take it off WRONG_TODAY",
+                "{}({}) is right now; remove it from WRONG_TODAY",
                 case.function, case.at
             ));
         }

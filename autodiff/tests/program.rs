@@ -1,4 +1,5 @@
-//! Programs of shapes that the net of springs and drawn programs do not have, against the same steps written out.
+//! Programs with shapes that the net of springs and the drawn programs lack. They must agree with the same steps
+//! written out.
 
 use crate::common::gradients;
 use crate::steps::{STEPS, Step, Turn, assert_same};
@@ -7,10 +8,10 @@ use autodiff::{
     Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient,
 };
 
-// Miri is slow: as few as suffice.
+// Miri is slow, so it gets the fewest nodes that suffice.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
 
-/// The pull of an edge, from the difference of its ends and its stiffness.
+/// The force of an edge, from the difference of its ends and its stiffness.
 #[derive(Clone, Copy)]
 struct Pull;
 
@@ -21,7 +22,7 @@ impl Kernel<2, 1> for Pull {
     }
 }
 
-/// Adds.
+/// Adds two numbers.
 #[derive(Clone, Copy)]
 struct Plus;
 
@@ -32,7 +33,7 @@ impl Kernel<2, 1> for Plus {
     }
 }
 
-/// Edges of several directions, each of which is a group.
+/// A model with edges of several directions, each of which is a group.
 #[derive(Clone)]
 struct Directions {
     edges: Vec<[usize; 2]>,
@@ -78,8 +79,8 @@ impl Step for Directions {
     }
 }
 
-/// Sums over a node's edges are made for up to four directions at once: fewer, none, and some left
-/// over.
+/// Sums over a node's edges are computed for up to four directions at once. They must be right for fewer directions,
+/// for none, and if some are left over.
 #[test]
 fn edges_may_have_any_number_of_directions() {
     for count in 0..=6 {
@@ -87,8 +88,8 @@ fn edges_may_have_any_number_of_directions() {
     }
 }
 
-/// A state, an input and a state; and in the same places of the next row the new state with an
-/// array between, which a gather reads or a kernel.
+/// A state, an input and a second state. In the next row, the same places hold the new states and an array between
+/// them, which is read by a gather or by a kernel.
 #[derive(Clone)]
 struct Between {
     gathered: bool,
@@ -148,7 +149,7 @@ fn an_array_may_lie_between_the_parts_of_the_new_state() {
     }
 }
 
-/// A step whose arrays are declared where it needs them.
+/// A step that declares its arrays only where it needs them.
 #[derive(Clone)]
 struct AsNeeded;
 
@@ -187,7 +188,7 @@ fn declarations_may_come_in_any_order() {
     assert_same(AsNeeded);
 }
 
-/// A kernel without results.
+/// A kernel without results, which is refused.
 #[derive(Clone, Copy)]
 struct Nothing;
 
@@ -212,7 +213,7 @@ fn a_kernel_has_results() {
     Rollout::new(Nothing, 1).run(&[0.0; NODES], &[]);
 }
 
-/// Arrays and matrices without any number beside some that have them.
+/// Empty arrays and matrices together with others that are not empty.
 #[derive(Clone)]
 struct Hollow;
 
@@ -247,7 +248,7 @@ impl Step for Hollow {
     }
 }
 
-/// A chain of one link has no edges, a model without sensors no rows of them.
+/// Arrays may be empty: a chain with one node has no edges, and a model without sensors has no rows for them.
 #[test]
 fn arrays_may_be_empty() {
     assert_same(Hollow);
@@ -281,7 +282,7 @@ fn arrays_may_be_empty() {
     }
 }
 
-/// Without any state, for every memory.
+/// A program without any state must work, with every memory.
 #[test]
 fn a_program_may_have_no_state() {
     #[derive(Clone)]
@@ -305,7 +306,7 @@ fn a_program_may_have_no_state() {
     }
 }
 
-/// One number through a layer with a hyperbolic tangent, whose weight is a parameter.
+/// One number through a `tanh` layer whose weight is a parameter.
 #[derive(Clone)]
 struct Saturated;
 
@@ -326,8 +327,7 @@ impl Function for ThroughLayer {
     }
 }
 
-/// The layer's reverse sweep knows only the results, so in every mode the slope is computed from
-/// them.
+/// The layer's reverse sweep knows only the results, so every mode must compute the slope from them.
 #[test]
 fn a_saturated_layer_has_one_slope_in_all_modes() {
     let layer = ThroughLayer(Rollout::new(Saturated, 1));
@@ -337,9 +337,8 @@ fn a_saturated_layer_has_one_slope_in_all_modes() {
         let slopes: Vec<f64> = by_modes.map(|(_, gradient)| gradient[2]).collect();
         let y = layer.eval(&x);
         let expected = 1.0 - y * y;
-        // Lanes fuse the square and the difference, other numbers round both: an ulp of 1 each.
-        // Near 1 the difference is exact, and the error of the square is (1 - y)^2, below 1e-12
-        // times the slope.
+        // Lanes use a fused multiply-add, other numbers round the square and the difference: an ulp of 1 each. Near 1
+        // the difference is exact, and the error of the square is (1 - y)^2, below 1e-12 times the slope.
         let error = if bias < 10.0 {
             2.0 * f64::EPSILON
         } else {

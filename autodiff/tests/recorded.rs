@@ -1,10 +1,10 @@
-//! A function recorded once, against the tape at every point.
+//! A function recorded once must agree with the tape at every point.
 
 use crate::common::{Formula, Sym, assert_close, assert_refused, formula};
 use autodiff::data::Recorded;
 use autodiff::{Dual, Function, Real, lit, value_and_gradient};
 
-/// Every kind of operation, with a kink between the points.
+/// Uses every kind of operation, with a kink between the points.
 fn mixed() -> Formula {
     formula(4, |x| {
         let inside = Sym::select(x[0].less(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
@@ -23,14 +23,14 @@ fn points(count: usize) -> Vec<[f64; 4]> {
 fn a_recording_serves_all_points() {
     let mixed = mixed();
     let recorded = Recorded::new(&mixed, 4).expect("no values");
-    // None, part of a register, several blocks and a rest; both branches are among them.
+    // No point, a part of a register, and several blocks with a rest. Together the points take both branches.
     for count in [0, 1, 7, 100] {
         let points = points(count);
         let both = recorded.values_and_gradients(&points);
         assert_eq!(both.len(), count);
         for (x, (value, gradient)) in points.iter().zip(&both) {
             let (expected, slope) = value_and_gradient(|x| mixed.eval(x), x);
-            // Multiply-adds round once in lanes, twice on the tape: some ten operations.
+            // Multiply-adds round once in lanes and twice on the tape, for about ten operations.
             let tolerance = 20.0 * f64::EPSILON;
             assert_close(&[*value], &[expected], tolerance);
             assert_close(gradient, &slope, tolerance);
@@ -38,7 +38,7 @@ fn a_recording_serves_all_points() {
             assert_close(&alone.1, &slope, tolerance);
         }
     }
-    // What one replay leaves in memory is not the next one's.
+    // Numbers that one replay leaves in memory must not change the next.
     let first = Recorded::new(&formula(3, |x| x[0]), 3).expect("no values");
     assert_eq!(
         first.value_and_gradient(&[2.0, 3.0, 4.0]),
@@ -63,7 +63,7 @@ fn recordings_nest_and_run_in_singles() {
     assert_close(&slope, &value_and_gradient(|x| mixed.eval(x), &x).1, 1e-4);
 }
 
-/// `mixed` over points that are variables, column by column.
+/// The sum of `mixed` over points that are variables, given column by column.
 struct Summed(Recorded);
 
 impl Function for Summed {
@@ -93,7 +93,7 @@ fn a_total_is_the_sum_over_points_that_are_variables() {
         let (summed, one_by_one) = (Summed(recorded.clone()), one_by_one(count));
         let (expected, slope) = value_and_gradient(|x| one_by_one.eval(x), &x);
         let (value, gradient) = value_and_gradient(|x| summed.eval(x), &x);
-        // The same terms in another order, fifty of them.
+        // Both add the same fifty terms, in a different order.
         assert_close(&[value, summed.eval(&x)], &[expected; 2], 1e-13);
         assert_close(&gradient, &slope, 1e-13);
         let moving: Vec<_> = (x.iter().zip(&slope))
@@ -132,10 +132,11 @@ fn what_depends_on_values_is_refused_and_so_is_a_point_of_another_length() {
     assert!(error.to_string().contains("primal"), "{error}");
     let mixed = mixed();
     let recorded = Recorded::new(&mixed, 4).expect("no values");
-    assert_refused("3 numbers for a function of 4 arguments", || {
-        recorded.value_and_gradient(&[1.0; 3])
-    });
-    assert_refused("3 columns for a function of 4 arguments", || {
+    assert_refused(
+        "a point has 3 numbers, but the function has 4 arguments",
+        || recorded.value_and_gradient(&[1.0; 3]),
+    );
+    assert_refused("given 3 columns, but the function has 4 arguments", || {
         recorded.total(&[&[1.0] as &[f64]; 3])
     });
 }

@@ -1,4 +1,4 @@
-//! The reverse sweep through a rollout against duals, the tape and central differences.
+//! The reverse sweep through a rollout, compared with duals, the tape and central differences.
 
 use crate::common::{assert_refused, differences, forward_gradient, largest_difference};
 use crate::net::{Loss, NODES, Net};
@@ -8,14 +8,14 @@ use autodiff::{
     value_and_gradient,
 };
 
-/// This number of steps, or fewer under Miri, which is slow.
+/// Returns this number of steps, or fewer under Miri, which is slow.
 fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
 }
 
 #[test]
 fn reverse_sweep_agrees_with_duals_tape_and_differences() {
-    // 37 steps: batches of outer products end full and partly filled.
+    // 37 steps end with a full batch of outer products and with a partial batch.
     let loss = Loss::new(steps(37));
     let x = loss.point();
     let (value, gradient) = value_and_gradient(|x| loss.eval(x), &x);
@@ -23,12 +23,13 @@ fn reverse_sweep_agrees_with_duals_tape_and_differences() {
     assert!(relative < 1e-15, "recording changes the value: {relative}");
 
     let forward = forward_gradient(&loss, &x);
-    // Sums of some 1e4 terms of order one in another order: 1e4 * 2^-53.
+    // About 1e4 terms of order one are added in a different order: 1e4 * 2^-53.
     assert!(largest_difference(&gradient, &forward) < 1e-12);
 
     for i in (0..x.len()).step_by(7) {
         let difference = differences(|x| vec![loss.eval(x)], &x, i, 1e-5)[0];
-        // Truncation h^2 times a third derivative of order 1e2, rounding 1e-16 value / h.
+        // The truncation error is h^2 times a third derivative of order 1e2; the rounding error is 1e-16 times the
+        // value over h.
         let error = (difference - gradient[i]).abs();
         assert!(
             error < 1e-6 * (1.0 + gradient[i].abs()),
@@ -38,13 +39,13 @@ fn reverse_sweep_agrees_with_duals_tape_and_differences() {
     }
 }
 
-/// The same rollout with every operation on the scalar tape.
+/// The gradient must be the same if every operation of the rollout is on the scalar tape.
 #[test]
 fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
     let loss = Loss::new(steps(9));
     let x = loss.point();
     let (_, fused) = value_and_gradient(|x| loss.eval(x), &x);
-    // Duals have no fused rollout: their tape of scalars is the plain program's.
+    // Duals have no fused rollout, so a tape under duals records every operation of the program.
     let in_duals = |x: &[Var<f64>]| {
         let dual: Vec<Dual<_, 1>> = x.iter().map(|&x| Dual::constant(x)).collect();
         loss.eval(&dual).value
@@ -61,7 +62,7 @@ fn single_precision_gradient_is_single_precise() {
     let single: Vec<f32> = x.iter().map(|&x| x as f32).collect();
     let single = gradient(|x: &[Var<f32>]| loss.eval(x), &single);
     let single: Vec<f64> = single.into_iter().map(f64::from).collect();
-    // 20 steps of sums of some 20 terms at 2^-24 each.
+    // 20 steps with sums of about 20 terms, at 2^-24 each.
     assert!(largest_difference(&single, &double) < 1e-5);
 }
 
@@ -84,7 +85,7 @@ fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
     assert_eq!(only_weights, all[weights.clone()]);
 }
 
-/// A bound on the norm of cotangents, checked every few steps.
+/// A bound on the norm of cotangents that is checked every `every` steps.
 fn bound(norm: f64, every: usize) -> Option<CotangentBound> {
     Some(CotangentBound { norm, every })
 }
@@ -103,7 +104,7 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
     loss.rollout.cotangent_bound = bound(0.5, 1);
     let (_, bounded) = value_and_gradient(|x| loss.eval(x), &x);
     assert_relative_eq!(norm(&bounded), 0.5, max_relative = 1e-12);
-    // Checked only at the start: below the bound nothing changes.
+    // The bound is checked only at the start; below it nothing must change.
     let free = norm(&exact);
     for limit in [0.9 * free, 1.1 * free] {
         loss.rollout.cotangent_bound = bound(limit, 31);
@@ -131,7 +132,7 @@ fn observed_steps_ascend_to_the_last_at_most() {
     }
 }
 
-/// An infinite cotangent is not bounded to zero.
+/// An infinite cotangent must become NaN and not be bounded to zero.
 #[test]
 fn a_cotangent_too_large_to_be_measured_is_told() {
     let mut loss = Loss::new(steps(12));
@@ -142,7 +143,7 @@ fn a_cotangent_too_large_to_be_measured_is_told() {
     assert!(gradient[..2 * NODES].iter().all(|g| g.is_nan()));
 }
 
-/// Numbers that every step multiplies by this one.
+/// A model step that multiplies each number by this factor.
 #[derive(Clone, Copy)]
 struct Times(f64);
 
@@ -161,7 +162,7 @@ impl Model for Times {
     }
 }
 
-/// The cotangents of a batch of starts, given those of the last states, with a bound at the start.
+/// Returns the cotangents of a batch of starts, given the cotangents of the last states, with a bound at the start.
 fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> Vec<[R; 3]> {
     let rollout = Rollout {
         cotangent_bound: bound(norm, steps + 1),
@@ -180,12 +181,13 @@ fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> 
     gradient.as_chunks().0.to_vec()
 }
 
-/// Squares over- and underflow long before cotangents do.
+/// Cotangents of any size must be bounded correctly, although their squares over- and underflow.
 #[test]
 fn cotangents_of_any_size_are_bounded() {
     fn check<R: Real + PartialEq + Into<f64>>(sizes: &[f64], digits: f64) {
         for &size in sizes {
-            // Their norms are 13, 13 and 0 in that size; squares can measure the last one.
+            // The norms are 13, 13 and 0 in units of the size. The fourth cotangent has an ordinary size, so its
+            // squares can be computed.
             let seeds = [[3.0, 4.0, 12.0], [-12.0, 3.0, -4.0], [0.0; 3]];
             let mut seeds = seeds.map(|seed| seed.map(|s| s * size)).to_vec();
             seeds.push([0.1; 3]);
@@ -196,7 +198,7 @@ fn cotangents_of_any_size_are_bounded() {
                     for (&bar, seed) in bar.iter().zip(seeds[k]) {
                         let expected = seed * (norm / free.max(norm));
                         let off = (bar.into() - expected).abs();
-                        // A few roundings, and what the least number leaves of the smallest.
+                        // The tolerance is a few roundings.
                         assert!(
                             off <= 4.0 * digits * expected.abs(),
                             "{k} of {size}: {bar:?}"
@@ -217,7 +219,7 @@ fn cotangents_of_any_size_are_bounded() {
     assert!((single[0][0] - 1.0).abs() < 4.0 * f32::EPSILON);
 }
 
-/// Cotangents of ordinary size are multiplied by one factor: the bound over their norm.
+/// Cotangents of ordinary size must be multiplied by one factor: the bound divided by their norm.
 #[test]
 fn ordinary_cotangents_are_scaled_by_one_factor() {
     fn check<R: Real + PartialEq + Into<f64>>() {
@@ -230,7 +232,7 @@ fn ordinary_cotangents_are_scaled_by_one_factor() {
     check::<f32>();
 }
 
-/// A cotangent that shrinks in the sweep is bounded only where it is checked.
+/// A cotangent that shrinks in the sweep must be bounded only at the steps where it is checked.
 #[test]
 fn a_cotangent_is_checked_after_so_many_steps() {
     for (every, expected) in [(1, 0.5), (2, 0.5), (3, 1.0), (4, 0.5), (5, 4.0)] {
@@ -244,7 +246,7 @@ fn a_cotangent_is_checked_after_so_many_steps() {
     }
 }
 
-/// Asserts that a rollout is refused on floats and on the tape.
+/// Asserts that both floats and the tape refuse a rollout.
 #[track_caller]
 fn assert_unusable(rollout: Rollout<Net>, sentence: &str) {
     let mut loss = Loss::new(1);
@@ -290,7 +292,7 @@ fn more_steps_than_any_memory_keeps_are_refused() {
     gradient(|x| rollout.run(x, &[])[0], &[1.0; 3]);
 }
 
-/// Without observed steps or entries nothing is returned, from one start or several.
+/// Without observed steps or entries, nothing must be returned, from one start or several.
 #[test]
 fn nothing_may_be_observed() {
     let starts = [[1.0, 2.0, 3.0]; 5];
@@ -316,7 +318,7 @@ fn nothing_may_be_observed() {
 
 #[test]
 fn any_memory_gives_the_same_bits() {
-    // 61 steps in stretches of various lengths; no power of two, and no multiple of a batch.
+    // 61 steps make stretches of various lengths. 61 is no power of two and no multiple of a batch.
     let mut loss = Loss::new(steps(61));
     let x = loss.point();
     let all = value_and_gradient(|x| loss.eval(x), &x);
@@ -329,7 +331,7 @@ fn any_memory_gives_the_same_bits() {
     }
 }
 
-/// A tape can be pulled back more than once, for every memory of its rollout.
+/// A tape can be pulled back more than once, with the same bits, for every memory of its rollout.
 #[test]
 fn a_second_pullback_has_the_same_bits() {
     let mut loss = Loss::new(steps(40));
@@ -343,7 +345,8 @@ fn a_second_pullback_has_the_same_bits() {
     }
 }
 
-/// A thread reuses the rows of its last sweep for the next one, which may have another length or number type.
+/// A thread reuses the rows of its last sweep for the next one, which may have another length or number type. The
+/// bits must not change.
 #[test]
 #[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
@@ -364,7 +367,7 @@ fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
     }
 }
 
-/// A model whose methods record different factors.
+/// A model that multiplies by a different factor in each of its methods.
 #[derive(Clone)]
 struct Grows;
 

@@ -1,9 +1,9 @@
-//! Compressed Jacobians against dense ones, and the number of directions they take.
+//! Compressed Jacobians must agree with dense ones and take as few directions as possible.
 
 use autodiff::sparse::{Pattern, sparse_hessian, sparse_jacobian};
 use autodiff::{Dense, Dual, Real, custom, gradient, hessian, jacobian, lit};
 
-/// Every value by a few arguments, the same ones as the pattern's row.
+/// A function in which each value depends on the arguments in the pattern's row.
 struct Local<'a>(&'a Pattern);
 
 impl Local<'_> {
@@ -21,7 +21,7 @@ fn point(len: usize) -> Vec<f64> {
     (0..len).map(|i| (1.0 + i as f64).sqrt().sin()).collect()
 }
 
-/// Observations of points by cameras: each row by one camera's numbers and one point's.
+/// The pattern of cameras that observe points: each row depends on the numbers of one camera and of one point.
 fn observations(cameras: usize, points: usize) -> Pattern {
     let mut rows = Vec::new();
     for camera in 0..cameras {
@@ -38,7 +38,7 @@ fn observations(cameras: usize, points: usize) -> Pattern {
 }
 
 fn patterns() -> Vec<(Pattern, usize)> {
-    // Pseudo-random rows have no known number of colours but an upper bound.
+    // The number of colours of these pseudo-random rows is unknown, but it has an upper bound.
     let scattered = |i: usize| {
         let mut row: Vec<usize> = (0..4).map(|k| (i * i * 7 + k * k * 5 + k) % 23).collect();
         row.sort_unstable();
@@ -67,7 +67,7 @@ fn compressed_and_dense_jacobians_are_equal_to_the_bit() {
     for (pattern, _) in patterns() {
         let (function, x) = (Local(&pattern), point(pattern.columns()));
         let entries = sparse_jacobian(|x| function.eval(x), &x, &pattern);
-        // Forward by columns, one at a time: the same operations on the same numbers.
+        // Forward mode one column at a time does the same operations on the same numbers.
         assert_eq!(pattern.to_dense(&entries), dense_by_columns(&function, &x));
     }
 }
@@ -92,7 +92,7 @@ fn rows_are_gradients_by_reverse_mode() {
     for (i, row) in dense.iter().enumerate() {
         let gradient = gradient(|x| function.eval(x)[i], &x);
         for (a, b) in row.iter().zip(gradient) {
-            // Four factors, multiplied in two orders.
+            // Both multiply four factors, in two orders.
             assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
         }
     }
@@ -109,7 +109,7 @@ fn few_colors_serve_and_no_two_columns_of_a_row_share_one() {
         let longest = (0..pattern.rows()).map(|i| pattern.row(i).len()).max();
         assert!(pattern.colors() >= longest.unwrap_or(0));
     }
-    // Where the best is known it is reached.
+    // Where the smallest number of colours is known, it must be reached.
     for (pattern, colors) in &patterns()[..6] {
         assert_eq!(pattern.colors(), *colors);
     }
@@ -120,7 +120,7 @@ fn a_pattern_is_found_by_tracing() {
     for (pattern, _) in patterns() {
         let (function, x) = (Local(&pattern), point(pattern.columns()));
         assert_eq!(Pattern::traced(|x| function.eval(x), &x), pattern);
-        // Where every derivative vanishes, too.
+        // The pattern must also be found where every derivative is zero.
         assert_eq!(
             Pattern::traced(|x| Squares(&pattern).eval(x), &vec![0.0; x.len()]),
             pattern
@@ -128,7 +128,7 @@ fn a_pattern_is_found_by_tracing() {
     }
 }
 
-/// Each value the sum of the squares of its row's arguments, in one of three ways.
+/// Each value is the sum of the squares of its row's arguments, computed in one of three ways.
 struct Squares<'a>(&'a Pattern);
 
 impl Squares<'_> {
@@ -157,7 +157,7 @@ impl custom::Rule for SumOfSquares {
     }
 }
 
-/// The product of neighbours, squared, and a linear term in the last.
+/// The sum of the squared products of neighbours, plus a linear term in the last argument.
 fn neighbours<R: Real>(x: &[R]) -> R {
     let pairs = x.windows(2).map(|x| (x[0] * x[1]).powi(2));
     pairs.sum::<R>() + lit(3.0) * x[x.len() - 1]
@@ -173,12 +173,13 @@ fn sparse_hessians_are_the_dense_ones() {
     let entries = sparse_hessian(neighbours, &x, &pattern);
     let (sparse, dense) = (pattern.to_dense(&entries), hessian(neighbours, &x));
     for (a, b) in sparse.as_slice().iter().zip(dense.as_slice()) {
-        // Two orders of the same few products.
+        // Both have the same few products, in two orders.
         assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
     }
 }
 
-/// A column that is missing where another of its row has its colour: its entry is added to that one's.
+/// If another column of the row has the colour of the missing column, the missing entry is added to that column's
+/// entry. This must be noticed.
 #[test]
 #[should_panic(expected = "along a test direction")]
 fn a_missing_column_whose_color_is_taken_is_noticed() {

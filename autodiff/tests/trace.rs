@@ -1,4 +1,4 @@
-//! Origins of infinities and NaN, against what the modes themselves return.
+//! The reported origins of infinities and NaN must agree with what the modes return.
 
 use crate::common::{Sym, formula};
 use autodiff::custom::{Rule, apply};
@@ -20,7 +20,7 @@ const LINE_OF_LN: u32 = line!() + 6;
 impl Function for Chain {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let grown = x[0] * x[0] + x[1];
-        // Below zero: no logarithm.
+        // This is the logarithm of a negative number.
         let lost = (grown - R::lit(5.0)).ln();
         let mut y = lost.sin() + x[0];
         y *= R::lit(2.0);
@@ -54,7 +54,7 @@ fn an_argument_is_named_by_its_place() {
 
 #[test]
 fn the_side_that_is_not_chosen_is_not_blamed() {
-    // The argument's root, or below some bound a line.
+    // The square root of the argument, or the argument itself below a bound.
     let root = |from: f64| {
         formula(1, |x| {
             let root = Sym::select(x[0].less(Sym::lit(from)), x[0], x[0].sqrt());
@@ -70,7 +70,7 @@ fn the_side_that_is_not_chosen_is_not_blamed() {
     assert_eq!(gradient(|x| bare.values(x)[0], &[0.0]), [f64::INFINITY]);
 }
 
-/// Operations, and an argument at which each has no finite derivative or value.
+/// Operations, each with an argument at which its derivative or value is not finite.
 const KINKS: [(&str, f64, fn(Sym) -> Sym); 14] = [
     ("sqrt", 0.0, |x| x.sqrt()),
     ("rsqrt", 0.0, |x| x.rsqrt()),
@@ -97,7 +97,7 @@ fn every_operation_is_judged_by_value_and_partial() {
         let (value, gradient) = value_and_gradient(|x| kink.values(x)[0], &[x]);
         let sound = value.is_finite() && gradient[0].is_finite();
         assert!(!sound, "{operation}");
-        // At an argument between those, all is well.
+        // At an ordinary argument nothing must be reported.
         assert_eq!(origin(&kink, &[0.7]), None, "{operation}");
     }
 }
@@ -134,7 +134,7 @@ fn tracing_nests_and_follows_derivatives_inside() {
     assert_eq!(found.expect("a slope of sqrt").number, 1);
 }
 
-/// The magnitude by a root, whose slope at 0 is infinite; its own rule gives another.
+/// The absolute value, computed as a root whose slope at 0 is infinite. The rule itself has another slope there.
 #[derive(Clone)]
 struct Magnitude {
     slope_at_zero: f64,
@@ -156,7 +156,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
         |slope_at_zero, x| first_non_finite(|x| vec![apply(Magnitude { slope_at_zero }, x)], &[x]);
     assert_eq!(of(0.0, 0.0), None);
     assert_eq!(of(f64::NAN, 2.0), None);
-    // Where both are unsound the line inside is named.
+    // If neither the code inside nor the rule is finite, the line inside must be reported.
     assert_eq!(of(f64::NAN, 0.0).expect("a kink").operation, "sqrt");
     #[derive(Clone)]
     struct Smooth;
@@ -173,7 +173,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
     assert_eq!(found.place.file(), file!());
 }
 
-/// A number that falls until the root of less than zero is taken.
+/// A number that falls until the root of a negative number is taken.
 #[derive(Clone)]
 struct Falling;
 
@@ -236,7 +236,7 @@ impl Residual for Cubic {
     }
 }
 
-/// The identity, with a value that does not depend on the argument.
+/// The identity, with a value that carries no derivative.
 #[derive(Clone)]
 struct Held;
 
@@ -276,7 +276,7 @@ fn the_trace_passes_through_roots_and_rules() {
 
 #[test]
 fn results_of_constants_are_constants() {
-    // Its root has no partial: nothing depends on it.
+    // The root has no partial that matters, because it depends on no argument.
     let held = |x: Traced<f64>| vec![x + apply(Held, &[Traced::lit(0.0)]).sqrt()];
     assert_eq!(first_non_finite(|x| held(x[0]), &[1.0]), None);
     let solved = |x: Traced<f64>| {
@@ -287,8 +287,8 @@ fn results_of_constants_are_constants() {
     assert_eq!(first_non_finite(|x| solved(x[0]), &[1.0]), None);
 }
 
-/// The operation that is blamed where every other lane is the root of an argument, or the argument of
-/// a root, and the others are constants, whichever of them is named first.
+/// Returns the operation that is reported if half of the lanes are zero and choose a root of the argument, or the
+/// argument of a root, and the other lanes choose a constant. Either side of the choice is named first.
 struct ChoicesByLanes;
 
 impl Vectorized<f64> for ChoicesByLanes {
@@ -303,7 +303,7 @@ impl Vectorized<f64> for ChoicesByLanes {
             let of = |function: &dyn Fn(Traced<L>) -> Traced<L>| {
                 first_non_finite(|x| vec![function(x[0])], &[x]).map(|found| found.operation)
             };
-            // The root comes first, or the choice does.
+            // The root is taken before the choice or after it.
             blamed.push(of(&|x| choose(small, x.sqrt(), one)));
             blamed.push(of(&|x| choose(small, x, one).sqrt()));
         }
@@ -316,7 +316,7 @@ fn a_choice_by_lanes_is_blamed_for_either_side() {
     assert_eq!(f64::vectorize(ChoicesByLanes), [Some("sqrt"); 4]);
 }
 
-/// `is_zero` answers as for variables: a variable is never zero, a constant may be.
+/// `is_zero` must answer as for variables on a tape: a variable is never zero, a constant may be.
 #[test]
 fn is_zero_answers_as_for_variables() {
     fn asks<R: Real>(x: &[R]) -> R {

@@ -1,9 +1,9 @@
-//! Weighted arrays and offsets, against the same numbers written out.
+//! Weighted arrays and offsets must agree with the same numbers written out.
 
 use crate::steps::{Step, Turn, assert_same};
 use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
-/// Two arrays as weighted offsets, one as weighted values, an input, and the means.
+/// A model with two arrays as weighted offsets, one as weighted values, an input, and the means.
 #[derive(Clone)]
 struct Weighing {
     len: usize,
@@ -27,7 +27,7 @@ impl Model for Weighing {
     }
 }
 
-/// A weight above 0 from any number.
+/// Maps any number to a weight above 0.
 fn weight<R: Real>(x: R) -> R {
     x * x + R::lit(0.2)
 }
@@ -58,7 +58,7 @@ impl Step for Weighing {
     }
 }
 
-/// Shorter than a register, some whole registers, and some entries left over.
+/// Lengths that are shorter than a register, fill whole registers, or leave some entries over.
 const LENGTHS: [usize; 4] = if cfg!(miri) {
     [1, 3, 8, 17]
 } else {
@@ -72,7 +72,7 @@ fn weighted_arrays_are_as_written_out() {
     }
 }
 
-/// Each start with its own weights: values and gradients have the bits of single rollouts.
+/// Starts with their own weights must have the values and gradients of single rollouts, bit by bit.
 #[test]
 fn starts_with_their_own_weights_run_together() {
     for len in LENGTHS {

@@ -17,15 +17,15 @@ use cosmic_lab::verify::{MEASURED_STEPS, Subject, measured};
 
 /// Nodes in a row and in a column.
 const SIZES: [usize; 7] = [4, 6, 8, 10, 12, 16, 20];
-/// The reference size of ratios.
+/// The size that ratios compare with.
 const UNIT: usize = 6;
-/// The number of rounds; the minimum counts.
+/// The number of rounds; only the minimum is reported.
 const ROUNDS: usize = 8;
-/// Budgets for the gradient of the largest robot, MB.
+/// The memory budgets for the gradient of the largest robot, in MB.
 const BUDGETS: [usize; 4] = [400, 100, 20, 5];
-/// Seeds of the designs.
+/// The number of seeds for each design.
 const SEEDS: u64 = 8;
-/// Scenes of the designs.
+/// The scenes of the designs.
 const SCENES: [&str; 2] = ["stability", "large"];
 
 fn main() {
@@ -47,14 +47,14 @@ fn main() {
     println!("{}", section("Growth", command, &tables));
 }
 
-/// A built-in scene with `size` rows and columns.
+/// Returns a built-in scene with `size` rows and columns.
 fn sized(scene: &str, size: usize) -> Scene {
     let mut scene = Scene::load(scene).expect("the scene is built in");
     (scene.lattice.columns, scene.lattice.rows) = (size, size);
     scene
 }
 
-/// Time per edge and step, and memory of a gradient.
+/// Returns the table of time per edge and step, and of the memory of a gradient.
 fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
     let mut least = [[f64::INFINITY; 3]; 7];
     for _ in 0..ROUNDS {
@@ -73,7 +73,7 @@ fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
     let unit = SIZES.iter().position(|&size| size == UNIT);
     let unit = least[unit.expect("it is one of the sizes")];
     let mut table = String::from(
-        "| nodes | edges | rollout | | with the gradient by the design | | by the controller | | MB |\n\
+        "| nodes | edges | rollout | | with the design gradient | | with the controller gradient | | MB |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
     );
     for (k, times) in least.iter().enumerate() {
@@ -87,21 +87,22 @@ fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
     table
 }
 
-/// Time and memory of a gradient within budgets.
+/// Returns the table of time and memory of a gradient within budgets.
 fn budgets(subject: &Subject) -> String {
     let memories = BUDGETS.map(|budget| Memory::Bytes(budget * 1_000_000));
     let subjects: Vec<Subject> = std::iter::once(Memory::All)
         .chain(memories)
         .map(|memory| subject.with_memory(memory))
         .collect();
-    // Sequentially, so that each keeps its memory between gradients, as runs do.
+    // Runs are timed sequentially, so that each keeps its memory between gradients, as an optimisation does.
     let least = |subject: &Subject| {
         let rounds = (0..ROUNDS).map(|_| seconds(|| subject.two_gradients()));
         rounds.fold(f64::INFINITY, f64::min)
     };
     let times: Vec<f64> = subjects.iter().map(least).collect();
-    let mut table =
-        String::from("| budget, MB | MB held | times the time without |\n| --- | --- | --- |\n");
+    let mut table = String::from(
+        "| budget, MB | MB held | time, relative to no budget |\n| --- | --- | --- |\n",
+    );
     let names = std::iter::once("off".to_owned()).chain(BUDGETS.map(|budget| budget.to_string()));
     for ((name, subject), time) in names.zip(&subjects).zip(&times) {
         row(&mut table, &name, &[megabytes(subject), time / times[0]], 2);
@@ -109,15 +110,15 @@ fn budgets(subject: &Subject) -> String {
     table
 }
 
-/// The peak memory of the design gradients of an optimisation, with both projections.
+/// Returns the peak memory of the design gradients of an optimisation, with both projections.
 fn megabytes(subject: &Subject) -> f64 {
     let (_, _, bytes) = measured(|| subject.two_gradients());
     bytes.map_or(f64::NAN, |bytes| bytes as f64 * 1e-6)
 }
 
-/// The displacements of robots of all sizes.
+/// Returns the table of displacements of robots of all sizes.
 fn distances() -> String {
-    // The largest first, because they take the longest.
+    // The largest robots come first, because they take the longest.
     let jobs: Vec<(&str, usize, u64)> = (SIZES.iter().rev())
         .flat_map(|&size| SCENES.map(|scene| (scene, size)))
         .flat_map(|(scene, size)| (0..SEEDS).map(move |seed| (scene, size, seed)))

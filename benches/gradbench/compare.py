@@ -2,8 +2,8 @@
 
     python3 benches/gradbench/compare.py LOG target/release/gradbench "PEER'S COMMAND"
 
-LOG is the output of `gradbench run --output LOG`. Times are in milliseconds, the minimum of all runs. The difference is
-the larger relative distance in the 2-norm, of the primals or of the derivatives.
+LOG is the output of `gradbench run --output LOG`. Times are in milliseconds, each the minimum of all runs. The
+difference is the relative distance in the 2-norm, of the primals or of the derivatives, whichever is larger.
 """
 
 import itertools
@@ -31,7 +31,7 @@ class Tool:
         return reply
 
     def evaluate(self, message):
-        """The answer, and the milliseconds of the fastest run."""
+        """Returns the answer, and the time of the fastest run in milliseconds."""
         if message["module"] != self.module:
             self.module = message["module"]
             self.ask({"id": 0, "kind": "start", "eval": self.module})
@@ -65,7 +65,7 @@ def evaluations(log):
 def main():
     log, *commands = sys.argv[1:]
     tools = [Tool(command) for command in commands]
-    print("| workload | difference | primal | derivative | primal of the peer | its derivative | ratio |")
+    print("| workload | difference | primal | derivative | peer's primal | peer's derivative | ratio |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     workload = lambda message: (message["module"], message.get("description", ""))
     for name, functions in itertools.groupby(evaluations(log), workload):

@@ -2,10 +2,10 @@
 
 use serde_json::Value;
 
-/// Returns the relative distance of an answer from the right one in the 2-norm. It is infinite if the shapes differ
-/// or a number is not finite. Absolute distances up to 1e-300 count as zero.
+/// Returns the relative distance of an answer from the right answer in the 2-norm. It is infinite if the shapes
+/// differ or a number is not finite. Absolute distances up to 1e-300 count as zero.
 pub fn distance(answer: &Value, right: &Value) -> f64 {
-    // `hypot` because the square of a very small or large number may be zero or infinite.
+    // This uses `hypot`, because the square of a very small or large number may be zero or infinite.
     let norm = |numbers: &[f64]| numbers.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
     relative(answer, right, norm)
 }
@@ -35,7 +35,7 @@ fn relative(answer: &Value, right: &Value, norm: impl Fn(&[f64]) -> f64) -> f64 
     }
 }
 
-/// Passes on the numbers of two answers in pairs; false if the shapes differ.
+/// Calls `pass` with pairs of corresponding numbers of two answers. Returns false if the shapes differ.
 fn pair(answer: &Value, right: &Value, pass: &mut impl FnMut(f64, f64)) -> bool {
     match (answer, right) {
         (Value::Array(a), Value::Array(b)) => {
@@ -55,7 +55,7 @@ fn pair(answer: &Value, right: &Value, pass: &mut impl FnMut(f64, f64)) -> bool 
     }
 }
 
-/// The largest magnitude; NaN if one of the numbers is.
+/// Returns the largest magnitude, or NaN if one of the numbers is NaN.
 fn largest(numbers: &[f64]) -> f64 {
     let larger = |most: f64, number: &f64| {
         let larger = number.abs() > most || number.is_nan();

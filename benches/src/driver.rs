@@ -11,7 +11,7 @@ use crate::gradbench::serve;
 use crate::machine::section;
 use crate::objectives::problem;
 
-/// Without a command: answers GradBench requests on standard input and output.
+/// Benchmarks of `autodiff`: without a command, answers GradBench requests on standard input and output.
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
@@ -50,7 +50,7 @@ struct Instance {
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Runs the command of the command line.
+/// Runs the command given on the command line.
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Some(Command::Gmm(instance)) => answer("gmm", &instance),

@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 
 use crate::objectives::{Error, Work, evaluation};
 
-/// The name that the tool gives itself.
+/// The name under which the tool introduces itself to GradBench.
 pub const TOOL: &str = "cosmic-autodiff";
 
-/// A line of the evaluation.
+/// A message of GradBench, which is one line.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Message<'a> {
@@ -25,7 +25,7 @@ struct Message<'a> {
     input: Option<&'a RawValue>,
 }
 
-/// How often a function is run.
+/// How often a function is run: a minimum number of runs and a minimum total time.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Effort {
@@ -87,7 +87,7 @@ fn timed(message: &Message) -> Result<Value, Error> {
     let input = message
         .input
         .ok_or(Error::Shape("`input` is missing".into()))?;
-    // The input of `hello` is a number and has no effort.
+    // The input of `hello` is a number, so it says nothing about repetitions.
     let effort = match input.get().starts_with('{') {
         true => serde_json::from_str(input.get())?,
         false => Effort::default(),
@@ -108,7 +108,7 @@ fn timing(name: &str, elapsed: Duration) -> Value {
     json!({ "name": name, "nanoseconds": u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX) })
 }
 
-/// Numbers that are not finite are null.
+/// Whether the output has no null, which stands for numbers that are not finite.
 fn is_finite(output: &Value) -> bool {
     match output {
         Value::Null => false,
@@ -118,7 +118,7 @@ fn is_finite(output: &Value) -> bool {
     }
 }
 
-/// Repeats the work until both the number of runs and their total time are reached.
+/// Repeats the work until both the minimum number of runs and the minimum total time are reached.
 fn run(work: &mut dyn Work, effort: &Effort, timings: &mut Vec<Value>) {
     let (mut runs, mut seconds) = (0, 0.0);
     while runs < effort.min_runs.max(1) || seconds < effort.min_seconds {

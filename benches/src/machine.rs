@@ -7,7 +7,7 @@ use std::time::Instant;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 
-/// The processor and its SIMD registers.
+/// Returns the name of the processor and its SIMD registers.
 pub fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let field = |name: &str| {
@@ -21,7 +21,7 @@ pub fn machine() -> String {
     format!("{name} (family {family}, model {model}), {level:?} lanes")
 }
 
-/// A built-in scene and its first case.
+/// Returns a built-in scene and its first case.
 ///
 /// # Panics
 /// If the scene does not exist.
@@ -31,19 +31,19 @@ pub fn built_in(scene: &str) -> (Scene, Case) {
     (scene, case)
 }
 
-/// Measures the run time of `work`, s.
+/// Measures the run time of `work` in seconds.
 pub fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
     let start = Instant::now();
     black_box(work());
     start.elapsed().as_secs_f64()
 }
 
-/// The default duration of one measurement, s: long compared with the warm-up of caches and branch predictors, short
-/// compared with a time slice of the system.
+/// The default duration of one measurement in seconds. It is long compared with the warm-up of caches and branch
+/// predictors, and short compared with a time slice of the system.
 pub const SPAN: f64 = 2e-3;
 
-/// Measures several pieces of work alternately. Returns the minimum of `rounds` rounds for each, s. In a round each piece
-/// is repeated for `span` seconds.
+/// Measures several pieces of work alternately. Returns the minimum over `rounds` rounds for each, in seconds. In a
+/// round each piece is repeated for `span` seconds.
 pub fn in_turns<T>(works: &mut [impl FnMut() -> T], span: f64, rounds: usize) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; works.len()];
     for round in 0..=rounds {

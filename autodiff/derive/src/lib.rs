@@ -51,7 +51,7 @@ fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     })
 }
 
-/// The field's value in the struct over the other number type.
+/// Generates the field's value in the struct over the other number type.
 fn replaced(place: usize, field: &Field, number: &Ident, walk: &Ident) -> Code {
     let (member, text) = match &field.ident {
         Some(ident) => (ident.to_token_stream(), ident.unraw().to_string()),
@@ -64,7 +64,7 @@ fn replaced(place: usize, field: &Field, number: &Ident, walk: &Ident) -> Code {
     }
 }
 
-/// The only type parameter.
+/// Returns the only type parameter of the struct.
 fn number(input: &DeriveInput) -> Result<&Ident, Error> {
     let mut types = input.generics.type_params();
     match (types.next(), types.count()) {
@@ -80,7 +80,7 @@ fn number(input: &DeriveInput) -> Result<&Ident, Error> {
     }
 }
 
-/// The generic arguments of the struct, with another number type.
+/// Generates the generic arguments of the struct, with another number type.
 fn with(generics: &Generics, number: &Ident, other: &Ident) -> Vec<Code> {
     let argument = |parameter: &GenericParam| match parameter {
         GenericParam::Lifetime(lifetime) => lifetime.lifetime.to_token_stream(),
@@ -100,16 +100,15 @@ fn unused(name: &str, input: &DeriveInput) -> Ident {
     unused
 }
 
-/// Whether a type mentions the number type. A lifetime or a module's item with the number's name
-/// does not count.
+/// Whether a type mentions the number type. A lifetime or an item of a module does not count if it only has the same
+/// name.
 fn mentions(of: Code, number: &Ident) -> bool {
     any(of, &|token, before| {
         *token == *number && !before.ends_with('\'') && !before.ends_with("::")
     })
 }
 
-/// Whether any identifier in the code passes a test, which also gets the punctuation before the
-/// identifier.
+/// Whether any identifier in the code passes the test. The test also gets the punctuation before the identifier.
 fn any(code: Code, test: &impl Fn(&Ident, &str) -> bool) -> bool {
     let mut before = String::new();
     code.into_iter().any(|token| {

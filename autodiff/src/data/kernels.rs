@@ -38,8 +38,8 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     });
 }
 
-/// Computes the Jacobians of a kernel at `count` points, in lanes. Calls `output(i, jacobian)` for
-/// `i = 0, 1, ...` with values and partials at the point `input(i)`.
+/// Computes the Jacobians of a kernel at `count` points, in lanes. Calls `output(i, jacobian)` for `i = 0, 1, ...`
+/// with the values and the partials at the point `input(i)`.
 ///
 /// If the inputs are `I` of many variables, this is a sparse Jacobian with `I` entries in each row. The same
 /// `I` directions serve at every point, which is column compression without a colouring.
@@ -77,7 +77,7 @@ pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// The values and partials of a kernel at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
-    /// Per result and input: the partial in each lane.
+    /// For each result and each input, the partial in each lane.
     partials: &'a [[[R; WIDEST]; I]; O],
     values: &'a [[R; WIDEST]; O],
     lane: usize,
@@ -93,19 +93,19 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
         values
     }
 
-    /// Returns a result.
+    /// Returns the value of a result.
     #[inline(always)]
     pub fn value(&self, result: usize) -> R {
         self.values[result][self.lane]
     }
 
-    /// Returns the derivative of a result by an input.
+    /// Returns the derivative of a result with respect to an input.
     #[inline(always)]
     pub fn partial(&self, result: usize, input: usize) -> R {
         self.partials[result][input][self.lane]
     }
 
-    /// Returns the derivatives of a result by all inputs.
+    /// Returns the derivatives of a result with respect to all inputs.
     #[inline(always)]
     pub fn row(&self, result: usize) -> [R; I] {
         let mut row = [R::zero(); I];
@@ -116,7 +116,8 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
     }
 }
 
-/// The inputs of `L::N` points from `first` on; places past `last` repeat it. `rows` is working memory.
+/// Loads the inputs of `L::N` points from `first` on. Lanes past the point `last` repeat that point. `rows` is
+/// working memory.
 #[inline(always)]
 fn gather<R: Real, L: Lane<R>, const I: usize>(
     input: &impl Fn(usize) -> [R; I],
@@ -136,7 +137,7 @@ fn gather<R: Real, L: Lane<R>, const I: usize>(
     x
 }
 
-/// The rows of the identity: as cotangents they give a Jacobian.
+/// Returns the rows of the identity. As cotangents they give a Jacobian.
 #[inline(always)]
 fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     let mut rows = [[L::zero(); O]; O];
@@ -146,7 +147,8 @@ fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     rows
 }
 
-/// A kernel to be evaluated at many points, with its partials by the first `J` inputs: all or none.
+/// A kernel to be evaluated at many points. `J` is the number of inputs whose partials are computed: all (`I`) or
+/// none (0).
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
     count: usize,

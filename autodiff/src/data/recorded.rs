@@ -10,8 +10,8 @@ use crate::record::replay::{Inputs, Plan, Points, Replayed, Wanted};
 /// A function that is recorded once, without values, and replayed forward and back at any number of points, in
 /// lanes over the points.
 ///
-/// A record holds for all points, so the function must not branch on values. Asking for the primal of a
-/// number while recording is refused.
+/// One recording serves all points, so the function must not branch on values. Recording fails if it asks for the
+/// primal of a number.
 ///
 /// ```
 /// use autodiff::data::Recorded;
@@ -46,8 +46,8 @@ pub struct NeedsValues {}
 impl fmt::Display for NeedsValues {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(
-            "the function cannot be recorded for other points: it asks for values by primal, is_zero, any \
-             or all, or it calls a fused function",
+            "the function cannot be recorded once for all points, because it calls `primal`, `is_zero`, \
+             `Mask::any`, `Mask::all` or a fused function; differentiate it at each point with `gradient`",
         )
     }
 }
@@ -86,7 +86,7 @@ impl Recorded {
             let (point, arguments) = (point.as_ref(), self.arguments);
             assert!(
                 point.len() == arguments,
-                "{} numbers for a function of {arguments} arguments",
+                "a point has {} numbers, but the function has {arguments} arguments",
                 point.len()
             );
             for (column, &number) in columns.iter_mut().zip(point) {
@@ -100,9 +100,9 @@ impl Recorded {
         values.map(|(k, &value)| (value, gradient(k))).collect()
     }
 
-    /// Returns the sum of the function's values at many points that are variables, as one entry of the
-    /// reverse tape. A column holds the numbers of one argument at all points. In a [`Sum`](super::Sum) the
-    /// points are data instead.
+    /// Returns the sum of the function's values at many points, as one entry of the reverse tape. The points are
+    /// variables; in a [`Sum`](super::Sum) they are data instead. A column holds the numbers of one argument at all
+    /// points.
     ///
     /// ```
     /// use autodiff::data::Recorded;
@@ -127,12 +127,15 @@ impl Recorded {
         let (given, arguments) = (columns.len(), self.arguments);
         assert!(
             given == arguments,
-            "{given} columns for a function of {arguments} arguments"
+            "`total` was given {given} columns, but the function has {arguments} arguments"
         );
         let one_length = columns
             .iter()
             .all(|column| column.len() == columns[0].len());
-        assert!(one_length, "the columns of a total differ in length");
+        assert!(
+            one_length,
+            "the columns of `total` must all have the same length"
+        );
         R::fused(Total(self.plan.clone()), columns)[0]
     }
 }
@@ -148,11 +151,11 @@ fn replayed<R: Real>(plan: &Plan, columns: &[&[R]], wanted: Wanted<R>) -> Replay
     points.replay()
 }
 
-/// A [`Recorded::total`] as a function of the columns.
+/// A [`Recorded::total`] as a fused function of the columns.
 struct Total(Arc<Plan>);
 
 impl Total {
-    /// The sum, and for each column its gradient if wanted.
+    /// Returns the sum and, if wanted, its gradient with respect to each column.
     fn run<R: Real>(&self, columns: &[&[R]], wanted: Wanted<R>) -> (Vec<R>, Vec<Vec<R>>) {
         let replayed = replayed(&self.0, columns, wanted);
         // Several independent sums hide the latency of the additions.

@@ -1,4 +1,4 @@
-//! A sum over data, and its gradient by the parameters that all data share.
+//! A sum over data, and its gradient with respect to the parameters that all data share.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -58,12 +58,12 @@ impl<S> Clone for Sum<S> {
 struct Terms<S> {
     summand: S,
     count: usize,
-    /// For each number of a datum, that number of all data.
+    /// Column `i` has the `i`-th number of every datum.
     columns: Vec<Vec<f64>>,
     recorded: Mutex<Option<Recorded>>,
 }
 
-/// The plan of the summand for this number of shared parameters; `None` if it cannot be recorded.
+/// The plan of the summand for the given number of shared parameters; `None` if the summand cannot be recorded.
 #[derive(Clone, Debug)]
 struct Recorded {
     shared: usize,
@@ -80,7 +80,11 @@ impl<S: Summand> Sum<S> {
         let mut columns = vec![Vec::with_capacity(data.len()); width];
         for datum in data {
             let datum = datum.as_ref();
-            assert_eq!(datum.len(), width, "the data of a sum differ in length");
+            assert_eq!(
+                datum.len(),
+                width,
+                "the data of a `Sum` must all have the same length"
+            );
             for (column, &number) in columns.iter_mut().zip(datum) {
                 column.push(number);
             }
@@ -123,7 +127,7 @@ impl<S: Summand> Sum<S> {
         plan
     }
 
-    /// The sum, and its gradient if wanted.
+    /// Returns the sum and, if wanted, its gradient.
     fn total<R: Real>(&self, shared: &[R], wanted: Wanted<R>) -> (R, Vec<R>) {
         let Terms { count, columns, .. } = &*self.0;
         if *count == 0 {
@@ -146,7 +150,7 @@ impl<S: Summand> Sum<S> {
         (total, replayed.by_shared)
     }
 
-    /// The sum and its gradient, datum by datum over an ordinary tape.
+    /// Returns the sum and its gradient, datum by datum on an ordinary tape.
     fn by_tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
         let mut total = R::zero();
         let mut gradient = vec![R::zero(); shared.len()];

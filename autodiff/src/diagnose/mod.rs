@@ -1,4 +1,4 @@
-//! Instruments: checks of gradients, origins of NaN, rounding errors.
+//! Diagnostics: gradient checks, the origin of a NaN, and rounding errors.
 
 pub mod check;
 pub mod double_double;

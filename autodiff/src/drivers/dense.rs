@@ -25,10 +25,10 @@ pub struct Dense<R> {
 }
 
 impl<R> Dense<R> {
-    /// Creates a matrix of entries given row by row.
+    /// Creates a matrix from its entries, row by row.
     ///
     /// # Panics
-    /// If there are not `rows * columns` entries.
+    /// If `entries` does not have `rows * columns` entries.
     pub fn new(rows: usize, columns: usize, entries: Vec<R>) -> Self {
         let places = rows * columns;
         let count = entries.len();
@@ -43,7 +43,7 @@ impl<R> Dense<R> {
         }
     }
 
-    /// Creates a matrix of rows of one length.
+    /// Creates a matrix from rows of equal length.
     pub(crate) fn of_rows(columns: usize, rows: Vec<Vec<R>>) -> Self {
         let count = rows.len();
         Self::new(count, columns, rows.into_iter().flatten().collect())
@@ -64,12 +64,12 @@ impl<R> Dense<R> {
         (0..self.rows).map(|i| &self[i])
     }
 
-    /// All entries, row by row.
+    /// Returns all entries, row by row.
     pub fn as_slice(&self) -> &[R] {
         &self.entries
     }
 
-    /// All entries, row by row.
+    /// Returns all entries, row by row.
     pub fn into_vec(self) -> Vec<R> {
         self.entries
     }

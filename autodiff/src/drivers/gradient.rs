@@ -5,12 +5,11 @@ use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::{Var, with_tape};
 
-/// A scalar function of a vector, generic over its numbers. Drivers take closures; only what evaluates
-/// a function in several number types, such as [`check_gradient`](crate::check::check_gradient), takes
-/// this trait.
+/// A scalar function of a vector, generic over its numbers. Most drivers take closures. Only code that evaluates a
+/// function in several number types, such as [`check_gradient`](crate::check::check_gradient), needs this trait.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a `Function`, which is generic over its numbers",
-    note = "write a type with `impl Function`: a closure has one number type, and this needs several"
+    note = "a closure has only one number type, but several are needed here; implement `Function` for a type"
 )]
 pub trait Function {
     /// Returns the value at `x`.
@@ -43,7 +42,7 @@ pub fn value_and_gradient<R: Real>(
     swept(Box::new(function), x)
 }
 
-/// Records and sweeps. Compiled once per number type, not once per closure.
+/// Records the function and sweeps back. Compiled once per number type, not once per closure.
 fn swept<R: Real>(function: Box<dyn FnOnce(&[Var<R>]) -> Var<R> + '_>, x: &[R]) -> (R, Vec<R>) {
     with_tape(|tape| {
         let y = tape.record(x, function);

@@ -7,8 +7,8 @@ use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::Var;
 
-/// Returns the gradient and the product of the Hessian with `direction`, forward over reverse. It costs
-/// a few gradients, whatever the number of arguments.
+/// Returns the gradient and the product of the Hessian with `direction`, forward over reverse. It costs a few
+/// gradients, for any number of arguments.
 ///
 /// ```
 /// use autodiff::hessian_vector;

@@ -16,11 +16,11 @@ use crate::math::rounding::epsilon;
 use crate::real::{Fused, Mask, Real};
 use crate::reverse::Var;
 
-/// As many equations as unknowns, with parameters. The tape keeps the residual, so it must own its data or
-/// share them by an `Arc`.
+/// A system of equations `F(x, p) = 0` for the unknowns `x`, with as many equations as unknowns and with parameters
+/// `p`. The tape keeps the residual, so it must own its data or share them by an `Arc`.
 ///
-/// If the equations are the gradient of an energy, write them as one. Parameters enter the inner gradient
-/// as [constants](Var::constant):
+/// If the equations say that the gradient of an energy is zero, compute them as that gradient. Parameters enter the
+/// inner gradient as [constants](Var::constant):
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
@@ -41,7 +41,7 @@ use crate::reverse::Var;
 /// assert_eq!(by_load, [0.25]);
 /// ```
 pub trait Residual: Clone + Send + 'static {
-    /// Returns `F(x, p)`, one entry per entry of `x`; zero where `x` is the solution at `p`.
+    /// Returns `F(x, p)`, with as many entries as `x`. All are zero where `x` is the solution at `p`.
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R>;
 }
 
@@ -49,7 +49,7 @@ pub trait Residual: Clone + Send + 'static {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NoRoot {
-    /// The Jacobian of the residual by the unknowns is singular: `x` is not a function of `p` there.
+    /// The Jacobian of the residual with respect to the unknowns is singular, so `x` is not a function of `p` there.
     Singular {
         /// The first unknown whose column depends on earlier columns, to within rounding, or is NaN.
         unknown: usize,
@@ -58,9 +58,9 @@ pub enum NoRoot {
     Far {
         /// The first unknown that is too far from the root.
         unknown: usize,
-        /// Its distance from the root, by a step of Newton's method, as the number type prints it.
+        /// Its estimated distance from the root, which is the length of a step of Newton's method, as text.
         step: String,
-        /// The allowed distance.
+        /// The allowed distance, as text.
         allowed: String,
     },
 }
@@ -79,8 +79,8 @@ impl fmt::Display for NoRoot {
                 allowed,
             } => write!(
                 formatter,
-                "the point is not a root: unknown {unknown} is {step} away from it, at most {allowed} is \
-                 allowed; solve more accurately, or allow more by `root_within`"
+                "the point is not a root: unknown {unknown} is {step} away from the root, but at most {allowed} is \
+                 allowed; solve more accurately, or set a larger tolerance with `root_within`"
             ),
         }
     }
@@ -127,9 +127,9 @@ impl std::error::Error for NoRoot {}
 /// ```
 ///
 /// # Errors
-/// [`NoRoot::Singular`] if the Jacobian by the unknowns is singular or NaN at `x`. [`NoRoot::Far`] if a step
-/// of Newton's method from `x` is longer than `(1 + max |x|)` times the cubic root of the type's epsilon,
-/// 6e-6 in f64.
+/// [`NoRoot::Singular`] if the Jacobian with respect to the unknowns is singular or NaN at `x`. [`NoRoot::Far`] if a
+/// step of Newton's method from `x` is longer than `(1 + max |x|)` times the cubic root of the type's epsilon, 6e-6
+/// in f64.
 ///
 /// # Panics
 /// If the residual does not have as many entries as `x`.
@@ -137,14 +137,14 @@ pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>
     root_within(residual, x, p, epsilon::<R>().cbrt())
 }
 
-/// [`root`] with another tolerance: the longest step of Newton's method from `x`, relative to
+/// Like [`root`], with another tolerance: the longest step of Newton's method from `x` that is allowed, relative to
 /// `1 + max |x|`.
 ///
 /// # Errors
-/// As [`root`].
+/// Like [`root`].
 ///
 /// # Panics
-/// As [`root`].
+/// Like [`root`].
 pub fn root_within<R: Real>(
     residual: impl Residual,
     x: &[R],
@@ -158,7 +158,7 @@ pub fn root_within<R: Real>(
     Ok(R::fused(root, &[&x, p]))
 }
 
-/// Refuses a point that a step of Newton's method would move further than allowed.
+/// Rejects a point that a step of Newton's method would move further than allowed.
 fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> Result<(), NoRoot> {
     factors.solve(&mut steps);
     let largest = x.iter().fold(R::zero(), |largest, x| largest.max(x.abs()));
@@ -176,7 +176,7 @@ fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> R
     Ok(())
 }
 
-/// The factors of the Jacobian by the unknowns.
+/// Factors the Jacobian with respect to the unknowns.
 fn factors<R: Real>(
     residual: &dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
@@ -200,7 +200,7 @@ fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {
     numbers.iter().copied().map(Dual::constant).collect()
 }
 
-/// Gives the root `x` its tangents, from those of the residual at the root as a constant.
+/// Sets the tangents of the root `x` from the tangents of the residual, which was evaluated at the constant root.
 fn moved<R: Real, const N: usize>(x: &mut [Dual<R, N>], residual: &[Dual<R, N>], factors: &Lu<R>) {
     for i in 0..N {
         let mut x_dot: Vec<R> = residual.iter().map(|f| -f.tangent[i]).collect();
@@ -213,9 +213,8 @@ fn moved<R: Real, const N: usize>(x: &mut [Dual<R, N>], residual: &[Dual<R, N>],
 
 /// The root as a function of the slices `x`, through which no derivative passes, and `p`.
 ///
-/// Each mode peels one layer off its numbers and asks for the root in the numbers inside. The inner root
-/// carries all inner derivatives, and so do the Jacobians taken there. This makes nested derivatives
-/// correct.
+/// Each mode takes off its own layer of derivatives and evaluates the root on the numbers inside. That inner root,
+/// and the Jacobians taken there, carry all inner derivatives, so nested derivatives are correct.
 struct Root<F>(F);
 
 /// The numbers that the reverse sweep needs: the root, and the parameters it was found for.
@@ -225,7 +224,7 @@ struct RootAtPoint<R> {
 }
 
 impl<F: Residual> Root<F> {
-    /// The root in the numbers one layer further in.
+    /// Returns the root in the numbers one layer further in.
     fn inner<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
         R::fused(Root(self.0.clone()), &[x, p])
     }
@@ -235,7 +234,7 @@ impl<F: Residual> Root<F> {
         factors(&|x| self.0.eval(x, &p), x)
     }
 
-    /// The factors of a matrix that `root` has factored before: only rounding can make it singular now.
+    /// Factors a matrix that `root` has factored before. Only rounding can make it singular now.
     fn known_factors<R: Real>(&self, x: &[R], p: &[R]) -> Lu<R> {
         self.factors(x, p)
             .unwrap_or_else(|singular| panic!("{singular}"))

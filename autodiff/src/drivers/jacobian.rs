@@ -51,7 +51,7 @@ pub fn vjp<R: Real>(
     })
 }
 
-/// A closure behind a pointer: what takes it is compiled once per number type, not once per closure.
+/// A boxed closure. Functions that take it are compiled once per number type, not once per closure.
 type VectorOf<'a, R> = Box<dyn FnOnce(&[Var<R>]) -> Vec<Var<R>> + 'a>;
 
 /// Returns the Jacobian at `x`, one row per value and one column per argument, by forward passes over
@@ -70,7 +70,7 @@ pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
 ) -> Dense<R> {
-    // Without arguments one pass still counts the values.
+    // Without arguments, one pass still finds the number of values.
     let passes = (0..x.len().max(1)).step_by(CHUNK);
     joined_columns(
         &mut passes.map(|first| function(&seeded(x, first))),
@@ -102,7 +102,7 @@ pub fn jacobian_reverse<R: Real>(
     })
 }
 
-/// A Jacobian from its columns, of which each pass has [`CHUNK`].
+/// Assembles a Jacobian from passes that computed [`CHUNK`] columns each.
 pub(crate) fn joined_columns<R: Real>(
     passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
     columns: usize,

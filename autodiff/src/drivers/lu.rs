@@ -3,20 +3,20 @@
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
 
-/// The LU factors of a square matrix, by scaled partial pivoting. A pivot is scaled by the largest entry of its
-/// row, and counts as zero relative to the largest scaled entry of its column. So the units of equations and
-/// unknowns do not decide whether a matrix is singular.
+/// The LU factors of a square matrix, by scaled partial pivoting. A pivot is scaled by the largest entry of its row.
+/// It counts as zero if it is negligible compared with the largest scaled entry of its column. So the units of
+/// equations and unknowns do not decide whether a matrix is singular.
 ///
 /// Rows are exchanged by `select`, because each lane has its own pivots. Duals are compared by their primals.
 pub(crate) struct Lu<R: Real> {
     /// `U`, and below its diagonal `L` without the ones on the diagonal.
     rows: Vec<Vec<R>>,
-    /// `(k, i, whether rows k and i were exchanged)`, in the order of the exchanges.
+    /// `(k, i, mask)`, in the order of the exchanges. Rows `k` and `i` were exchanged where the mask is true.
     exchanges: Vec<(usize, usize, R::Mask)>,
 }
 
 impl<R: Real> Lu<R> {
-    /// Factors a matrix given by rows. The error is the first column that depends linearly on earlier
+    /// Factors a matrix given by rows. The error is the index of the first column that depends linearly on earlier
     /// columns, to within rounding.
     pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
         let n = rows.len();
@@ -24,7 +24,7 @@ impl<R: Real> Lu<R> {
             let sizes = numbers.iter().map(|x| x.detach().abs());
             sizes.fold(R::zero(), |largest, size| largest.max(size))
         };
-        // 1 for a row of zeros.
+        // The scale of a row of zeros is 1.
         let row_scale = |row: &Vec<R>| {
             let (size, zero) = (largest(row), R::zero());
             R::select(zero.less(size), size, R::one())
@@ -38,9 +38,10 @@ impl<R: Real> Lu<R> {
         let negligible: Vec<R> = (0..n).map(negligible).collect();
         let mut exchanges = Vec::with_capacity(n * n / 2);
         for k in 0..n {
-            // The largest pivot moves to row `k`, one comparison at a time, because lanes may choose other rows.
+            // The largest pivot moves to row `k`, one comparison at a time, because each lane may choose a different
+            // row.
             for i in k + 1..n {
-                // Compared as quotients: products across rows could leave the range of floats.
+                // Quotients are compared, because products across rows could leave the range of floats.
                 let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);
                 let mask = here.less(there);
                 exchange(&mut rows, k, i, mask);
@@ -115,7 +116,7 @@ fn swap<R: Real>(b: &mut [R], k: usize, i: usize, mask: R::Mask) {
 mod tests {
     use super::Lu;
 
-    /// The squares of these units leave the range of floats.
+    /// Units whose squares over- or underflow must not change the choice of pivots.
     #[test]
     fn units_of_any_size_leave_the_pivots_alone() {
         for unit in [1e-300, 1e-170, 1.0, 1e170, 1e300] {

@@ -1,13 +1,11 @@
 //! Derivatives of whole functions.
 //!
-//! A driver takes the function, then the point, then the rest. The function is anything that can be called
-//! with the driver's numbers: a closure `|x| …`, or the name of a `fn well<R: Real>(x: &[R]) -> R`. A
-//! method of a type with data goes in a closure, `|x| well.eval(x)`. What is not differentiated is
-//! captured.
+//! A driver takes the function, then the point, then any other arguments. The function is anything that can be called
+//! with the driver's numbers: a closure `|x| …`, or the name of a `fn well<R: Real>(x: &[R]) -> R`. Wrap a method of
+//! a type with data in a closure, `|x| well.eval(x)`. Data that should not be differentiated are captured.
 //!
-//! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
-//! enters an inner closure as a [`Var::constant`](crate::Var::constant). It is constant to the inner
-//! derivative only.
+//! All drivers are generic over the number type of `x`, so they nest. To use a number of the outer derivative in an
+//! inner closure, make it a [`Var::constant`](crate::Var::constant). It is constant only to the inner derivative.
 //!
 //! ```
 //! use autodiff::{Var, gradient};

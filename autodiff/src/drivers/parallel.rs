@@ -1,13 +1,13 @@
 //! The drivers on several cores (feature `rayon`).
 //!
-//! Each evaluation of the function stays on one thread; the passes over columns or rows are distributed
-//! in rayon's current pool. No sum runs across threads, so results are bit-identical to those of the
-//! serial drivers, whatever the number of threads. For gradients at many points, call
-//! [`value_and_gradient`](crate::value_and_gradient) in a parallel iterator.
+//! Each evaluation of the function stays on one thread. The passes over columns or rows are distributed in rayon's
+//! current pool. No sum runs across threads, so results are bit-identical to those of the serial drivers, for any
+//! number of threads. For gradients at many points, call [`value_and_gradient`](crate::value_and_gradient) in a
+//! parallel iterator.
 //!
-//! The numbers may be floats, lanes, [`DoubleDouble`](crate::DoubleDouble) or duals of these. Variables of
-//! an outer tape panic on another thread, because a tape records on its own thread only. With few
-//! arguments all work may stay on the calling thread, and the mistake may go unnoticed.
+//! The numbers may be floats, lanes, [`DoubleDouble`](crate::DoubleDouble) or duals of these. Variables of an outer
+//! tape panic on another thread, because a tape records on its own thread only. With few arguments all work may stay
+//! on the calling thread, and such a mistake may go unnoticed.
 
 use rayon::prelude::*;
 
@@ -20,7 +20,7 @@ use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::{Tape, Var};
 
-/// Returns what [`jacobian`](crate::jacobian) returns; threads share the columns.
+/// Like [`jacobian`](crate::jacobian), with the columns distributed over threads.
 ///
 /// ```
 /// use autodiff::{Real, parallel};
@@ -37,7 +37,7 @@ pub fn jacobian<R: Real>(
     joined_columns(&mut passes.into_iter(), x.len())
 }
 
-/// Returns what [`jacobian_reverse`](crate::jacobian_reverse) returns; threads share the rows.
+/// Like [`jacobian_reverse`](crate::jacobian_reverse), with the rows distributed over threads.
 pub fn jacobian_reverse<R: Real>(
     function: impl Fn(&[Var<R>]) -> Vec<Var<R>> + Sync,
     x: &[R],
@@ -50,17 +50,17 @@ pub fn jacobian_reverse<R: Real>(
     let row = |(tape, y): &mut (Tape<R>, Vec<Var<R>>), i: usize| {
         tape.pullback(&y[i..=i], &[R::one()]).to_vec()
     };
-    // The first recording counts the values. Each share of the rows makes a recording, which costs about
-    // as much as two sweeps.
+    // The first recording finds the number of values. Each thread's part of the rows needs its own recording, which
+    // costs about as much as two sweeps.
     let values = record().1.len();
     let rows = (0..values).into_par_iter().map_init(record, row);
     Dense::of_rows(x.len(), rows.collect())
 }
 
-/// Returns what [`sparse_jacobian`](crate::sparse_jacobian) returns; threads share the colours.
+/// Like [`sparse_jacobian`](crate::sparse_jacobian), with the colours distributed over threads.
 ///
 /// # Panics
-/// As [`sparse_jacobian`](crate::sparse_jacobian).
+/// Like [`sparse_jacobian`](crate::sparse_jacobian).
 pub fn sparse_jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + Sync,
     x: &[R],
@@ -71,7 +71,7 @@ pub fn sparse_jacobian<R: Real>(
     pattern.decompressed(&mut passes.into_iter())
 }
 
-/// Returns what [`hessian`](crate::hessian) returns; threads share the rows.
+/// Like [`hessian`](crate::hessian), with the rows distributed over threads.
 ///
 /// ```
 /// use autodiff::parallel;

@@ -7,7 +7,7 @@ use crate::real::Real;
 /// the primal, few enough to stay in registers.
 pub(crate) const CHUNK: usize = 4;
 
-/// `x` with tangents along a direction.
+/// Returns `x` with tangents along a direction.
 pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     assert_eq!(
         x.len(),
@@ -22,7 +22,7 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     pairs.map(dual).collect()
 }
 
-/// `x` as duals: the [`CHUNK`] arguments from place `first` on have a direction each.
+/// Returns `x` as duals. Each of the [`CHUNK`] arguments from index `first` on gets its own direction.
 pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
     let seed = |(j, &value): (usize, &R)| {
         if (first..first + CHUNK).contains(&j) {

@@ -16,11 +16,11 @@ use crate::reverse::{Var, with_tape};
 
 /// The sparsity pattern of a Jacobian, with a colouring of its columns.
 ///
-/// Make it once for a function and use it for every point. Together with the entries it is a matrix in
-/// compressed sparse row format (CSR).
+/// Create it once for a function and use it at every point. A pattern and its entries form a matrix in compressed
+/// sparse row format (CSR).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
-    /// The place in `columns` where each row begins, and the end.
+    /// The index in `columns` at which each row begins, then the number of entries.
     starts: Vec<usize>,
     /// The columns of all entries, row by row.
     columns: Vec<usize>,
@@ -93,8 +93,8 @@ impl Pattern {
         Self::new(x.len(), &rows)
     }
 
-    /// Returns the pattern of a function's Hessian, from one recording of its gradient at `x`, as
-    /// [`traced`](Self::traced).
+    /// Like [`traced`](Self::traced), but returns the pattern of the function's Hessian, from one recording of its
+    /// gradient at `x`.
     pub fn traced_hessian(
         function: impl FnOnce(&[Var<Var<f64>>]) -> Var<Var<f64>>,
         x: &[f64],
@@ -120,7 +120,7 @@ impl Pattern {
         &self.columns[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// The row pointers of CSR: where the entries of each row begin, and the end of the last row.
+    /// The row pointers of CSR: the index at which the entries of each row begin, then the number of entries.
     /// [`sparse_jacobian`] returns the entries themselves.
     pub fn row_starts(&self) -> &[usize] {
         &self.starts
@@ -141,7 +141,7 @@ impl Pattern {
         self.colors
     }
 
-    /// Returns the dense matrix of entries that are in the order of the pattern.
+    /// Returns the dense matrix with the given entries, which are in the order of the pattern.
     ///
     /// # Panics
     /// If there is not one number per entry.
@@ -149,7 +149,7 @@ impl Pattern {
         assert_eq!(
             entries.len(),
             self.entries(),
-            "a pattern needs one number per entry"
+            "`to_dense` needs one number for each entry of the pattern"
         );
         let mut dense = vec![R::zero(); self.rows() * self.columns()];
         for i in 0..self.rows() {
@@ -165,13 +165,14 @@ impl Pattern {
         self.colors + 1
     }
 
-    /// The place of the test direction, which follows the colours, among the [`CHUNK`] directions from `first`.
+    /// The index of the test direction among the [`CHUNK`] directions from `first` on, if it is one of them. The test
+    /// direction comes after the directions of the colours.
     fn test_slot(&self, first: usize) -> Option<usize> {
         let slot = self.colors.checked_sub(first);
         slot.filter(|&slot| slot < CHUNK)
     }
 
-    /// `x` moving along the [`CHUNK`] directions from `first` on.
+    /// Returns `x` with tangents along the [`CHUNK`] directions from `first` on.
     pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
         assert_eq!(
             x.len(),
@@ -193,7 +194,7 @@ impl Pattern {
         x.iter().enumerate().map(seed).collect()
     }
 
-    /// The entries, from the values at [`seeded`](Self::seeded) arguments in every pass.
+    /// Returns the entries, given the function's values at the [`seeded`](Self::seeded) arguments of every pass.
     pub(crate) fn decompressed<R: Real>(
         &self,
         passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
@@ -209,7 +210,7 @@ impl Pattern {
             for (i, y) in y.iter().enumerate() {
                 self.decompress_row(i, y, first, &mut entries);
             }
-            // The last direction of the last pass: all entries are known by then.
+            // The test direction is in the last pass, so all entries are known.
             if let Some(slot) = self.test_slot(first) {
                 self.test(y.iter().map(|y| y.tangent[slot]), &entries);
             }
@@ -217,7 +218,7 @@ impl Pattern {
         entries
     }
 
-    /// Writes the entries that one pass has of a row.
+    /// Writes those entries of a row that one pass computes.
     fn decompress_row<R: Real>(
         &self,
         i: usize,
@@ -237,11 +238,12 @@ impl Pattern {
         }
         assert!(
             rest.iter().all(R::is_zero),
-            "value {i} depends on an argument that its row of the pattern leaves out"
+            "value {i} depends on an argument that its row of the pattern leaves out; add its column to the row"
         );
     }
 
-    /// Compares the derivative of each value along the test direction with that by the entries.
+    /// Compares the derivative of each value along the test direction with the derivative that follows from the
+    /// entries.
     fn test<R: Real>(&self, along: impl Iterator<Item = R>, entries: &[R]) {
         // Rounding errors exceed an epsilon where terms cancel inside the function. A missing entry is of the
         // order of the other entries.
@@ -261,7 +263,7 @@ impl Pattern {
             assert!(
                 !wrong.any(),
                 "value {i} depends on an argument that its row of the pattern leaves out: along a test \
-                 direction its derivative is {along:?}, and {sum:?} by the pattern"
+                 direction its derivative is {along:?}, but the entries of the pattern give {sum:?}"
             );
         }
     }
@@ -282,7 +284,7 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
         }
     }
     let mut color_of_column = vec![usize::MAX; columns];
-    // For each colour, the last column that could not have it. Never cleared between columns.
+    // For each colour, the last column that could not get it. It is never cleared between columns.
     let mut unfit_for = vec![usize::MAX; columns];
     for j in 0..columns {
         let neighbours = rows_of_column[j].iter().flat_map(|&i| &rows[i]);
@@ -316,10 +318,9 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 /// assert_eq!(entries[2..5], [-2.0, 2.0, 0.0]); // row 1: by x[0], x[1], x[2]
 /// ```
 ///
-/// # Panics
-/// If lengths differ from the pattern's, or if a value depends on an argument that the pattern leaves out.
-/// This is tested by the derivative along one more direction, which must agree with the entries. A missing
-/// entry below about 1e-5 of its row may pass the test. Under an outer tape an entry counts even where its
+/// If the lengths of `x` or of the values do not match the pattern, or if a value depends on an argument that the
+/// pattern leaves out. The derivative along one more direction tests this, because it must agree with the entries. A
+/// missing entry below about 1e-5 of its row may pass the test. Under an outer tape an entry counts even where its
 /// terms cancel to zero, because their derivatives may not cancel.
 pub fn sparse_jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
@@ -349,7 +350,7 @@ pub fn sparse_jacobian<R: Real>(
 /// ```
 ///
 /// # Panics
-/// As [`sparse_jacobian`].
+/// Like [`sparse_jacobian`].
 pub fn sparse_hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],

@@ -13,7 +13,7 @@ fn constant<R: Real>(digits: f64, more: f64) -> Element<R> {
     Element(R::lit(digits) + R::lit(more))
 }
 
-/// Each constant as f64, and its rounding error, by mpmath.
+/// Each constant as f64, and its rounding error, computed with mpmath.
 macro_rules! constants {
     ($($name:ident $rest:literal)*) => {
         $(
@@ -24,7 +24,7 @@ macro_rules! constants {
     };
 }
 
-/// To the last digit of each number type.
+/// The constants are exact to the last digit of each number type.
 impl<R: Real> FloatConst for Element<R> {
     constants! {
         E 1.4456468917292502e-16
@@ -57,7 +57,7 @@ mod tests {
 
     use crate::{DoubleDouble, Element, Real, gradient};
 
-    /// The differences between constants and the same constants by functions of others.
+    /// The differences between constants and the values that functions of other constants give for them.
     fn misfits<F: Float + FloatConst>() -> Vec<F> {
         let number = |x: f64| F::from(x).unwrap_or_else(F::nan);
         let (two, ten) = (number(2.0), number(10.0));
@@ -86,11 +86,11 @@ mod tests {
 
     #[test]
     fn constants_have_all_digits_that_a_number_has() {
-        // Two operations on numbers up to 7, 1e-32 each in double-double.
+        // The results are two operations on numbers up to 7, with errors of 1e-32 each in double-double.
         let wide = misfits::<Element<DoubleDouble>>();
         let off = |x: &Element<DoubleDouble>| x.0.abs().less(DoubleDouble::lit(3e-31));
         assert!(wide.iter().all(off), "{wide:?}");
-        // Functions of numbers up to 7 are within an ulp or two.
+        // The results are functions of numbers up to 7, accurate to an ulp or two.
         let floats = misfits::<Element<f64>>();
         assert!(floats.iter().all(|x| x.0.abs() < 4e-15), "{floats:?}");
         assert_eq!(Element::<f64>::PI().0, std::f64::consts::PI);
@@ -107,7 +107,7 @@ mod tests {
             |x| spread(&x.iter().map(|&x| Element(x)).collect::<Vec<_>>()).0,
             &[2.0, 3.0],
         );
-        // (x + y) x y: 2 x y + y^2 and x^2 + 2 x y.
+        // The function is (x + y) x y. Its slopes are 2 x y + y^2 and x^2 + 2 x y.
         assert_eq!(slope, [21.0, 16.0]);
     }
 }

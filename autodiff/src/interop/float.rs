@@ -119,7 +119,9 @@ impl<R: Real> Float for Element<R> {
     /// # Panics
     /// Always, because a primitive number has no derivative.
     fn integer_decode(self) -> (u64, i16, i8) {
-        panic!("`integer_decode` of an Element would lose its derivative; take `.0` and its primal")
+        panic!(
+            "an `Element` cannot be decoded, because its derivative would be lost; decode the primal of its field `.0`"
+        )
     }
     fn copysign(self, sign: Self) -> Self {
         if self.is_sign_negative() == sign.is_sign_negative() {

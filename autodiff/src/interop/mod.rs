@@ -21,8 +21,8 @@
 //! - Decisions (`<`, `is_nan`, pivots) look at primals, and panic if lanes disagree. The derivative is that of the
 //!   branch taken.
 //! - An element does not convert to a primitive number, because that would lose the derivative silently:
-//!   `ToPrimitive` returns `None` and `integer_decode` panics. Take `.0` and its primal. Constants convert to
-//!   elements by `T::from`.
+//!   `ToPrimitive` returns `None` and `integer_decode` panics. To get only the value, take the primal of the field
+//!   `.0`. Constants convert to elements by `T::from`.
 //! - Rounding functions are constant between their steps: `floor(x)` has the derivative 0, and `x % m` that of
 //!   `x - q m` for the whole quotient `q`.
 //! - `mul_add` rounds twice for scalars, as [`Real::fma`](crate::Real::fma) does.

@@ -33,13 +33,14 @@ operators! {
     -a => Self(-a.0),
     0 => Self(R::zero()),
     1 => Self(R::one()),
-    // In all lanes, because algorithms branch on it.
+    // A number is zero only if it is zero in all lanes, because algorithms branch on the answer.
     a == 0 => (a.0.less_equal(R::zero()) & R::zero().less_equal(a.0)).all(),
 }
 
 literal_operators! { [R: Real] Element<R> }
 
-// The exact remainder of a division with an integer quotient, with the sign of the dividend, as `%` of floats.
+// The remainder of a division with an integer quotient. It is exact and has the sign of the dividend, like `%` of
+// floats.
 operator! {
     [#[inline]] [R: Real] Element<R>, Rem rem RemAssign rem_assign, a b Self(remainder(a.0, b.0))
 }

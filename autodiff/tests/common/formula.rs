@@ -1,9 +1,8 @@
 //! Functions that are compiled once and evaluated in any number type.
 //!
-//! A test that runs many functions in many modes would compile each of them for each mode. A [`Formula`]
-//! records a function once, over the symbols [`Sym`], and replays it by calling the same methods of
-//! another number in the same order. `Sym` is also the example of a number of another crate: it
-//! implements `Real` by the public interface.
+//! A test that runs many functions in many modes would compile each function for each mode. A [`Formula`] records a
+//! function once, over the symbols [`Sym`]. A replay calls the same methods of another number in the same order.
+//! `Sym` is also the example of a number type of another crate: it implements `Real` through the public interface.
 
 use std::cell::RefCell;
 use std::fmt::Debug;
@@ -19,11 +18,11 @@ use autodiff::real::Literal;
 use autodiff::{Elementary, Function, Mask, Real, lit};
 use num_traits::{One, Zero};
 
-/// A number of a formula: its place among the formula's numbers.
+/// A number of a formula, as an index into the formula's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sym(usize);
 
-/// A comparison of a formula: its place among the formula's comparisons.
+/// A comparison of a formula, as an index into the formula's comparisons.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Truth(usize);
 
@@ -33,7 +32,7 @@ enum Op {
     Truth(Compare),
 }
 
-/// An operation that gives a number.
+/// An operation whose result is a number.
 #[derive(Clone, Debug)]
 enum Number {
     Lit(f64),
@@ -49,7 +48,7 @@ enum Number {
     SumOf(Vec<Sym>),
 }
 
-/// An operation that gives a comparison.
+/// An operation whose result is a comparison.
 #[derive(Clone, Copy, Debug)]
 enum Compare {
     Less(Sym, Sym),
@@ -61,7 +60,7 @@ enum Compare {
     Not(Truth),
 }
 
-/// Methods of one, two or three numbers.
+/// Defines the operations that are methods of one, two or three numbers.
 macro_rules! methods {
     ($($Methods:ident $count:literal $places:tt: $($method:ident)*;)*) => {
         $(
@@ -161,7 +160,11 @@ pub(crate) fn formulas(arguments: usize, function: impl FnOnce(&[Sym]) -> Vec<Sy
 impl Formula {
     /// Returns all results at `x`.
     pub(crate) fn values<R: Real>(&self, x: &[R]) -> Vec<R> {
-        assert_eq!(x.len(), self.arguments, "arguments of a formula");
+        assert_eq!(
+            x.len(),
+            self.arguments,
+            "the number of arguments of a formula"
+        );
         let (mut n, mut t) = (x.to_vec(), Vec::new());
         for op in &self.ops {
             match op {
@@ -348,7 +351,7 @@ impl<'a> Product<&'a Self> for Sym {
     }
 }
 
-/// Methods that record themselves.
+/// Implements methods that record themselves.
 macro_rules! recorded {
     ($($kind:ident $Kind:ident ($($x:ident)*): $($method:ident)*;)*) => {
         $(recorded!(@each $kind $Kind ($($x)*) $($method)*);)*

@@ -1,4 +1,4 @@
-//! One function, differentiated in every mode the crate has; comparisons; the sentences of panics.
+//! Shared code of the tests: one function in every mode of the crate, comparisons, and panic messages.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -9,7 +9,7 @@ mod formula;
 
 pub(crate) use formula::{Formula, Sym, Truth, formula, formulas};
 
-/// The rows of all tables in a folder of `tests/data`, without the comments.
+/// Reads the rows of all tables in a folder of `tests/data`, without the comments.
 pub(crate) fn rows<T>(folder: &str, row: impl Fn(&str) -> T) -> Vec<T> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/data")
@@ -23,27 +23,28 @@ pub(crate) fn rows<T>(folder: &str, row: impl Fn(&str) -> T) -> Vec<T> {
     lines.map(row).collect()
 }
 
-/// A vector of zeros with a one at place `one`.
+/// Returns a vector of zeros with a one at index `one`.
 pub(crate) fn unit<R: Real>(len: usize, one: usize) -> Vec<R> {
     let mut unit = vec![R::zero(); len];
     unit[one] = R::one();
     unit
 }
 
-/// The gradient by forward mode, one direction at a time.
+/// Returns the gradient by forward mode, one direction at a time.
 pub(crate) fn forward_gradient<R: Real>(function: &impl Function, x: &[R]) -> Vec<R> {
     let along = |i: usize| jvp(|x| vec![function.eval(x)], x, &unit(x.len(), i)).1[0];
     (0..x.len()).map(along).collect()
 }
 
-/// The rows of the Hessian by products with unit vectors: in the number types that [`gradients`] uses too.
+/// Returns the rows of the Hessian, by products with unit vectors. This needs only number types that [`gradients`]
+/// uses too.
 pub(crate) fn hessian_rows(function: &impl Function, x: &[f64]) -> Vec<Vec<f64>> {
     let row = |i| hessian_vector(|x| function.eval(x), x, &unit(x.len(), i)).1;
     (0..x.len()).map(row).collect()
 }
 
-/// The gradient by forward, reverse, and both again with the derivative of each part nested in
-/// another mode: the outer mode must not change what the inner one returns.
+/// Returns the gradient by forward mode, by reverse mode, and by each of them inside another mode. An outer mode must
+/// not change what the inner mode returns.
 pub(crate) fn gradients(function: &impl Function, x: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
     let duals: Vec<Dual<f64, 1>> = x.iter().map(|&x| Dual::variable(x, 0)).collect();
     let primal = |gradient: Vec<Dual<f64, 1>>| gradient.iter().map(|g| g.value).collect();
@@ -90,7 +91,7 @@ pub(crate) fn assert_gradient(function: &impl Function, x: &[f64], expected: &[f
     }
 }
 
-/// Asserts the gradient of a function at some points, in every mode.
+/// Asserts that every mode returns these gradients of a function at these points.
 #[track_caller]
 pub(crate) fn assert_gradients<const N: usize>(
     function: impl FnOnce(&[Sym]) -> Sym,
@@ -102,7 +103,8 @@ pub(crate) fn assert_gradients<const N: usize>(
     }
 }
 
-/// Asserts that each number is the expected one to a share of its size, or of 1 if it is smaller.
+/// Asserts that each number is close to the expected one. The tolerance is relative, but absolute for numbers below
+/// 1.
 #[track_caller]
 pub(crate) fn assert_close<R: Real + Into<f64>>(got: &[R], expected: &[R], tolerance: f64) {
     assert_eq!(got.len(), expected.len());
@@ -113,17 +115,17 @@ pub(crate) fn assert_close<R: Real + Into<f64>>(got: &[R], expected: &[R], toler
     }
 }
 
-/// The largest difference, as a share of the largest expected number.
+/// Returns the largest difference, relative to the largest expected number.
 pub(crate) fn largest_difference<R: Real + Into<f64>>(got: &[R], expected: &[R]) -> f64 {
     assert_eq!(got.len(), expected.len());
     let size = |x: R| x.into().abs();
     let differences = got.iter().zip(expected).map(|(&g, &e)| size(g - e));
-    // NaN is the largest.
+    // A NaN counts as the largest difference.
     let error = differences.max_by(f64::total_cmp).unwrap_or(0.0);
     error / expected.iter().map(|&e| size(e)).fold(0.0, f64::max)
 }
 
-/// Central differences of values by one argument, over twice the distance `h`.
+/// Returns central differences of values with respect to one argument, over twice the distance `h`.
 pub(crate) fn differences<R: Real>(
     values: impl Fn(&[R]) -> Vec<R>,
     x: &[R],
@@ -140,7 +142,7 @@ pub(crate) fn differences<R: Real>(
     pairs.map(|(a, b)| (a - b) / (h + h)).collect()
 }
 
-/// The sentence of a panic.
+/// Returns the message of a panic.
 #[track_caller]
 pub(crate) fn panic_message<T>(action: impl FnOnce() -> T) -> String {
     let caught = catch_unwind(AssertUnwindSafe(action));
@@ -151,7 +153,7 @@ pub(crate) fn panic_message<T>(action: impl FnOnce() -> T) -> String {
     }
 }
 
-/// Asserts that an action panics with a sentence in which these words are.
+/// Asserts that an action panics with a message that contains these words.
 #[track_caller]
 pub(crate) fn assert_refused<T>(words: &str, action: impl FnOnce() -> T) {
     let message = panic_message(action);

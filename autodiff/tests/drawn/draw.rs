@@ -1,4 +1,4 @@
-//! Draws steps.
+//! Draws random steps.
 
 use autodiff::Graph;
 use rand::rngs::ChaCha8Rng;
@@ -6,12 +6,12 @@ use rand::{RngExt, SeedableRng};
 
 use super::step::{Drawn, Layer, Operation, Part, parts};
 
-/// Draws a step, array by array.
+/// Draws a random step, array by array.
 struct Draw {
     rng: ChaCha8Rng,
-    /// Lengths of arrays: nodes, slots and one more.
+    /// The lengths that new arrays may have: the nodes, the slots of the graph, and one more.
     lens: [usize; 3],
-    /// Lengths of the arrays so far.
+    /// The lengths of the arrays drawn so far.
     arrays: Vec<usize>,
     matrices: Vec<[usize; 2]>,
 }
@@ -30,7 +30,7 @@ impl Draw {
         self.lens[k]
     }
 
-    /// Lengths of new arrays.
+    /// Draws the lengths of new arrays.
     fn new_arrays(&mut self, count: usize) -> Vec<usize> {
         let lens: Vec<usize> = (0..count).map(|_| self.len()).collect();
         self.arrays.extend(&lens);
@@ -41,14 +41,14 @@ impl Draw {
         self.below(self.arrays.len())
     }
 
-    /// Some array of this length, if there is one.
+    /// Draws an array of this length, if there is one.
     fn of(&mut self, len: usize) -> Option<usize> {
         let all = (0..self.arrays.len()).filter(|&k| self.arrays[k] == len);
         let all: Vec<usize> = all.collect();
         (!all.is_empty()).then(|| all[self.below(all.len())])
     }
 
-    /// A part of the state, or an input.
+    /// Draws a part of the state, or an input.
     fn part(&mut self, is_state: bool) -> Operation {
         let [len] = self.new_arrays(1)[..] else {
             unreachable!("one was asked for");
@@ -56,7 +56,7 @@ impl Draw {
         Operation::Part(Part { len, is_state })
     }
 
-    /// Parts before all else, one of the state at least.
+    /// Draws the parts that are declared before all operations, at least one of them a state.
     fn parts(&mut self) -> Vec<Operation> {
         let count = 1 + self.below(4);
         let state = self.below(count);
@@ -67,7 +67,7 @@ impl Draw {
         (0..count).map(part).collect()
     }
 
-    /// `None` where there is nothing to work on.
+    /// Draws an operation; `None` if no array fits.
     fn operation(&mut self) -> Option<Operation> {
         match self.below(6) {
             0 => {
@@ -127,8 +127,8 @@ impl Draw {
         }
     }
 
-    /// The arrays that the states become: some that are there already, or new ones side by side in
-    /// the order of the states.
+    /// Draws the arrays that the states become: arrays that exist already, or new ones side by side in the order of
+    /// the states.
     fn next(&mut self, states: &[usize], operations: &mut Vec<Operation>) -> Vec<usize> {
         let side_by_side = self.one_in(2);
         let next = states.iter().map(|&len| {
@@ -144,7 +144,7 @@ impl Draw {
 }
 
 impl Drawn {
-    /// The step of a seed.
+    /// Draws the step of a seed.
     pub(crate) fn new(seed: u64) -> Self {
         let mut draw = Draw {
             rng: ChaCha8Rng::seed_from_u64(seed),

@@ -1,4 +1,4 @@
-//! Random programs, against the same steps written out.
+//! Random programs must agree with the same steps written out.
 
 mod draw;
 mod step;
@@ -7,10 +7,10 @@ use crate::steps::{STEPS, Step, assert_same};
 use autodiff::{Given, Memory, Real, Rollout, Var, gradient};
 use step::Drawn;
 
-/// The number of programs: fewer under Miri, which is slow.
+/// The number of programs. Miri is slow, so it gets fewer.
 const PROGRAMS: u64 = if cfg!(miri) { 4 } else { 400 };
 
-/// Programs by their seeds, shown where a test fails.
+/// Returns programs with their seeds. A failing test prints the seed.
 fn programs() -> impl Iterator<Item = (usize, Drawn)> {
     (0..PROGRAMS).map(|seed| {
         let drawn = Drawn::new(seed);
@@ -29,7 +29,7 @@ fn drawn_programs_are_what_is_written_out() {
 /// A property of a drawn program.
 type Shape = fn(&Drawn) -> bool;
 
-/// No other test has these shapes.
+/// The seeds must produce shapes that no other test has.
 #[test]
 #[cfg_attr(miri, ignore)]
 fn programs_of_many_shapes_are_drawn() {
@@ -74,20 +74,20 @@ fn number(i: usize) -> f64 {
     (0.7 * i as f64 + 0.2).sin()
 }
 
-/// A start, and its own parameter.
+/// A start, and its own first parameter.
 type Start<'a> = (&'a [Var<f64>], &'a [Var<f64>]);
 
-/// Rollouts of a program from several starts. If the program has array parameters, each start has its own first
-/// one.
+/// Rollouts of a program from several starts. If the program has array parameters, each start has its own values for
+/// the first one.
 struct Rollouts {
     rollout: Rollout<Drawn>,
     starts: usize,
-    /// True if they run side by side.
+    /// True if the starts run in one batch.
     together: bool,
 }
 
 impl Rollouts {
-    /// The observed states.
+    /// Returns the observed states.
     fn seen(&self, starts: &[Start]) -> Vec<Var<f64>> {
         let drawn = &self.rollout.model;
         let has_own = !drawn.parameters.is_empty();
@@ -109,7 +109,8 @@ impl Rollouts {
         starts.iter().flat_map(alone).collect()
     }
 
-    /// The observed states, and the gradient of a sum over them by the starts and their own parameters.
+    /// Returns the observed states, and the gradient of a weighted sum of them with respect to the starts and their
+    /// own parameters.
     fn seen_and_gradient(&self) -> (Vec<f64>, Vec<f64>) {
         let drawn = &self.rollout.model;
         let (state, own) = (drawn.state_len(), drawn.parameters.first().copied());
@@ -133,7 +134,7 @@ impl Rollouts {
 #[test]
 fn drawn_programs_have_the_same_bits_however_they_are_run() {
     for (seed, drawn) in programs() {
-        // More than any record of these programs takes, and for most less than all of them.
+        // More memory than one step of these programs takes, but for most of them less than all steps take.
         let room = 800 / drawn.state_len().max(1) + 10;
         let run = |together, memory| {
             let rollouts = Rollouts {

@@ -1,10 +1,10 @@
-//! A step of drawn operations, as a program and written out.
+//! A step of randomly drawn operations, as a program and written out.
 
 use autodiff::{Array, Graph, Kernel, Matrix, Model, Program, Real};
 
 use crate::steps::{Step, Turn};
 
-/// Two results of three numbers, never large ones.
+/// A kernel with two results of three numbers, which stay small.
 #[derive(Clone, Copy)]
 struct Cross;
 
@@ -16,7 +16,7 @@ impl Kernel<3, 2> for Cross {
     }
 }
 
-/// The pull of an edge, never a large one.
+/// The force of an edge, which stays small.
 #[derive(Clone, Copy)]
 struct Tug;
 
@@ -28,8 +28,8 @@ impl Kernel<2, 1> for Tug {
     }
 }
 
-/// One operation, or a part that is declared among them. Arrays are known by their numbers:
-/// parameters first.
+/// An operation, or a part that is declared between operations. Arrays have numbers; those of the parameters come
+/// first.
 #[derive(Clone, Debug)]
 pub(crate) enum Operation {
     Part(Part),
@@ -39,7 +39,7 @@ pub(crate) enum Operation {
         from: usize,
         indices: Vec<Option<usize>>,
     },
-    /// With the next matrix.
+    /// A layer, which uses the next matrix.
     Layer(Layer),
     Tug {
         end: usize,
@@ -62,7 +62,7 @@ pub(crate) struct Part {
     pub(crate) is_state: bool,
 }
 
-/// The parts, in their order.
+/// Returns the parts, in their order.
 pub(crate) fn parts(operations: &[Operation]) -> impl Iterator<Item = &Part> {
     operations.iter().filter_map(|operation| match operation {
         Operation::Part(part) => Some(part),
@@ -70,28 +70,28 @@ pub(crate) fn parts(operations: &[Operation]) -> impl Iterator<Item = &Part> {
     })
 }
 
-/// A step of operations.
+/// A step that consists of drawn operations.
 #[derive(Clone, Debug)]
 pub(crate) struct Drawn {
     pub(crate) graph: Graph,
-    /// Edges, and whether the graph is without them.
+    /// The edges, each with a flag that is true if the graph leaves the edge out.
     pub(crate) edges: Vec<([usize; 2], bool)>,
-    /// Lengths of the parameters that are arrays.
+    /// The lengths of the parameters that are arrays.
     pub(crate) parameters: Vec<usize>,
-    /// Rows and columns.
+    /// The rows and columns of each matrix.
     pub(crate) matrices: Vec<[usize; 2]>,
     pub(crate) operations: Vec<Operation>,
-    /// The arrays that the states become.
+    /// The numbers of the arrays that the states become.
     pub(crate) next: Vec<usize>,
 }
 
-/// A factor that keeps sums over the columns of order one.
+/// Returns a factor that keeps sums over the columns of order one.
 fn scale<R: Real>([_, columns]: [usize; 2]) -> R {
     R::lit(1.0 / columns.max(1) as f64)
 }
 
 impl Drawn {
-    /// The numbers of the arrays that are parts of the state.
+    /// Returns the numbers of the arrays that are parts of the state.
     pub(crate) fn states(&self) -> Vec<usize> {
         let mut next = self.parameters.len();
         let mut states = Vec::new();
@@ -120,7 +120,7 @@ impl Drawn {
             })
     }
 
-    /// Numbers of a state.
+    /// Returns the number of numbers in a state.
     pub(crate) fn state_len(&self) -> usize {
         let states = parts(&self.operations).filter(|part| part.is_state);
         states.map(|part| part.len).sum()
@@ -261,7 +261,7 @@ impl Step for Drawn {
 }
 
 impl Drawn {
-    /// The sums at the nodes over the edges that the graph has.
+    /// Sums the forces at each node over the edges that the graph has.
     fn tugs<R: Real>(&self, end: &[R], per_edge: &[R]) -> Vec<R> {
         let mut sums = vec![R::zero(); self.graph.nodes()];
         let slots = self.graph.slot_of_edge().iter().zip(&self.edges);

@@ -6,7 +6,7 @@ use autodiff::{Kernel, Real};
 
 use crate::common::assert_refused;
 
-/// What the fields `a` and `b` do.
+/// The effect of the fields `a` and `b`.
 #[derive(Clone, Copy, Debug)]
 enum Use {
     Values,
@@ -32,7 +32,7 @@ struct Fielded {
     b: f64,
 }
 
-/// The identity, with a derivative that a field decides.
+/// The identity, with a derivative that depends on a field.
 #[derive(Clone)]
 struct Steep(f64);
 

@@ -1,4 +1,4 @@
-//! Emitted derivatives where something passes no derivative, or another's.
+//! Emitted derivatives of values that pass no derivative, or the derivative of another value.
 
 use autodiff::{Dual, Kernel, Memory, Pullback, Real, Tape, Var};
 
@@ -6,7 +6,7 @@ use crate::common::hessian_rows;
 
 use super::{Plain, assert_close, summed};
 
-/// Numbers held constant, and values with the derivative of others.
+/// Uses numbers that are held constant, and values with the derivative of others.
 #[derive(Clone, Copy)]
 pub(crate) struct Held;
 
@@ -28,10 +28,10 @@ impl Kernel<2, 3> for Held {
     }
 }
 
-/// Infinities and NaN behind a choice, or where the cotangent is zero.
+/// Has infinities and NaN behind a choice, or where the cotangent is zero.
 #[derive(Clone, Copy)]
 pub(crate) struct Guarded {
-    /// Any number, zero too.
+    /// Any number, also zero.
     pub(crate) width: f64,
 }
 
@@ -65,7 +65,7 @@ impl Kernel<2, GUARDED> for Guarded {
     }
 }
 
-/// The cotangents of a kernel's inputs.
+/// Returns the cotangents of a kernel's inputs.
 fn pulled_back<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     x: [R; I],
@@ -75,7 +75,7 @@ fn pulled_back<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     x_bar
 }
 
-/// A kernel's first derivatives, and second ones forward over reverse.
+/// Returns a kernel's first derivatives, and its second derivatives by forward over reverse mode.
 fn derivatives<K, const I: usize, const O: usize>(
     kernel: &K,
     x: [f64; I],
@@ -93,7 +93,7 @@ where
     all
 }
 
-/// Second derivatives reverse over reverse.
+/// Returns second derivatives by reverse over reverse mode.
 fn pulled_back_twice<K>(kernel: &K, x: [f64; 2], y_bar: [f64; 3]) -> Vec<f64>
 where
     K: Kernel<2, 3>,
@@ -124,13 +124,13 @@ fn what_is_held_is_so_in_the_second_derivatives_of_a_rollout() {
     let (emitted, _) = summed(Held, Memory::All);
     let [expected, emitted] = [hessian_rows(&expected, &x), hessian_rows(&emitted, &x)];
     for (g, e) in emitted.concat().iter().zip(expected.concat()) {
-        // Eighteen kernels' roundings in another order, each grown by the steps that follow.
+        // The roundings of eighteen kernels in a different order, each amplified by the later steps.
         assert!((g - e).abs() <= 1e-12 * e.abs(), "{g} and {e}");
     }
     assert!(expected[0][0] != 0.0, "{expected:?}");
 }
 
-/// Holds first and second derivatives against those of duals, which say NaN nowhere.
+/// Compares first and second derivatives with those of duals, none of which may be NaN.
 fn assert_as_duals<K, const I: usize, const O: usize>(kernel: K, x: [f64; I], y_bar: [f64; O])
 where
     K: Kernel<I, O> + Copy,
@@ -144,14 +144,14 @@ where
 fn a_cotangent_of_zero_passes_zero() {
     let guarded = Guarded { width: 0.0 };
     let points = [
-        // The results whose derivatives are finite by duals.
+        // The listed results are those whose derivatives by duals are finite.
         (0.0, &[0, 1, 2, 3, 4, 6][..]),
         (-1.0, &[0, 1, 2, 3, 4, 6, 7, 8]),
         (0.5, &[0, 1, 2, 3, 4, 6, 7, 8]),
-        // The exponential overflows, and it vanishes.
+        // The exponential overflows, or it underflows to 0.
         (800.0, &[0, 1, 2, 3, 4]),
         (-800.0, &[0, 1, 2, 3, 4, 6]),
-        // The square does.
+        // The square overflows.
         (1e200, &[0, 1, 2, 3, 4, 5, 9, 10, 11]),
     ];
     for (x, known) in points {

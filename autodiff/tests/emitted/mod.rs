@@ -1,4 +1,4 @@
-//! Emitted derivatives of kernels: up to date, and those of dual numbers.
+//! Emitted derivatives of kernels must be up to date and agree with dual numbers.
 
 use std::array::from_fn;
 
@@ -27,7 +27,7 @@ use super::guarded::{Guarded, Held};
 use super::{Bent, Every};
 ";
 
-/// A field, a root that may be of zero, a result that is an input, and one that is read again.
+/// A kernel with a field, a root that may be of zero, a result that is an input, and a result that is read again.
 #[derive(Clone, Copy)]
 struct Bent {
     stiffness: f64,
@@ -46,7 +46,7 @@ impl Kernel<2, 3> for Bent {
     }
 }
 
-/// A kernel with derivatives by dual numbers.
+/// The same kernel, with derivatives by dual numbers instead of emitted code.
 #[derive(Clone, Copy)]
 struct Plain<K>(K);
 
@@ -57,7 +57,7 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Plain<K> 
     }
 }
 
-/// Every operation that a number has.
+/// Uses every operation of a number.
 #[derive(Clone, Copy)]
 struct Every {
     width: f64,
@@ -115,7 +115,7 @@ fn what_is_written_is_up_to_date() {
         adjoint("Guarded", &["self.width"], |f| Guarded { width: f[0] }),
     ];
     assert_fresh("tests/emitted/written.rs", HEADER, &parts);
-    // The function that has the results does not compute them again.
+    // A generated function that is given the results must not compute them again.
     assert!(!parts[0].contains("tanh"), "{}", parts[0]);
 }
 
@@ -123,7 +123,7 @@ const BENT: Bent = Bent { stiffness: 0.8 };
 
 fn assert_close(got: &[f64], expected: &[f64]) {
     for (g, e) in got.iter().zip(expected) {
-        // A few operations in another order; infinities must be the same.
+        // A few operations in a different order. Infinities must be equal.
         assert!(
             g == e || (g - e).abs() <= 1e-14 * e.abs().min(f64::MAX),
             "{got:?} and {expected:?}"
@@ -133,7 +133,7 @@ fn assert_close(got: &[f64], expected: &[f64]) {
 
 #[test]
 fn emitted_partials_are_those_of_duals() {
-    // A root of zero among the points: its derivative is infinite in both.
+    // At a root of zero the derivative must be infinite in both.
     let points: Vec<[f64; 2]> = (0..21)
         .map(|i| [0.25 * f64::from(i) - 2.5, 1.5 - 0.2 * f64::from(i)])
         .collect();
@@ -159,7 +159,7 @@ fn every_operation_is_emitted_with_its_derivative() {
     let values = [-2.5_f64, -0.6, -0.0, 0.0, 0.3, 0.6, 1.0, 7.0];
     let mut sound = 0;
     for (i, x) in values.into_iter().enumerate() {
-        // Not all of the points: every pair, with a third that goes along.
+        // Every pair of values, with a third value chosen from the pair, because all triples would be too many.
         for (k, y) in values.into_iter().enumerate() {
             let point = [x, y, values[(3 * i + k) % values.len()]];
             for o in 0..RESULTS {
@@ -168,9 +168,9 @@ fn every_operation_is_emitted_with_its_derivative() {
                 let at = Pullback::new(&every, point, [y_bar]);
                 let ([expected], [emitted]) = (vjp_by_duals(&every, at), every.vjp(at));
                 for (e, g) in emitted.iter().zip(expected) {
-                    // The formula folds what is zero: where duals meet zero times infinity and
-                    // say NaN, it may know better.
-                    // A few operations in another order, of terms that may cancel.
+                    // The emitted code drops factors that are known to be zero. So it may be finite where duals
+                    // multiply zero by infinity and get NaN. The tolerance is for a few operations in a different
+                    // order, with terms that may cancel.
                     let close = (e - g).abs() <= 1e-14 * (1.0 + g.abs()).min(f64::MAX);
                     assert!(
                         *e == g || close || g.is_nan(),
@@ -184,8 +184,8 @@ fn every_operation_is_emitted_with_its_derivative() {
     assert!(sound > 2000, "{sound} of {}", 64 * 3 * RESULTS);
 }
 
-/// At a negative zero the slope is that from inside the domain, as everywhere in this crate: the
-/// formula takes the sign off, unless what it is of has none.
+/// At a negative zero the slope must be the limit from inside the domain, as everywhere in this crate. The formula
+/// removes the sign unless the operand can have none.
 #[test]
 fn limits_at_negative_zero_are_taken_from_inside() {
     struct LogOf(usize);
@@ -206,7 +206,7 @@ fn limits_at_negative_zero_are_taken_from_inside() {
         let text = adjoint("LogOf", &[], |_| LogOf(of));
         assert_eq!(text.contains(" + t"), may_be_negative_zero, "{text}");
     }
-    /// Each sum has the one before twice: what is known of it is not worked out twice.
+    /// Each sum uses the previous one twice. What is known about it must not be derived twice.
     struct Doubled;
     impl Kernel<1, 1> for Doubled {
         #[inline(always)]
@@ -217,8 +217,8 @@ fn limits_at_negative_zero_are_taken_from_inside() {
     assert!(adjoint("Doubled", &[], |_| Doubled).contains(".recip()"));
 }
 
-/// A cotangent of zero is looked for where a partial may be infinite. Factors that are clear of zero have
-/// a product that may not be.
+/// The code must test for a cotangent of zero where a partial may be infinite. Two factors may be clear of zero while
+/// their product is not.
 #[test]
 fn products_may_come_closer_to_zero_than_their_factors() {
     struct Inverse(f64);
@@ -234,7 +234,7 @@ fn products_may_come_closer_to_zero_than_their_factors() {
     assert!(looked_for(&close) > looked_for(&clear), "{clear}\n{close}");
 }
 
-/// A state of odd length, so that lanes are left over.
+/// The length of a state. It is odd, so that some lanes are left over.
 const STATE: usize = 11;
 
 #[derive(Clone)]
@@ -280,13 +280,13 @@ fn a_program_gives_the_adjoint_the_results_of_its_own_step() {
     for memory in [Memory::All, Memory::States(30)] {
         let got = gradient(BENT, memory);
         for (g, e) in got.iter().zip(&expected) {
-            // Eighteen kernels' roundings in another order.
+            // The roundings of eighteen kernels in a different order.
             assert!((g - e).abs() <= 1e-13 * e.abs(), "{got:?} and {expected:?}");
         }
     }
 }
 
-/// Rounds, which takes as many steps as the number has bits.
+/// A kernel that rounds by a loop, with as many steps as the number has bits.
 struct Rounded;
 
 impl Kernel<1, 1> for Rounded {

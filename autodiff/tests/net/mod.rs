@@ -36,12 +36,12 @@ impl Net {
     pub(crate) fn edges(&self) -> usize {
         self.graph.slot_of_edge().len()
     }
-    /// The places of the nodes rotated by `by` among `NODES + 1`, one of which is empty.
+    /// Returns the indices of the nodes rotated by `by` among `NODES + 1` places, one of which is empty.
     fn turn(by: usize) -> Vec<Option<usize>> {
         let place = |k| Some((k + by) % (NODES + 1)).filter(|&from| from < NODES);
         (0..NODES).map(place).collect()
     }
-    /// Lengths of the parameters, as declared.
+    /// Returns the lengths of the parameters, in the order of their declaration.
     pub(crate) fn shapes(&self) -> [usize; 6] {
         let slots = self.graph.slots();
         [
@@ -91,7 +91,7 @@ impl Model for Net {
         let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
         let u = p.dense_tanh_spread(w2, &[h], b2, &places);
         let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u]);
-        // There and back: single entries, runs of entries, and empty places.
+        // Gathers forward and back: single entries, runs of entries, and empty places.
         let turned = p.gather(f, &Self::turn(1));
         let f = p.gather(turned, &Self::turn(NODES));
         let [x_next, v_next] = p.map(Move, [x, v, f, w]);
@@ -100,7 +100,7 @@ impl Model for Net {
     }
 }
 
-/// A sum of squares of different weights.
+/// A weighted sum of squares.
 pub(crate) fn weighted_squares<R: Real>(of: &[R]) -> R {
     let terms = of.iter().enumerate();
     terms.fold(R::zero(), |sum, (i, &x)| {
@@ -108,7 +108,7 @@ pub(crate) fn weighted_squares<R: Real>(of: &[R]) -> R {
     })
 }
 
-/// A loss of the observed states, as a function of start and parameters in one vector.
+/// A loss of the observed states, as a function of one vector of the start and the parameters.
 #[derive(Clone)]
 pub(crate) struct Loss {
     pub(crate) rollout: Rollout<Net>,
@@ -128,7 +128,7 @@ impl Loss {
     }
     pub(crate) fn point(&self) -> Vec<f64> {
         let len = 2 * NODES + self.rollout.model.shapes().iter().sum::<usize>();
-        // Irregular numbers of order one.
+        // Returns irregular numbers of order one.
         (0..len)
             .map(|i| ((i * i) as f64 * 0.7).sin() * 0.8)
             .collect()

@@ -1,31 +1,31 @@
-//! Steps as programs, against the same steps written out.
+//! Steps as programs must agree with the same steps written out.
 
 use crate::common::{Formula, Sym, formula};
 use crate::net::{taken_from, weighted_squares};
 use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
 
-// Miri is slow: as few as suffice.
+// Miri is slow, so it gets the fewest steps that suffice.
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
 
-/// A step, as a program and written out.
+/// A step that is defined as a program and written out.
 pub(crate) trait Step: Model {
-    /// Lengths of the state and of the parameters.
+    /// Returns the lengths of the state and of the parameters.
     fn shapes(&self) -> Vec<usize>;
-    /// The parameters as the program takes them.
+    /// Returns the parameters in the form that the program takes.
     fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
         given.iter().map(|part| part.to_vec()).collect()
     }
-    /// The inputs of all steps: the same in each.
+    /// Returns the inputs of all steps, which are equal in each step.
     fn inputs(&self) -> Vec<f64> {
         Vec::new()
     }
     fn written_out<R: Real>(&self, state: &[R], parameters: &[&[R]]) -> Vec<R>;
 }
 
-/// The loss of the last state, by the program. The argument is the state and the parameters.
+/// The loss of the last state, by the program. The argument is one vector of the state and the parameters.
 struct Steps<M>(M);
 
-/// The state and the parameters.
+/// Splits the argument into the state and the parameters.
 fn parts<'a, R>(model: &impl Step, x: &'a [R]) -> Vec<&'a [R]> {
     model.shapes().into_iter().map(taken_from(x)).collect()
 }
@@ -43,7 +43,7 @@ impl<M: Step> Function for Steps<M> {
     }
 }
 
-/// The same loss by the step written out.
+/// The same loss, by the step written out.
 fn written_out(model: &impl Step) -> Formula {
     formula(model.shapes().iter().sum(), |x| {
         let parts = parts(model, x);
@@ -57,12 +57,12 @@ fn assert_close(a: &[f64], b: &[f64]) {
     assert_eq!(a.len(), b.len());
     let size = b.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
     for (a, b) in a.iter().zip(b) {
-        // Hundreds of the same terms in another order.
+        // Both add hundreds of equal terms, in a different order.
         assert!((a - b).abs() <= 1e-13 * size, "{a} and {b} of {size}");
     }
 }
 
-/// The value, the derivative along a direction, the gradient, and the derivative of the gradient along the
+/// Returns the value, the derivative along a direction, the gradient, and the derivative of the gradient along the
 /// direction.
 fn derivatives(function: &impl Function, x: &[f64], along: &[Dual<f64, 1>]) -> [Vec<f64>; 4] {
     let second = gradient(|x| function.eval(x), along);
@@ -91,7 +91,8 @@ pub(crate) fn assert_same(model: impl Step) {
     }
 }
 
-/// Mixes two numbers and keeps them small. It is algebraic, because many programs compile it.
+/// Mixes two numbers and keeps them small. It is algebraic to keep compilation short, because many programs compile
+/// it.
 #[derive(Clone, Copy)]
 pub(crate) struct Turn;
 

@@ -1,17 +1,18 @@
-//! Counts the instructions of a piece of work with valgrind's callgrind, which a busy machine does not disturb.
-//! A program runs itself twice, with one repetition and with some more. The difference is the work alone, without
-//! start, setup and first use of memory.
+//! Counts the instructions of a piece of work with valgrind's callgrind. Other load on the machine does not change
+//! the count. A program runs itself twice, with one repetition and with more. The difference contains only the work,
+//! without start, setup and first use of memory.
 
 use std::process::Command;
 
-/// The version of valgrind, if it is installed.
+/// Returns the version of valgrind, if it is installed.
 pub(crate) fn version() -> Option<String> {
     let output = Command::new("valgrind").arg("--version").output().ok()?;
     let version = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| version.trim().to_owned())
 }
 
-/// The instructions of one repetition. The program is called with `arguments` and then a number of repetitions.
+/// Returns the instructions of one repetition. Calls the program with `arguments`, followed by a number of
+/// repetitions.
 ///
 /// # Errors
 /// If valgrind or the program fails, or valgrind prints no count.
@@ -34,6 +35,11 @@ fn total(arguments: &[&str], repeats: u64) -> Result<f64, String> {
     // The summary is `==PID== Collected : 123`.
     let count = messages.rsplit_once("Collected : ").map(|(_, rest)| rest);
     let count = count.and_then(|rest| rest.lines().next()?.trim().parse().ok());
-    let failed = || format!("valgrind counted nothing ({}): {messages}", output.status);
+    let failed = || {
+        format!(
+            "valgrind printed no count of instructions ({}): {messages}",
+            output.status
+        )
+    };
     count.filter(|_| output.status.success()).ok_or_else(failed)
 }

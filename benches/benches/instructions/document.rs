@@ -1,11 +1,11 @@
-//! The tables.
+//! Formats the tables of counts.
 
 use crate::works::{ComparedTo, CountTable};
 
-/// All tables, from the counts of all works in order.
+/// Returns all tables, given the counts of all works in order.
 pub(crate) fn page(tables: &[CountTable], counts: &[f64], valgrind: &str) -> String {
     let mut page = format!(
-        "Counted by callgrind ({valgrind}) on AVX2 lanes. Each count is the difference of two processes \
+        "Counted by callgrind ({valgrind}) on AVX2 lanes. Each count is the difference between two processes \
          that do the work once and more often, so that neither start nor setup is in it.\n"
     );
     let mut counts = counts.iter().copied();
@@ -34,7 +34,7 @@ fn table_of(table: &CountTable, counts: &mut impl Iterator<Item = f64>) -> Strin
             let times = count / *base.get_or_insert(count);
             text += &format!(" {count:.0} ({times:.2}) |");
         }
-        // A row may end before the table does.
+        // Rows with fewer works than the table has columns are filled up.
         text += &" |".repeat(columns.len() - 1 - works.len());
         text.push('\n');
     }

@@ -1,5 +1,5 @@
-//! Counts the instructions of functions and of their gradients, which a busy machine does not disturb. Needs
-//! valgrind; without it the bench says that it is skipped.
+//! Counts the instructions of functions and of their gradients. Other load on the machine does not change the counts.
+//! Needs valgrind; without it the bench prints that it is skipped.
 //!
 //! `cargo bench -p benches --bench instructions` prints a section of `RESULTS.md`.
 
@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use benches::machine::section;
 use works::{CountTable, tables};
 
-/// `--work NUMBER REPETITIONS` does one piece of work: the bench calls itself so under valgrind.
+/// `--work NUMBER REPETITIONS` does one piece of work. The bench calls itself with these arguments under valgrind.
 const WORK: &str = "--work";
 
 fn main() -> ExitCode {
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does one piece of work, by its number.
+/// Does one piece of work, given its number.
 fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
     let mut works = tables.iter().flat_map(CountTable::works);
     let found = work.parse().ok().and_then(|work| works.nth(work));
@@ -52,14 +52,14 @@ fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
         }
         _ => {
             eprintln!(
-                "error: `{WORK} {work} {repeats}`: expected the number of a work and a count"
+                "error: `{WORK} {work} {repeats}`: expected the number of a work, then the number of repetitions"
             );
             ExitCode::FAILURE
         }
     }
 }
 
-/// The instructions per unit of each work of all tables, in order.
+/// Returns the instructions per unit for each work of all tables, in order.
 fn count(tables: &[CountTable]) -> Result<Vec<f64>, String> {
     let all = tables.iter().flat_map(CountTable::works).count();
     let works = tables.iter().flat_map(CountTable::works).enumerate();

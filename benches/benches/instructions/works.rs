@@ -1,4 +1,4 @@
-//! The work to count.
+//! The works whose instructions are counted.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -10,13 +10,13 @@ use benches::objectives::Problem;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
-/// Work to count. Every process sets it up once, for any number of repetitions.
+/// A piece of work to count. Every process sets it up once, for any number of repetitions.
 pub(crate) struct CountedWork {
-    /// Sets up, and repeats the work the given number of times.
+    /// Sets up the work and repeats it the given number of times.
     pub(crate) run: Box<dyn Fn(u64)>,
-    /// The number of counted repetitions; one is enough for thousands of steps.
+    /// The number of counted repetitions. One is enough for a work of thousands of steps.
     pub(crate) repeats: u64,
-    /// Units of a repetition, such as time steps.
+    /// The number of units in a repetition, such as time steps.
     pub(crate) units: f64,
 }
 
@@ -30,7 +30,7 @@ impl CountedWork {
     }
 }
 
-/// The figure that counts are divided by.
+/// The figure that the counts of a table are divided by.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ComparedTo {
     /// The first figure of the table.
@@ -43,7 +43,7 @@ pub(crate) enum ComparedTo {
 pub(crate) struct CountTable {
     pub(crate) title: &'static str,
     pub(crate) about: &'static str,
-    /// The column heads, including the one of the row names.
+    /// The column heads, including the head of the row names.
     pub(crate) columns: &'static [&'static str],
     pub(crate) rows: Vec<(String, Vec<CountedWork>)>,
     pub(crate) base: ComparedTo,
@@ -66,9 +66,9 @@ fn robot() -> CountTable {
     let row = |name: &str, works| (name.to_owned(), works);
     CountTable {
         title: "The robot's rollout",
-        about: "6x6 nodes, 110 edges, 32 hidden units: instructions a step of 4096, including the beginning \
-                and end of the rollout. In brackets: times the two matrix-vector products of the controller \
-                in f64.",
+        about: "6x6 nodes, 110 edges, 32 hidden units: instructions per step, over a rollout of 4096 steps with \
+                its beginning and end. In brackets: the ratio to the two matrix-vector products of the \
+                controller in f64.",
         columns: &[
             "design",
             "rollout",
@@ -96,7 +96,7 @@ fn matvecs(scene: &'static str) -> CountedWork {
     CountedWork::new(1, MEASURED_STEPS, run)
 }
 
-/// Work on a rollout of a scene's robot; `one_piece` replaces the scene's `design.one_piece`.
+/// Returns work on a rollout of a scene's robot. `one_piece` replaces the scene's `design.one_piece`.
 fn rollout(
     scene: &'static str,
     one_piece: Option<bool>,
@@ -136,8 +136,8 @@ fn one_piece() -> CountTable {
     }
     CountTable {
         title: "Design gradients with `one_piece`",
-        about: "Value and design gradient, instructions a step. In brackets: times the gradient without \
-                `design.one_piece`.",
+        about: "Value and design gradient, instructions per step. In brackets: the ratio to the gradient \
+                without `design.one_piece`.",
         columns: &["design", "without", "with `one_piece`"],
         rows: vec![
             row::<f64>("mixture, f64", "stability"),
@@ -149,10 +149,10 @@ fn one_piece() -> CountTable {
     }
 }
 
-/// Steps of the rollouts of [`Populations`].
+/// The number of steps in rollouts of [`Populations`].
 const STEPS: usize = 256;
 
-/// Hares and lynxes after Lotka and Volterra: an explicit step by four rates.
+/// The populations of hares and lynxes after Lotka and Volterra: an explicit step with four rates.
 #[derive(Clone)]
 struct Populations;
 
@@ -203,8 +203,8 @@ fn scalar_tapes() -> CountTable {
     ];
     CountTable {
         title: "Scalar tapes",
-        about: "The gradient by four rates of a model of two populations, instructions a step of 256. \
-                In brackets: times the primal.",
+        about: "The gradient of a model of two populations with respect to its four rates, instructions per \
+                step, over 256 steps. In brackets: the ratio to the primal.",
         columns: &["one step", "instructions"],
         rows,
         base: ComparedTo::Table,
@@ -221,7 +221,7 @@ fn problems() -> CountTable {
     };
     CountTable {
         title: "ADBench",
-        about: "In brackets: times the objective.",
+        about: "In brackets: the ratio to the objective.",
         columns: &["case", "objective", "objective and derivative"],
         rows: cases.into_iter().map(row).collect(),
         base: ComparedTo::Row,

@@ -1,13 +1,13 @@
-//! The tables.
+//! Formats the tables of tasks.
 
 use std::fmt::Write as _;
 
 use crate::task::{Outcome, Task};
 
-/// A task with its measurements.
+/// A task and the measurements of its ways.
 pub(crate) type Measured = (Task, Vec<Outcome>);
 
-/// A task's table.
+/// Returns the table of a task.
 pub(crate) fn table((task, outcomes): &Measured) -> String {
     let mut table = format!(
         "### {}\n\n{}\n\n| by | how | us | ratio | lines |\n| --- | --- | --- | --- | --- |\n",
@@ -21,7 +21,7 @@ pub(crate) fn table((task, outcomes): &Measured) -> String {
     table
 }
 
-/// The fastest way of ours and the fastest way of a peer.
+/// Returns the fastest way of ours and the fastest way of a peer.
 fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
     let least = |ours: bool| {
         let some = outcomes[1..]
@@ -35,10 +35,11 @@ fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
     )
 }
 
-/// The fastest ways of both sides for each task.
+/// Returns a table of the fastest ways of both sides for each task.
 pub(crate) fn summary(measured: &[Measured]) -> String {
     let mut table = String::from(
-        "| task | ours, us | over the first row | fastest peer | its us | over ours | lines, ours and its |\n\
+        "| task | ours, us | ratio to the reference | fastest peer | peer, us | peer's ratio to ours | lines, ours and \
+         peer's |\n\
          | --- | --- | --- | --- | --- | --- | --- |\n",
     );
     for (task, outcomes) in measured {

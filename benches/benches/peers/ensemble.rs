@@ -1,4 +1,4 @@
-//! An ensemble: one small network brings pendulums from many starts to rest.
+//! An ensemble: one small network brings pendulums to rest from many starts.
 
 use crate::task::{Task, Way, kept};
 
@@ -6,11 +6,11 @@ use crate::task::{Task, Way, kept};
 const STARTS: usize = 64;
 /// The number of steps.
 const STEPS: usize = 100;
-/// The length of a step.
+/// The length of a step in time.
 const STEP: f64 = 0.05;
 /// Hidden units of the network.
 const HIDDEN: usize = 16;
-/// Weights from angle and speed to the hidden units, biases, weights to the torque, its bias.
+/// The weights from angle and speed to the hidden units, their biases, the weights to the torque, and its bias.
 const WEIGHTS: usize = 2 * HIDDEN + HIDDEN + HIDDEN + 1;
 
 pub(crate) fn task() -> Task {
@@ -19,10 +19,11 @@ pub(crate) fn task() -> Task {
     let starts: &'static [[f64; 2]] = kept((0..STARTS).map(|i| [number(i), number(i + STARTS)]));
     Task {
         title: format!("Gradient of an ensemble: {STARTS} rollouts of a pendulum under a network"),
-        about: "Angle and speed pass 16 hidden units with tanh to a torque, 100 steps; the sum of squared ends by all \
-                65 weights, on one thread. Ratios are to the primal in f64; peers' tapes take the starts one by one.",
+        about: "A network with 16 hidden units (tanh) computes a torque from angle and speed, for 100 steps. The \
+                gradient of the sum of squared final states with respect to all 65 weights, on one thread. Ratios are to the \
+                primal in f64. The tapes of peers run the starts one by one.",
         source: include_str!("ensemble.rs"),
-        // Sums of 6400 terms in another order; tanh of the system and our own differ by a rounding.
+        // Sums of 6400 terms in a different order. Our tanh and the system's differ by a rounding.
         tolerance: 1e-11,
         ways: vec![
             Way::new("primal", "", &["primal"], || {
@@ -44,7 +45,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// A rollout in plain numbers, tanh that of the system.
+/// A rollout in plain numbers, with the system's tanh.
 mod primal {
     use super::{HIDDEN, STEP, STEPS};
 
@@ -61,7 +62,7 @@ mod primal {
     }
 }
 
-/// The step recorded once, with the starts in lanes.
+/// The step is recorded once, and the starts run in lanes.
 mod ours {
     use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient, lit};
 
@@ -135,7 +136,7 @@ mod ours_tape {
     }
 }
 
-/// The same on its tape.
+/// A rollout on echidna's tape.
 mod echidna {
     use echidna::{Reverse64, Scalar};
     use num_traits::Float;
@@ -165,7 +166,7 @@ mod echidna {
     }
 }
 
-/// The same on its tape, which is cleared between starts.
+/// A rollout on reverse's tape, which is cleared between starts.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 

@@ -17,10 +17,10 @@ pub(crate) fn task() -> Task {
     let w: &'static Datum = &kept([std::array::from_fn(number)])[0];
     Task {
         title: format!("Hessian of a logistic regression, {WEIGHTS} weights and {DATA} data"),
-        about: "A sum of ln(1 + exp(-w x)), as each crate's own functions write it. \
+        about: "The loss is a sum of ln(1 + exp(-w x)), written with the functions of each crate. \
                 A kept tape was recorded before the clock started.",
         source: include_str!("hessian.rs"),
-        // Sums of 200 terms in another order, and ln(1 + e) differentiated in other forms.
+        // Sums of 200 terms in a different order, and ln(1 + e) differentiated in other forms.
         tolerance: 1e-13,
         ways: vec![
             Way::new("by hand", "", &["hand"], || hand::hessian(data, w)),
@@ -49,7 +49,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// The matrix of a generalised linear model.
+/// The formula for the Hessian of a generalised linear model.
 mod hand {
     use super::{Datum, WEIGHTS};
 
@@ -69,7 +69,7 @@ mod hand {
     }
 }
 
-/// A function for any driver, a dot product one entry of the tape.
+/// A function for any driver. A dot product is one entry of the tape.
 mod ours {
     use autodiff::{Function, Real, hessian};
 
@@ -89,7 +89,7 @@ mod ours {
     }
 }
 
-/// The loss of a datum, in lanes over the data.
+/// The loss of one datum, evaluated in lanes over the data.
 mod ours_sum {
     use autodiff::data::{Sum, Summand};
     use autodiff::{Real, hessian};
@@ -111,7 +111,7 @@ mod ours_sum {
     }
 }
 
-/// Second-order duals of static length, as in its first example.
+/// Second-order duals of static length, as in the crate's first example.
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{Dual2SVec64, DualNum, hessian as dual_hessian};
@@ -134,7 +134,7 @@ mod num_dual {
     }
 }
 
-/// Recorded each time.
+/// Recorded for each Hessian.
 mod echidna {
     use echidna::BReverse64;
     use num_traits::Float;

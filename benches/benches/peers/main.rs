@@ -1,8 +1,8 @@
-//! Compares `autodiff` with other crates on small tasks, each written as the documentation of the crate recommends.
-//! Answers are compared before anything is timed.
+//! Compares `autodiff` with other crates on small tasks. Each task is written as the documentation of the crate
+//! recommends. Answers are compared before anything is timed.
 //!
-//! `cargo bench -p benches --bench peers --features rivals`, or `--features candle` with
-//! `RAYON_NUM_THREADS=1` for tensors too, prints a section of `RESULTS.md`.
+//! `cargo bench -p benches --bench peers --features rivals` prints a section of `RESULTS.md`. To include tensors, use
+//! `--features candle` and set `RAYON_NUM_THREADS=1`.
 
 mod document;
 mod ensemble;
@@ -15,14 +15,14 @@ mod task;
 
 use benches::machine::section;
 
-/// The number of rounds; the minimum counts.
+/// The number of rounds; only the minimum is reported.
 const ROUNDS: usize = 100;
 
 fn main() {
     #[cfg(feature = "candle")]
     assert!(
         candle_core::utils::get_num_threads() == 1,
-        "set RAYON_NUM_THREADS=1: every crate gets one thread"
+        "RAYON_NUM_THREADS must be 1, because every crate is timed on one thread; set it in the environment"
     );
     let tasks = [
         rosenbrock::task(100),

@@ -1,4 +1,4 @@
-//! A network's loss over a mini-batch, with its gradient.
+//! The loss of a network over a mini-batch, with its gradient.
 
 use ndarray::Array2;
 
@@ -10,10 +10,10 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
         title: format!(
             "Value and gradient of a network's loss, layers of {sizes:?} on {points} points"
         ),
-        about: "Tanh between the layers, squared errors. By hand: matrix products of ndarray (matrixmultiply), \
-                with the reverse sweep written out. All on one thread.",
+        about: "Squared errors of a network with tanh between its layers. By hand: matrix products of ndarray \
+                (matrixmultiply), with the reverse sweep written out. All on one thread.",
         source: include_str!("network.rs"),
-        // Sums of up to 256 terms in another order, through three layers.
+        // Sums of up to 256 terms in a different order, through three layers.
         tolerance: 1e-12,
         ways: vec![
             Way::new("by hand", "ndarray", &["hand"], || hand::gradient(case)),
@@ -50,7 +50,7 @@ impl Case {
         }
     }
 
-    /// The numbers of inputs and outputs of each layer, and the index of its first parameter.
+    /// Returns the number of inputs, the number of outputs and the index of the first parameter for each layer.
     fn layers(&self) -> Vec<(usize, usize, usize)> {
         let mut first = 0;
         let sizes = self.sizes.windows(2);
@@ -63,12 +63,12 @@ impl Case {
     }
 }
 
-/// A value in front of its gradient.
+/// Puts a value in front of its gradient.
 fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
     [vec![value], gradient].concat()
 }
 
-/// Matrix products, with the reverse sweep written out.
+/// Matrix products, with a hand-written reverse sweep.
 mod hand {
     use ndarray::linalg::general_mat_mul;
     use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -128,14 +128,14 @@ mod hand {
     }
 }
 
-/// The loss of a point, in which the library finds layers and lanes.
+/// The loss of one point. The library finds the layers and runs in lanes.
 mod ours {
     use autodiff::data::{Sum, Summand};
     use autodiff::{Real, value_and_gradient};
 
     use super::{Case, joined};
 
-    /// The squared error at a point, whose target is the datum's last number.
+    /// The squared error at one point. The last number of the datum is the target.
     #[derive(Clone)]
     struct Network(&'static [usize]);
 
@@ -170,14 +170,14 @@ mod ours {
     }
 }
 
-/// Layer by layer over all points.
+/// One layer after the other, over all points.
 mod ours_layers {
     use autodiff::fused::dense_batch;
     use autodiff::{Real, Var, value_and_gradient};
 
     use super::{Case, joined};
 
-    /// Layer by layer over all points, each an entry of the tape.
+    /// Returns the value and the gradient. Each layer over all points is one entry of the tape.
     pub(super) fn gradient(case: &Case) -> Vec<f64> {
         let loss = |parameters: &[Var<f64>]| {
             let mut x: Vec<Var<f64>> = case.x.iter().map(|&x| Var::lit(x)).collect();
@@ -196,7 +196,7 @@ mod ours_layers {
     }
 }
 
-/// Tensors that are variables, kept from one gradient to the next.
+/// Tensors that are variables and are kept from one gradient to the next.
 #[cfg(feature = "candle")]
 mod candle {
     use candle_core::{Device, Result, Tensor, Var};

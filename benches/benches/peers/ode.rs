@@ -1,14 +1,14 @@
-//! Fitting an ODE: hares and lynxes after Lotka and Volterra, by the classical Runge-Kutta method.
+//! The fit of an ODE: hares and lynxes after Lotka and Volterra, by the classical Runge-Kutta method.
 
 use crate::task::{Task, Way, kept};
 
-/// The length of a step.
+/// The length of a step in time.
 const STEP: f64 = 0.01;
 /// The number of steps.
 const STEPS: usize = 1000;
-/// Steps between observations.
+/// The number of steps between observations.
 const APART: usize = 100;
-/// The parameters at which the gradient is taken, and those that the observations come from.
+/// The parameters at which the gradient is taken. The observations come from other parameters.
 const POINT: [f64; 4] = [1.1, 0.4, 0.1, 0.4];
 const TRUTH: [f64; 4] = [1.0, 0.5, 0.12, 0.35];
 const START: [f64; 2] = [3.0, 1.0];
@@ -17,11 +17,11 @@ pub(crate) fn task() -> Task {
     let states = std::iter::successors(Some(START), |&state| Some(primal::step(state, TRUTH)));
     let seen = kept(states.step_by(APART).skip(1).take(STEPS / APART));
     Task {
-        title: "Gradient of an ODE fit by four parameters".into(),
-        about: "Lotka and Volterra's equations, 1000 steps of the classical Runge-Kutta method, squared errors at ten times; \
-                ratios are to the primal in f64.",
+        title: "Gradient of an ODE fit with respect to four parameters".into(),
+        about: "Lotka and Volterra's equations, 1000 steps of the classical Runge-Kutta method, squared errors at \
+                ten times. Ratios are to the primal in f64.",
         source: include_str!("ode.rs"),
-        // Errors of 4000 evaluations, each a few roundings, which the growth of perturbations enlarges.
+        // 4000 evaluations with a few roundings each, amplified by the growth of perturbations.
         tolerance: 1e-11,
         ways: vec![
             Way::new("primal", "", &["primal"], || {
@@ -64,7 +64,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// The fit in plain numbers; closures are inlined automatically.
+/// The fit in plain numbers. Closures are inlined automatically.
 mod primal {
     use super::{APART, START, STEP};
 
@@ -92,7 +92,7 @@ mod primal {
     }
 }
 
-/// A step. Kernels need `#[inline(always)]` on every function, which closures cannot have.
+/// One step. Kernels need `#[inline(always)]` on every function, and closures cannot have it.
 mod ours_step {
     use autodiff::{Real, lit};
 
@@ -152,7 +152,7 @@ mod ours_forward {
     }
 }
 
-/// One reverse sweep over the whole recording.
+/// One reverse sweep over a recording of all steps.
 mod ours_tape {
     use super::{POINT, ours_fit::Fit};
 
@@ -161,7 +161,7 @@ mod ours_tape {
     }
 }
 
-/// The step recorded once, as a kernel.
+/// The step is recorded once, as a kernel.
 mod ours_rollout {
     use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
 
@@ -202,7 +202,7 @@ mod ours_rollout {
     }
 }
 
-/// A vector of static length, as in "Extra arguments" and `gradient`.
+/// A vector of static length, as in the crate's documentation of "Extra arguments" and `gradient`.
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{DualNum, DualSVec64, gradient as dual_gradient};
@@ -239,7 +239,7 @@ mod num_dual {
     }
 }
 
-/// Generic over its trait, as in its "Quick Start".
+/// Generic over the crate's trait, as in its "Quick Start".
 mod echidna {
     use echidna::Scalar;
 
@@ -281,7 +281,7 @@ mod echidna_forward {
     }
 }
 
-/// As in "Gradient via reverse mode".
+/// As in the crate's documentation of "Gradient via reverse mode".
 mod echidna_tape {
     use super::{POINT, echidna::loss};
 

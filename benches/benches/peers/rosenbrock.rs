@@ -22,10 +22,10 @@ pub(crate) fn task(arguments: usize) -> Task {
     }
     Task {
         title: format!("Gradient of Rosenbrock's function in {arguments} dimensions"),
-        about: "Scalar code on a tape, some eight operations an argument. A kept tape was recorded before the clock \
-                started. num-dual has only forward mode, and takes part where that is still sensible.",
+        about: "Scalar code on a tape, about eight operations per argument. A kept tape was recorded before the clock \
+                started. num-dual has only forward mode, so it takes part only with few arguments.",
         source: include_str!("rosenbrock.rs"),
-        // Two terms an argument, in another order: a few roundings.
+        // Two terms per argument in a different order: a few roundings.
         tolerance: 1e-14,
         ways,
     }
@@ -57,7 +57,7 @@ mod ours {
     }
 }
 
-/// As in "Gradient via reverse mode"; the crate has no `Sum`.
+/// As in the crate's documentation of "Gradient via reverse mode". The crate has no `Sum`.
 mod echidna {
     use echidna::Reverse;
 
@@ -77,7 +77,7 @@ mod echidna {
     }
 }
 
-/// As in "record once, evaluate many".
+/// As in the crate's documentation of "record once, evaluate many".
 mod echidna_kept {
     use echidna::BReverse;
 
@@ -98,7 +98,7 @@ mod echidna_kept {
     }
 }
 
-/// Variables on its own tape. Each term is a function, because a closure cannot name the lifetime.
+/// Variables on the crate's own tape. Each term is a function, because a closure cannot name the lifetime.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 
@@ -115,7 +115,7 @@ mod reverse {
     }
 }
 
-/// Duals as long as the vector, as `gradient` has them for vectors of any length.
+/// Duals with as many tangents as the vector has entries, as the crate's `gradient` uses for vectors of any length.
 mod num_dual {
     use nalgebra::DVector;
     use num_dual::{DualDVec64, gradient as dual_gradient};

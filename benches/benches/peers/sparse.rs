@@ -10,9 +10,9 @@ pub(crate) fn task() -> Task {
     Task {
         title: format!("Tridiagonal Jacobian of {SIZE} equations"),
         about: "Broyden's tridiagonal equations. A kept pattern and its colours were found before the clock started, \
-                as in an iteration by Newton; a kept tape was recorded before, too.",
+                as in Newton's method. So was a kept tape.",
         source: include_str!("sparse.rs"),
-        // A few roundings an entry.
+        // A few roundings per entry.
         tolerance: 1e-14,
         ways: vec![
             Way::new("by hand", "", &["hand"], || hand::jacobian(x)),
@@ -53,7 +53,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// The entries of a dense matrix that are compared, row by row.
+/// Takes the entries of a dense matrix that are compared, row by row.
 fn tridiagonal(rows: &[f64]) -> Vec<f64> {
     let columns = |i: usize| i.saturating_sub(1)..(i + 2).min(SIZE);
     (0..SIZE)
@@ -61,7 +61,7 @@ fn tridiagonal(rows: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The three diagonals.
+/// The formulas of the three diagonals.
 mod hand {
     use super::SIZE;
 
@@ -94,7 +94,7 @@ mod ours {
     }
 }
 
-/// As in Newton's method.
+/// The pattern is kept, as in Newton's method.
 mod ours_kept {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
@@ -106,7 +106,7 @@ mod ours_kept {
     }
 }
 
-/// In one line.
+/// The pattern is traced each time, in one line.
 mod ours_traced {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
@@ -126,7 +126,7 @@ mod ours_dense {
     }
 }
 
-/// The equations, generic over its trait.
+/// The equations, generic over the crate's trait.
 mod echidna {
     use echidna::Scalar;
 
@@ -142,7 +142,7 @@ mod echidna {
     }
 }
 
-/// As in Newton's method.
+/// Tape and pattern are kept, as in Newton's method.
 mod echidna_kept {
     use echidna::sparse::column_coloring;
 
@@ -159,7 +159,7 @@ mod echidna_kept {
     }
 }
 
-/// In one call.
+/// Everything in one call.
 mod echidna_sparse {
     use super::echidna::broyden;
 
@@ -169,7 +169,7 @@ mod echidna_sparse {
     }
 }
 
-/// All entries, a column at a time.
+/// All entries, one column at a time.
 mod echidna_dense {
     use super::echidna::broyden;
 

@@ -1,18 +1,18 @@
-//! A task, and several ways to do it with their times.
+//! A task, and several ways to do it, with their times.
 
 use benches::machine::{SPAN, in_turns};
 
-/// Data that all ways of a task share, kept for the lifetime of the program.
+/// Keeps data that all ways of a task share for the lifetime of the program.
 pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
     data.into_iter().collect::<Vec<T>>().leak()
 }
 
 /// One way to do a task.
 pub(crate) struct Way {
-    /// The crate: `ours` or a peer. `by hand` or `primal` is the reference of ratios.
+    /// The crate: `ours` or the name of a peer. `by hand` or `primal` is the reference of ratios.
     pub(crate) by: &'static str,
     pub(crate) how: &'static str,
-    /// The modules of the task's file that belong to it.
+    /// The modules of the task's file that belong to this way.
     pub(crate) modules: &'static [&'static str],
     pub(crate) run: Box<dyn FnMut() -> Vec<f64>>,
 }
@@ -33,13 +33,13 @@ impl Way {
     }
 }
 
-/// A task, done in several ways. The first one is the reference of ratios.
+/// A task that is done in several ways. The first way is the reference of ratios.
 pub(crate) struct Task {
     pub(crate) title: String,
     pub(crate) about: &'static str,
-    /// The source text of its file.
+    /// The source text of the task's file.
     pub(crate) source: &'static str,
-    /// The allowed difference of answers, relative to their largest number.
+    /// The largest allowed difference between answers, relative to their largest number.
     pub(crate) tolerance: f64,
     pub(crate) ways: Vec<Way>,
 }
@@ -56,7 +56,7 @@ impl Task {
     /// Compares the answers.
     ///
     /// # Panics
-    /// If they differ by more than roundings.
+    /// If they differ by more than the tolerance.
     pub(crate) fn compare(&mut self) {
         let answers = self
             .ways
@@ -68,7 +68,7 @@ impl Task {
         let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         assert!(
             scale > 0.0,
-            "{}: all answers are zero, so nothing is compared",
+            "{}: all answers are zero, so a comparison would prove nothing",
             self.title
         );
         for (by, how, other) in answers {
@@ -77,7 +77,7 @@ impl Task {
                 let agree = (a - b).abs() <= self.tolerance * scale;
                 assert!(
                     agree,
-                    "{}: by {by}, {how}, number {k} is {b}, not {a}",
+                    "{}: number {k} of the answer by {by}, {how}, is {b}, but the first way computes {a}",
                     self.title
                 );
             }
@@ -99,7 +99,7 @@ impl Task {
     }
 }
 
-/// The lines of code of a top-level module of a file, without blank lines and comments.
+/// Counts the lines of code of a top-level module of a file, without blank lines and comments.
 fn lines(source: &str, module: &str) -> usize {
     let head = format!("mod {module} {{");
     let body = source.lines().skip_while(|line| *line != head).skip(1);
@@ -108,6 +108,6 @@ fn lines(source: &str, module: &str) -> usize {
         .map(str::trim)
         .filter(|line| !line.is_empty() && !line.starts_with("//"));
     let count = code.count();
-    assert!(count > 0, "there is no module {module}");
+    assert!(count > 0, "the file has no module {module}");
     count
 }

@@ -13,19 +13,20 @@ struct Tokens<'a> {
     all: usize,
 }
 
-/// A value, or the fault of the file.
+/// A value, or a description of what is wrong with the file.
 type Read<T> = Result<T, String>;
 
 impl Tokens<'_> {
     fn next<T: FromStr>(&mut self) -> Read<T> {
         let place = self.all - self.rest.len() + 1;
         let token = self.rest.next();
-        let token = token.ok_or_else(|| format!("the file ends before token {place}"))?;
+        let token =
+            token.ok_or_else(|| format!("the file ends too early: token {place} is missing"))?;
         let number = token.parse();
         number.map_err(|_| format!("token {place} cannot be read: '{token}'"))
     }
 
-    /// The next token as a count of at least one. The limit protects memory.
+    /// Reads the next token as a count of at least one. The limit protects memory.
     fn count(&mut self) -> Read<usize> {
         const MOST: usize = 1 << 24;
         let count = self.next()?;
@@ -106,7 +107,7 @@ fn lstm(tokens: &mut Tokens) -> Read<Value> {
     }))
 }
 
-/// The problem is the complicated one if the file has `u1 u2` for each correspondence.
+/// Reads a hand problem. It is a complicated one if the file has `u1 u2` for each correspondence.
 fn hand(tokens: &mut Tokens, model: Result<Value, Error>) -> Read<Value> {
     let (count, theta) = (tokens.count()?, tokens.count()?);
     let complicated = tokens.all == 2 + 6 * count + theta;

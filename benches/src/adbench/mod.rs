@@ -20,7 +20,7 @@ pub struct Case {
     pub name: String,
     /// The GradBench module: `gmm`, `ba`, `lstm` or `ht`.
     pub module: String,
-    /// The data.
+    /// The data file.
     pub file: PathBuf,
     /// The reference answer.
     pub reference: Value,
@@ -50,7 +50,9 @@ pub fn cases(folder: &Path) -> Result<Vec<Case>, Error> {
     let cases = paths.map(|path| case(folder, &path));
     let mut cases = cases.collect::<Result<Vec<Case>, _>>()?;
     if cases.is_empty() {
-        return Err(wrong("the folder has no reference answer".into()));
+        return Err(wrong(
+            "the folder has no reference answers; expected files `reference/CASE.json`".into(),
+        ));
     }
     cases.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(cases)

@@ -11,7 +11,7 @@ use crate::distance::largest_distance;
 pub struct Gap {
     /// The field with the largest error, as a JSON pointer.
     pub field: String,
-    /// Its `max |a - b| / max |b|`; infinite if lengths or integers differ.
+    /// The error of that field, `max |a - b| / max |b|`. It is infinite if lengths or integers differ.
     pub error: f64,
     /// The error that the reference allows.
     pub tolerance: f64,
@@ -27,7 +27,7 @@ impl Gap {
 /// Fields of a reference that are not part of the answer.
 const DESCRIPTION: [&str; 3] = ["/case", "/kind", "/tolerance"];
 
-/// Compares every field of a reference. A reference may contain a `digest` instead of long lists.
+/// Compares every field of a reference with the answer. A reference may contain a `digest` instead of long lists.
 pub fn gap(answer: &Value, reference: &Value) -> Gap {
     let expected = reference.get("digest");
     let digest = expected.map(|expected| json!({ "digest": digest(answer, expected) }));
@@ -50,7 +50,7 @@ pub fn gap(answer: &Value, reference: &Value) -> Gap {
     }
 }
 
-/// All values below objects, with their pointers.
+/// Collects all values below objects, with their JSON pointers.
 fn collect<'a>(pointer: String, value: &'a Value, leaves: &mut Vec<(String, &'a Value)>) {
     match value {
         Value::Object(fields) => {
@@ -76,7 +76,8 @@ fn error(got: &Value, expected: &Value) -> f64 {
     }
 }
 
-/// The reductions of a bundle adjustment's answer that replace its long lists; `None` for other answers.
+/// Replaces the long lists in a bundle adjustment's answer by a digest: a few sums and a hash. `None` for other
+/// answers.
 fn digest(answer: &Value, expected: &Value) -> Option<Value> {
     fn list<T: DeserializeOwned>(value: &Value) -> Option<Vec<T>> {
         Vec::deserialize(value).ok()
@@ -138,7 +139,7 @@ fn digest(answer: &Value, expected: &Value) -> Option<Value> {
     }))
 }
 
-/// The fixed weights of the reductions.
+/// Returns the fixed weight of entry `i` in the sums.
 fn weight(i: usize) -> f64 {
     ((7919 * i + 13) % 10007) as f64 / 5003.5 - 1.0
 }
@@ -148,7 +149,7 @@ fn weighted(numbers: &[f64]) -> f64 {
     numbers.map(|(i, x)| weight(i) * x).sum()
 }
 
-/// `sum_k (n[k] + 1)((k mod 1009) + 1) mod 2^61`.
+/// Returns `sum_k (n[k] + 1)((k mod 1009) + 1) mod 2^61`.
 fn hash(numbers: &[usize]) -> u64 {
     let numbers = numbers.iter().enumerate();
     let terms = numbers.map(|(k, &n)| (n as u64 + 1) * ((k % 1009) as u64 + 1));
@@ -165,7 +166,7 @@ mod tests {
         let reference = json!({"case": "x", "tolerance": 1e-3, "a": [1.0, -4.0], "b": {"c": 2.0}});
         let close = gap(&json!({"a": [1.0, -4.001], "b": {"c": 2.0}}), &reference);
         assert!(close.is_close() && close.field == "/a", "{close:?}");
-        // 0.001 of 4.
+        // The error is 0.001 of 4.
         assert!((close.error - 2.5e-4).abs() < 1e-12, "{close:?}");
         for answer in [
             json!({"a": [1.0, -4.1], "b": {"c": 2.0}}),

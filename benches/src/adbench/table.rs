@@ -6,7 +6,7 @@ use super::{Case, gap};
 use crate::machine::in_turns;
 use crate::objectives::Error;
 
-/// The minimum duration of an ADBench sample in seconds, and the number of samples.
+/// The minimum duration of a sample in seconds, as in ADBench, and below it the number of samples.
 const SAMPLE: f64 = 0.5;
 const SAMPLES: usize = 10;
 

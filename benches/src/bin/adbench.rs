@@ -1,4 +1,4 @@
-//! ADBench's problems from the command line. The same program as `gradbench`.
+//! Solves ADBench's problems from the command line. This is the same program as `gradbench`.
 
 use std::process::ExitCode;
 

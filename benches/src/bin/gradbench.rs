@@ -1,4 +1,4 @@
-//! The tool of GradBench. The same program as `adbench`.
+//! The tool that GradBench runs. This is the same program as `adbench`.
 
 use std::process::ExitCode;
 

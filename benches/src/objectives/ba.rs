@@ -1,7 +1,7 @@
 //! Bundle adjustment: the distance between where cameras see points and where a model predicts them.
 //!
-//! An observation depends on 15 numbers. Forward mode computes its local Jacobian, with one observation in each
-//! lane. Repeated cameras, points and weights are treated as different ones.
+//! An observation depends on 15 numbers. Forward mode computes its local Jacobian, with one observation in each lane.
+//! A camera, point or weight that the input repeats is treated as a new one.
 
 use autodiff::{Kernel, Real, data};
 use serde::Deserialize;
@@ -17,10 +17,11 @@ const CAMERA: usize = 11;
 const INPUTS: usize = CAMERA + 4;
 /// The maximum number of cameras, points or observations.
 const MOST: usize = 1 << 24;
-/// GradBench compares this many numbers from the beginning of a list.
+/// GradBench compares only this many numbers from the beginning of a list.
 const SENT: usize = 30;
 
-/// The input from GradBench: the numbers of cameras, points and observations, and one of each to repeat.
+/// The input from GradBench: the numbers of cameras, points and observations, and one camera, point, weight and
+/// feature to repeat.
 #[derive(Deserialize)]
 pub(super) struct Input {
     n: usize,
@@ -46,21 +47,21 @@ struct Scene {
     points: Vec<[f64; 3]>,
     weights: Vec<f64>,
     features: Vec<[f64; 2]>,
-    /// The camera and the point of each observation.
+    /// The indices of the camera and of the point of each observation.
     seen: Vec<[usize; 2]>,
 }
 
 /// A sparse matrix in compressed rows.
 #[derive(Default)]
 struct Csr {
-    /// The start of each row, and the end of the last one.
+    /// The index at which each row starts, then the end of the last row.
     rows: Vec<u32>,
     cols: Vec<u32>,
     vals: Vec<f64>,
 }
 
-/// The reprojection error, weighted, and the error of the weight `1 - w^2`. The feature is subtracted from the
-/// principal point beforehand, because both are constants added to the image coordinates.
+/// The weighted reprojection error, and the error `1 - w^2` of the weight. The feature is subtracted from the
+/// principal point beforehand, because both are constants that are added to the image coordinates.
 struct Observation;
 
 impl Kernel<INPUTS, 3> for Observation {
@@ -97,7 +98,7 @@ impl Ba {
         })
     }
 
-    /// The first residuals, and the number of residuals.
+    /// Returns the first residuals, and the number of residuals.
     fn first(&self) -> Value {
         let (errors, weights) = (&self.reprojection, &self.weight_error);
         json!({
@@ -106,21 +107,21 @@ impl Ba {
         })
     }
 
-    /// The ends of the lists of the Jacobian.
+    /// Returns the first and last numbers of the lists of the Jacobian.
     fn ends(&self) -> Value {
         let Csr { rows, cols, vals } = &self.jacobian;
         json!({ "rows": ends(rows), "cols": ends(cols), "vals": ends(vals) })
     }
 }
 
-/// The first numbers of a list, and the last.
+/// Returns the first numbers of a list, and the last number.
 fn ends<T: Copy>(list: &[T]) -> Vec<T> {
     let first = &list[..SENT.min(list.len())];
     [first, &list[list.len() - 1..]].concat()
 }
 
 impl Scene {
-    /// The inputs of an observation.
+    /// Returns the inputs of an observation.
     #[inline(always)]
     fn inputs(&self, observation: usize) -> [f64; INPUTS] {
         let [camera, point] = self.seen[observation];
@@ -133,7 +134,7 @@ impl Scene {
         inputs
     }
 
-    /// The columns of the variables that an observation depends on.
+    /// Returns the columns of the variables that an observation depends on.
     #[inline(always)]
     fn columns(&self, observation: usize) -> [u32; INPUTS] {
         let [camera, point] = self.seen[observation];
@@ -162,7 +163,7 @@ impl Problem for Ba {
         data::values(&Observation, scene.weights.len(), |i| scene.inputs(i), keep);
     }
 
-    /// Rows of the Jacobian: two for each reprojection, then one for each weight.
+    /// Computes the rows of the Jacobian: two for each reprojection, then one for each weight.
     fn derivative(&mut self) {
         let (scene, Csr { rows, cols, vals }) = (&self.scene, &mut self.jacobian);
         let count = scene.weights.len();

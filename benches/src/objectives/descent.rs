@@ -1,12 +1,12 @@
-//! Gradient descent in either mode of differentiation, nested at will.
+//! Gradient descent with derivatives by forward or reverse mode, which may be nested.
 
 use autodiff::{Dual, Mask, Real, Var, gradient};
 
 use super::work::Error;
 
-/// A scalar function of `x` and of given numbers.
+/// A scalar function of `x` and of other, given numbers.
 pub(super) trait Objective {
-    /// The value at `x`.
+    /// Returns the value at `x`.
     fn eval<R: Real>(&self, given: &[R], x: &[R]) -> R;
 }
 
@@ -20,7 +20,7 @@ pub(super) enum Mode {
 }
 
 impl Mode {
-    /// The outer and the inner mode that GradBench names by two letters, as in `rf`.
+    /// Returns the outer and the inner mode, which GradBench names by two letters, as in `rf`.
     pub(super) fn pair(function: &str) -> Result<[Self; 2], Error> {
         use Mode::{Forward, Reverse};
         Ok(match function {
@@ -32,7 +32,7 @@ impl Mode {
         })
     }
 
-    /// The gradient by `x`. The given numbers may carry derivatives of an outer differentiation.
+    /// Returns the gradient with respect to `x`. The given numbers may carry derivatives of an outer differentiation.
     pub(super) fn gradient<R: Real>(self, of: &impl Objective, given: &[R], x: &[R]) -> Vec<R> {
         if let Self::Reverse = self {
             let given: Vec<Var<R>> = given.iter().map(|&number| Var::constant(number)).collect();
@@ -56,7 +56,7 @@ pub(super) fn argmin<R: Real>(
     given: &[R],
     x: &[R],
 ) -> Vec<R> {
-    /// Steps grow after this many accepted steps in a row.
+    /// The step length grows after this many accepted steps in a row.
     const STREAK: usize = 10;
     let mut x = x.to_vec();
     let mut value = objective.eval(given, &x);
@@ -86,7 +86,7 @@ pub(super) fn argmin<R: Real>(
     }
 }
 
-/// True if a vector is so short that the descent stops.
+/// Whether a vector is so short that the descent stops.
 fn is_short<R: Real>(v: &[R]) -> bool {
     const TOLERANCE: f64 = 1e-5;
     let v: Vec<R> = v.iter().map(|entry| entry.detach()).collect();

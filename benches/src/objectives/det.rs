@@ -1,8 +1,8 @@
-//! The determinant by expansion along the first row, recursively.
+//! The determinant by recursive expansion along the first row.
 //!
-//! The expansion along the upper rows is a sum over the ways to choose a column in each row. Lanes compute its terms,
-//! which have the same form: each way is a datum that picks columns by products with ones and zeros. The first rows
-//! of a large matrix are expanded by nested calls to save memory.
+//! The expansion along the upper rows is a sum over the ways to choose a column in each row. The terms have the same
+//! form, so lanes compute them. Each way is a datum of ones and zeros, which picks columns by products. The first
+//! rows of a large matrix are expanded by nested calls to save memory.
 
 use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
@@ -18,9 +18,9 @@ struct Input {
     ell: usize,
 }
 
-/// The order of the minor in a term.
+/// The order of the minor that remains in a term.
 const LEAF: usize = 6;
-/// The largest order that is one sum over data.
+/// The largest order whose determinant is one sum over data.
 const LARGEST: usize = 9;
 
 /// A term of the expansion along all rows but the last [`LEAF`]: one entry of each upper row, times the remaining
@@ -51,7 +51,8 @@ impl Summand for Term {
     }
 }
 
-/// The minor of the last rows of a small matrix and as many columns, by minors with one row less.
+/// Defines a function for the minor of the last rows of a small matrix in as many columns. It uses minors with one
+/// row less.
 macro_rules! expansion {
     ($name:ident, $order:literal, $smaller:ident) => {
         #[inline(always)]
@@ -76,14 +77,14 @@ expansion! { of_five, 5, of_four }
 expansion! { of_four, 4, of_three }
 expansion! { of_three, 3, of_two }
 
-/// The minor of the last two rows.
+/// Returns the minor of the last two rows in the columns `a` and `b`.
 #[inline(always)]
 fn of_two<R: Real>(matrix: &[R], [a, b]: [usize; 2]) -> R {
     let (upper, last) = matrix[(LEAF - 2) * LEAF..].split_at(LEAF);
     upper[a] * last[b] - upper[b] * last[a]
 }
 
-/// The determinant of matrices of an order.
+/// The determinant of matrices of a fixed order.
 struct Determinant {
     order: usize,
 }
@@ -96,7 +97,7 @@ impl Function for Determinant {
     }
 }
 
-/// The determinant of a matrix. `expansion` is used for the minors of its order.
+/// Returns the determinant of a matrix. `expansion` computes the minors of its own order.
 fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>>) -> R {
     if order == 1 {
         return matrix[0];
@@ -127,7 +128,7 @@ fn ways(order: usize) -> Vec<Vec<f64>> {
     ways
 }
 
-/// Adds all ways that begin with the first `chosen` columns; the other columns ascend.
+/// Adds all ways that begin with the first `chosen` columns. The other columns are in ascending order.
 fn choose(columns: &mut [usize], chosen: usize, sign: f64, ways: &mut Vec<Vec<f64>>) {
     let order = columns.len();
     if chosen + LEAF == order {

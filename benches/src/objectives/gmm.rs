@@ -23,7 +23,7 @@ pub(super) struct Input {
     mu: Vec<Vec<f64>>,
     q: Vec<Vec<f64>>,
     l: Vec<Vec<f64>>,
-    /// The sign of the prior: -1 in ADBench.
+    /// The sign of the prior. It is -1 in ADBench.
     #[serde(default = "plus")]
     sign: f64,
 }
@@ -35,7 +35,7 @@ fn plus() -> f64 {
 /// An instance, with memory for its results.
 pub(super) struct Gmm {
     mixture: Mixture,
-    /// Weights, means, then factors; `q` before `l` in each factor.
+    /// The weights, the means, then the factors. Each factor has `q` before `l`.
     parameters: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
@@ -59,21 +59,21 @@ struct Shape {
 }
 
 impl Shape {
-    /// The entries of a factor.
+    /// Returns the number of entries of a factor.
     #[inline(always)]
     fn factor(self) -> usize {
         self.d * (self.d + 1) / 2
     }
 
-    /// The numbers of a component in the arguments of [`Likelihood`].
+    /// Returns the number of entries that a component has in the arguments of [`Likelihood`].
     #[inline(always)]
     fn packed(self) -> usize {
         1 + self.d + self.factor()
     }
 }
 
-/// The logarithm of `sum_k exp(c_k - |Q_k (x - mu_k)|^2 / 2)` at a point. The shared numbers of each component are
-/// `c`, `mu` and the lower triangle of `Q`, row by row.
+/// The logarithm of `sum_k exp(c_k - |Q_k (x - mu_k)|^2 / 2)` at a point. Each component has the shared numbers `c`,
+/// `mu` and the lower triangle of `Q`, row by row.
 #[derive(Clone, Debug)]
 struct Likelihood(Shape);
 
@@ -97,7 +97,7 @@ impl Summand for Likelihood {
     }
 }
 
-/// `ln sum exp(v)`, relative to the largest entry, which is held constant. Overwrites `v`.
+/// Returns `ln sum exp(v)`, computed relative to the largest entry, which is held constant. Overwrites `v`.
 #[inline(always)]
 fn log_sum_exp<R: Real>(v: &mut [R]) -> R {
     let mut largest = v[0];
@@ -152,7 +152,7 @@ fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
 }
 
 impl Mixture {
-    /// The terms that depend on no parameter.
+    /// Returns the terms that depend on no parameter.
     fn constant(&self) -> f64 {
         let d = self.shape.d as f64;
         let freedom = d + self.m + 1.0;
@@ -168,19 +168,23 @@ impl Gmm {
         let Input { d, k, x, .. } = input;
         require(
             d > 0 && k > 0 && !x.is_empty(),
-            "`d`, `k` and `x` must not be empty",
+            "`d` and `k` must be 1 or more, and `x` must not be empty",
         )?;
         let components = [&input.mu, &input.q, &input.l].map(Vec::len);
         let fits = components == [k; 3] && input.alpha.len() == k;
         require(fits, "`alpha`, `mu`, `q` and `l` must have `k` entries")?;
-        flat(&x, d, "a point must have `d` numbers")?;
+        flat(&x, d, "each row of `x` must have `d` numbers")?;
         let mut parameters = input.alpha;
-        parameters.extend(flat(&input.mu, d, "a mean must have `d` numbers")?);
-        flat(&input.q, d, "a diagonal must have `d` numbers")?;
+        parameters.extend(flat(
+            &input.mu,
+            d,
+            "each row of `mu` must have `d` numbers",
+        )?);
+        flat(&input.q, d, "each row of `q` must have `d` numbers")?;
         flat(
             &input.l,
             d * (d - 1) / 2,
-            "a triangle must have d(d-1)/2 numbers",
+            "each row of `l` must have d(d-1)/2 numbers",
         )?;
         for (q, l) in input.q.iter().zip(&input.l) {
             parameters.extend(q);
@@ -203,7 +207,7 @@ impl Gmm {
         })
     }
 
-    /// The gradient in the parts of the input.
+    /// Returns the gradient, split like the input.
     fn parts(&self) -> Value {
         let Shape { d, k } = self.mixture.shape;
         let (alpha, rest) = self.gradient.split_at(k);

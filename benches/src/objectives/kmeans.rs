@@ -1,7 +1,7 @@
 //! The squared distances of points from their closest centroids.
 //!
-//! The closest centroids are found first, in lanes over points. They are constant almost everywhere, so the objective
-//! is then a sum over the points of each centroid.
+//! The closest centroids are found first, in lanes over points. They do not change under small shifts of the
+//! centroids, so the objective is then a sum over the points of each centroid.
 
 use autodiff::data::{Sum, Summand};
 use autodiff::simd::{Lane, Vectorized};
@@ -17,13 +17,14 @@ struct Input {
     centroids: Vec<Vec<f64>>,
 }
 
-/// Points, by point and by coordinate. Columns repeat the last point to fill whole registers.
+/// The points, both point by point and coordinate by coordinate. Columns repeat the last point to fill whole
+/// registers.
 struct Cloud {
     points: Vec<Vec<f64>>,
     columns: Vec<Vec<f64>>,
 }
 
-/// At least the number of lanes of any register.
+/// Lists are padded to multiples of this number. No register has more lanes.
 const PADDING: usize = 16;
 
 impl Cloud {
@@ -41,7 +42,7 @@ impl Cloud {
     }
 }
 
-/// The closest centroid of each point, and the sum of the squared distances.
+/// Finds the closest centroid of each point, and the sum of the squared distances.
 struct Closest<'a> {
     cloud: &'a Cloud,
     centroids: &'a [f64],
@@ -94,7 +95,7 @@ impl Summand for SquaredDistance {
     }
 }
 
-/// The derivative of a term along a shift of all shared numbers, by forward mode.
+/// The derivative of a term along a shift of all shared numbers by the same amount, by forward mode.
 #[derive(Clone)]
 struct Growth<S>(S);
 
@@ -106,8 +107,8 @@ impl<S: Summand> Summand for Growth<S> {
     }
 }
 
-/// The negative Newton step for each centroid. The Hessian is diagonal, so its product with a vector of ones gives
-/// all its entries: reverse mode over forward mode.
+/// Returns the negative Newton step for each centroid. The Hessian is diagonal, so its product with a vector of ones
+/// gives all its entries. This product uses reverse mode over forward mode.
 fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
     let d = cloud.columns.len();
     let (closest, _) = f64::vectorize(Closest { cloud, centroids });
@@ -133,8 +134,12 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
         d > 0 && !centroids.is_empty(),
         "`points` and `centroids` must not be empty",
     )?;
-    flat(&points, d, "all points must have the same length")?;
-    let centroids = flat(&centroids, d, "centroids must be as long as points")?;
+    flat(&points, d, "all rows of `points` must have the same length")?;
+    let centroids = flat(
+        &centroids,
+        d,
+        "each row of `centroids` must be as long as a row of `points`",
+    )?;
     let cloud = Cloud::new(points);
     match function {
         "cost" => work(move || {

@@ -9,13 +9,13 @@ use super::work::{Error, Prepared, read, require, work};
 
 #[derive(Deserialize)]
 struct Input {
-    /// The coefficients, from the constant on.
+    /// The coefficients, beginning with the constant.
     x: Vec<f64>,
     /// The number of points.
     n: usize,
 }
 
-/// Half the squared distance at a point.
+/// Half the squared error at a point.
 #[derive(Clone)]
 struct Misfit;
 

@@ -1,4 +1,4 @@
-//! The logarithm of a sum of exponentials, relative to the largest one.
+//! The logarithm of a sum of exponentials, computed relative to the largest one.
 
 use autodiff::data::Recorded;
 use autodiff::{Function, Real, gradient, lit};

@@ -1,7 +1,7 @@
 //! The loss of a small language model: layers of LSTM cells with diagonal weights, over a sequence of characters.
 //!
-//! A character is a step of a rollout. Its state holds the hidden and cell values of every layer and the loss so
-//! far. Its parameters are the weights.
+//! Each character is one step of a rollout. The state has the hidden and cell values of every layer and the loss so
+//! far. The parameters are the weights.
 
 use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout, value_and_gradient};
 use serde::Deserialize;
@@ -10,17 +10,17 @@ use serde_json::{Value, json};
 
 use super::work::{Error, Prepared, Problem, flat, functions, read, require};
 
-/// The number of vectors of weights and biases in a layer.
+/// The number of weight and bias vectors in a layer.
 const PER_LAYER: usize = 8;
 
-/// The input from GradBench. Every row has a number for each bit of a character.
+/// The input from GradBench. Every row has one number for each bit of a character.
 #[derive(Deserialize)]
 pub(super) struct Input {
-    /// Two rows per layer: weights and biases, each of forget, input, output and change.
+    /// Two rows per layer: the weights and the biases, each for the gates forget, input, output and change.
     main_params: Vec<Vec<f64>>,
-    /// Input weight, output weight, output bias.
+    /// The input weight, the output weight and the output bias.
     extra_params: Vec<Vec<f64>>,
-    /// Two rows per layer: hidden and cell values at the start.
+    /// Two rows per layer: the hidden and the cell values at the start.
     state: Vec<Vec<f64>>,
     sequence: Vec<Vec<f64>>,
 }
@@ -47,13 +47,13 @@ struct Cells {
     bits: usize,
 }
 
-/// `tanh(s (x w + b))` for a scale `s`. With `s = 1/2`, [`opened`] makes `sigmoid(x w + b)` of it.
+/// `tanh(s (x w + b))` for a scale `s`. With `s = 1/2`, [`opened`] turns it into `sigmoid(x w + b)`.
 struct Gate(f64);
-/// The new cell and hidden values, from the old cell and the gates: forget, input, output, change.
+/// Computes the new cell and hidden values from the old cell value and the gates forget, input, output and change.
 struct Cell;
-/// A product.
+/// Multiplies two numbers.
 struct Product;
-/// The exponential of `y = x w + b`, and the product of `y` with the next character.
+/// Computes the exponential of `y = x w + b`, and the product of `y` with the next character.
 struct Prediction;
 /// Adds the loss of a character, given `sum_j x_j y_j`, `2 + sum_j exp y_j` and `sum_j x_j`.
 struct Add;
@@ -102,9 +102,9 @@ impl Kernel<4, 1> for Add {
 }
 
 impl Model for Cells {
-    /// Parameters: the vectors of the file in order, then a row of ones, a two and a zero for sums.
-    /// State: hidden and cell values of each layer, then the loss. Inputs: the character, the next character,
-    /// and the number of ones in the next character.
+    /// Parameters: the vectors of the file in order, then a row of ones, a two and a zero for sums. State: the hidden
+    /// and cell values of each layer, then the loss. Inputs: the character, the next character, and the number of
+    /// ones in the next character.
     fn record<R: Real>(&self, program: &mut Program<R>) {
         let weights: Vec<Array> = (0..PER_LAYER * self.layers + 3)
             .map(|_| program.parameter(self.bits))
@@ -176,16 +176,20 @@ impl Lstm {
             fits,
             "`main_params` and `state` must have two rows per layer, and `extra_params` three rows",
         )?;
-        flat(sequence, bits, "all characters must have the same length")?;
+        flat(
+            sequence,
+            bits,
+            "all characters of `sequence` must have the same length",
+        )?;
         let mut start = flat(
             &input.state,
             bits,
-            "a row of `state` must have a number for each bit",
+            "each row of `state` must have one number for each bit of a character",
         )?;
         start.push(0.0);
-        let what = "a row of `main_params` must have four numbers for each bit";
+        let what = "each row of `main_params` must have four numbers for each bit of a character";
         let mut parameters = flat(&input.main_params, 4 * bits, what)?;
-        let what = "a row of `extra_params` must have a number for each bit";
+        let what = "each row of `extra_params` must have one number for each bit of a character";
         parameters.extend(flat(&input.extra_params, bits, what)?);
         let inputs = sequence.windows(2).flat_map(|pair| {
             let count = pair[1].iter().sum();

@@ -41,10 +41,10 @@ use hand::Hand;
 use lstm::Lstm;
 pub use work::{Error, Prepared, Problem, Work};
 
-/// Reads the input of a function, given the function's name.
+/// Reads the input of a function. The first argument is the function's name.
 pub type Prepare = fn(&str, &RawValue) -> Prepared;
 
-/// All GradBench evaluations, by the names of their modules.
+/// All GradBench evaluations, with the names of their modules.
 pub const EVALUATIONS: [(&str, Prepare); 12] = [
     ("hello", hello::prepare),
     ("gmm", gmm::prepare),

@@ -1,4 +1,4 @@
-//! `y_0' = x_0`, `y_i' = x_i y_(i-1)` from `y = 0`, solved by a rollout of the classical Runge-Kutta method.
+//! The ODE `y_0' = x_0`, `y_i' = x_i y_(i-1)` from `y = 0`, solved by a rollout of the classical Runge-Kutta method.
 
 use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
 use serde::Deserialize;
@@ -15,12 +15,12 @@ struct Input {
 /// The end time.
 const END: f64 = 2.0;
 
-/// The memory of a rollout in bytes, which about fits the caches of a processor.
+/// The memory of a rollout in bytes, which fits roughly into the caches of a processor.
 const MEMORY: usize = 1 << 24;
 
-/// The slope, and the state after following it for the given time.
+/// Computes the slope, and the state after following it for the given time.
 struct Stage(f64);
-/// The state after following the weighted mean of four slopes. The last slope is computed here.
+/// Computes the last slope, and the state after following the weighted mean of the four slopes.
 struct Last(f64);
 
 impl Kernel<3, 2> for Stage {
@@ -39,7 +39,7 @@ impl Kernel<6, 1> for Last {
     }
 }
 
-/// A step of the chain, whose first number is constant.
+/// A step of the chain. The first number of the state is constant.
 #[derive(Clone)]
 struct Chain {
     len: usize,
@@ -69,8 +69,8 @@ struct Solution {
 }
 
 impl Solution {
-    /// The given entries of `y` at the end time, or all. The chain starts with a one, so that the slope of `y_0` has the
-    /// same form as the other slopes.
+    /// Returns the given entries of `y` at the end time, or all entries. The chain starts with a one, so that the
+    /// slope of `y_0` has the same form as the other slopes.
     fn end<R: Real>(&self, x: &[R], entries: Option<Vec<usize>>) -> Vec<R> {
         let chain = Chain {
             len: x.len() + 1,
@@ -87,7 +87,7 @@ impl Solution {
     }
 }
 
-/// The last number of `y`.
+/// Returns the last entry of `y`.
 impl Function for Solution {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         self.end(x, Some(vec![x.len()]))[0]

@@ -1,4 +1,4 @@
-//! Steers a charged particle to the origin: minimises over a simulation whose forces are derivatives.
+//! Steers a charged particle to the origin: minimises a function of a simulation whose forces are derivatives.
 
 use autodiff::{Mask, Real};
 use serde::Deserialize;
@@ -15,7 +15,7 @@ struct Input {
 /// The time of a step.
 const DT: f64 = 0.1;
 
-/// The potential at a place: that of charges at (10, 10 - w) and (10, 0), given `w`.
+/// The potential at a point, of charges at (10, 10 - w) and (10, 0), for the given `w`.
 struct Potential;
 
 impl Objective for Potential {

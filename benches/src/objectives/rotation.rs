@@ -8,7 +8,7 @@ use autodiff::Real;
 pub(super) fn rotate<R: Real>(r: [R; 3], v: [R; 3]) -> [R; 3] {
     let squared = dot(r, r);
     let at_zero = squared.less_equal(R::zero());
-    // Any number but zero, because the terms below are not selected then.
+    // If the angle is zero, any number but zero will do, because the terms below are not selected then.
     let angle = R::select(at_zero, R::one(), squared).sqrt();
     let inverse = angle.recip();
     let axis = [r[0] * inverse, r[1] * inverse, r[2] * inverse];

@@ -1,4 +1,4 @@
-//! A saddle point: minimises over `(x1, y1)` the maximum over `(x2, y2)`, by descent within descent.
+//! A saddle point: minimises, over `(x1, y1)`, the maximum over `(x2, y2)`. One descent runs inside the other.
 
 use autodiff::Real;
 use serde::Deserialize;
@@ -17,7 +17,7 @@ fn objective<R: Real>(first: &[R], second: &[R]) -> R {
     R::dot(first, first) - R::dot(second, second)
 }
 
-/// The negative objective at the given `(x1, y1)`.
+/// The negative objective, as a function of `(x2, y2)` for the given `(x1, y1)`.
 struct Opposed;
 
 impl Objective for Opposed {
@@ -26,7 +26,7 @@ impl Objective for Opposed {
     }
 }
 
-/// The greatest value of the objective, found from the given start with derivatives in the given mode.
+/// The maximum of the objective over `(x2, y2)`, found from the given start with derivatives in the given mode.
 struct Greatest(Mode);
 
 impl Objective for Greatest {

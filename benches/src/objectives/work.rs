@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-/// An objective with its input read, and memory for its results.
+/// An objective whose input has been read, with memory for its results.
 pub trait Problem {
     /// Computes the objective from scratch, in plain floating point.
     fn objective(&mut self);
@@ -15,20 +15,20 @@ pub trait Problem {
     /// Computes objective and derivative from scratch.
     fn derivative(&mut self);
 
-    /// The last results, with the names and shapes of ADBench's reference answers.
+    /// Returns the last results, with the names and shapes of ADBench's reference answers.
     fn answer(&self) -> Value;
 }
 
-/// A function of a GradBench module with its input read.
+/// A function of a GradBench module whose input has been read.
 pub trait Work {
     /// Computes the answer from scratch.
     fn run(&mut self);
 
-    /// The answer of the last [`run`](Self::run); numbers that are not finite are null.
+    /// Returns the answer of the last [`run`](Self::run). Numbers that are not finite are null.
     fn answer(&self) -> Value;
 }
 
-/// A function, or the error of the request.
+/// A function that is ready to run, or the error in the request.
 pub type Prepared = Result<Box<dyn Work>, Error>;
 
 /// An error in a request or an input file.
@@ -45,7 +45,7 @@ pub enum Error {
     #[error("invalid input: {0}")]
     Shape(String),
     /// The answer is infinite or NaN, which JSON cannot represent.
-    #[error("the answer is not finite")]
+    #[error("the answer is infinite or NaN, which JSON cannot represent")]
     NotFinite,
     /// The function panicked.
     #[error("the function panicked")]
@@ -55,13 +55,13 @@ pub enum Error {
     File {
         /// The file.
         path: PathBuf,
-        /// The fault.
+        /// What is wrong with the file.
         what: String,
     },
 }
 
 impl Error {
-    /// An error about a file.
+    /// Returns a function that makes an error about a file from a description.
     pub(crate) fn file(path: &Path) -> impl Fn(String) -> Self {
         |what| Self::File {
             path: path.to_owned(),
@@ -90,13 +90,14 @@ pub(super) fn require(fits: bool, what: &str) -> Result<(), Error> {
         .ok_or_else(|| Error::Shape(what.to_owned()))
 }
 
-/// Concatenates the rows of a matrix, which must all have `columns` entries; `what` is the error otherwise.
+/// Concatenates the rows of a matrix, which must all have `columns` entries. Otherwise returns an error with the
+/// message `what`.
 pub(super) fn flat(rows: &[Vec<f64>], columns: usize, what: &str) -> Result<Vec<f64>, Error> {
     require(rows.iter().all(|row| row.len() == columns), what)?;
     Ok(rows.concat())
 }
 
-/// A function that changes a state, which holds its answer.
+/// A closure that changes a state. The state also holds the answer.
 struct Function<S> {
     state: S,
     run: Box<dyn FnMut(&mut S)>,
@@ -113,7 +114,7 @@ impl<S> Work for Function<S> {
     }
 }
 
-/// A function that runs a closure.
+/// Makes a [`Work`] of a closure that returns the answer.
 pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'static) -> Prepared {
     Ok(Box::new(Function {
         state: None,
@@ -122,7 +123,7 @@ pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'sta
     }))
 }
 
-/// The functions `objective` and `jacobian` of a problem, with the answers that they reply with.
+/// Returns the functions `objective` and `jacobian` of a problem, with the answers that they reply with.
 pub(super) fn functions<P: Problem + 'static>(
     function: &str,
     problem: P,

@@ -1,4 +1,4 @@
-//! Compares answers with a second implementation of the objectives.
+//! Compares answers with those of a second implementation of the objectives.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::draw::Draw;
 use crate::driver::{agrees, answer};
 use crate::naive::{determinant, gradient, kmeans, least_squares, mixture, newton, numbers, ode};
 
-/// Checks a function of a flat list, and its gradient.
+/// Checks the value and the gradient of a function of a flat list.
 fn check(module: &str, input: &Value, right: impl Fn(&[f64]) -> f64, x: &[f64]) {
     agrees(module, "primal", input, &json!(right(x)));
     agrees(module, "gradient", input, &json!(gradient(right, x)));
@@ -38,19 +38,19 @@ fn llsq() {
 
 #[test]
 fn lse() {
-    // This form is accurate for small numbers only.
+    // This formula is accurate for small numbers only.
     let plain = |x: &[f64]| x.iter().map(|x| x.exp()).sum::<f64>().ln();
     for n in [1, 2, 511, 512, 513, 1300] {
         let input = json!({ "x": Draw(n as u64).uniforms(n) });
         check("lse", &input, plain, &numbers(&input["x"]));
     }
-    // Here the exponentials of the numbers overflow.
+    // The exponentials of these numbers overflow.
     let input = json!({ "x": [1000.0, 1000.0, -1000.0] });
     agrees("lse", "primal", &input, &json!(1000.0 + 2_f64.ln()));
     agrees("lse", "gradient", &input, &json!([0.5, 0.5, 0.0]));
 }
 
-/// The orders include those below, at and above the ones that are a single sum.
+/// The orders include some below, at and above the largest order that is a single sum.
 #[test]
 fn det() {
     for ell in 1..=10 {
@@ -99,7 +99,7 @@ fn kmeans_of_clusters() {
         let rows: Vec<&[f64]> = direction.chunks(d).collect();
         agrees("kmeans", "dir", &input, &json!(rows));
     }
-    // Every centroid at a point.
+    // There is one centroid at each point.
     let input = Draw(9).kmeans(9, 9, 2);
     agrees("kmeans", "cost", &input, &json!(0.0));
     agrees("kmeans", "dir", &input, &json!(vec![[0.0; 2]; 9]));

@@ -1,12 +1,13 @@
-//! Random inputs with the shapes of the evaluations.
+//! Random inputs with the shapes of GradBench's evaluations.
 
 use serde_json::{Value, json};
 
-/// A generator of numbers: SplitMix64 (Steele, Lea, Flood, *Fast splittable pseudorandom number generators*, 2014).
+/// A generator of random numbers: SplitMix64 (Steele, Lea, Flood, *Fast splittable pseudorandom number generators*,
+/// 2014).
 pub(crate) struct Draw(pub(crate) u64);
 
 impl Draw {
-    /// A number in [0, 1).
+    /// Draws a number in [0, 1).
     fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -15,7 +16,7 @@ impl Draw {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Numbers in [0, 1).
+    /// Draws numbers in [0, 1).
     pub(crate) fn uniforms(&mut self, len: usize) -> Vec<f64> {
         (0..len).map(|_| self.uniform()).collect()
     }
@@ -24,7 +25,7 @@ impl Draw {
         (0..rows).map(|_| self.uniforms(columns)).collect()
     }
 
-    /// A mixture of `k` components in `d` dimensions, and `n` points.
+    /// Draws a mixture of `k` components in `d` dimensions, and `n` points.
     pub(crate) fn gmm(&mut self, d: usize, k: usize, n: usize) -> Value {
         let mut centred = |rows, columns| {
             let mut rows = self.rows(rows, columns);
@@ -41,7 +42,7 @@ impl Draw {
         })
     }
 
-    /// A language model of one layer, and a text of `c` characters.
+    /// Draws a language model of one layer, and a text of `c` characters.
     pub(crate) fn lstm(&mut self, c: usize) -> Value {
         const BITS: usize = 14;
         json!({
@@ -52,13 +53,13 @@ impl Draw {
         })
     }
 
-    /// `n` points in `d` dimensions, the last `k` of which are the centroids.
+    /// Draws `n` points in `d` dimensions. The last `k` of them are the centroids.
     pub(crate) fn kmeans(&mut self, k: usize, n: usize, d: usize) -> Value {
         let points = self.rows(n, d);
         json!({ "centroids": points[n - k..], "points": points })
     }
 
-    /// A polynomial of `m` coefficients, and `n` points.
+    /// Draws a polynomial of `m` coefficients, and `n` points.
     pub(crate) fn llsq(&mut self, n: usize, m: usize) -> Value {
         json!({ "x": self.uniforms(m), "n": n })
     }

@@ -4,8 +4,8 @@ use benches::distance::distance;
 use benches::gradbench::serve;
 use serde_json::{Value, json};
 
-/// The allowed relative distance in the 2-norm. GradBench's own tolerance would accept wrong derivatives; the
-/// answers of its tools agree to about 1e-12.
+/// The largest allowed relative distance in the 2-norm. GradBench's own tolerance would accept wrong derivatives,
+/// while the answers of its tools agree to about 1e-12.
 const TOLERANCE: f64 = 1e-7;
 
 #[track_caller]
@@ -14,7 +14,7 @@ pub(crate) fn assert_close(what: &str, answer: &Value, right: &Value) {
     assert!(distance <= TOLERANCE, "{what} is off by {distance:e}");
 }
 
-/// The replies to lines.
+/// Returns the replies to lines.
 pub(crate) fn replies(lines: &[u8]) -> Vec<Value> {
     let mut replies = Vec::new();
     serve(lines, &mut replies).expect("memory can be written");
@@ -23,12 +23,12 @@ pub(crate) fn replies(lines: &[u8]) -> Vec<Value> {
     replies.lines().map(parse).collect()
 }
 
-/// A request to run a function.
+/// Returns a request to run a function.
 pub(crate) fn request(module: &str, function: &str, input: &Value) -> Value {
     json!({ "id": 2, "kind": "evaluate", "module": module, "function": function, "input": input })
 }
 
-/// The only reply to a message.
+/// Returns the only reply to a message.
 pub(crate) fn reply(message: &Value) -> Value {
     let mut replies = replies(format!("{message}\n").as_bytes());
     assert_eq!(replies.len(), 1, "a line has one reply");
@@ -41,7 +41,7 @@ pub(crate) fn agrees(module: &str, function: &str, input: &Value, right: &Value)
     assert_close(module, &answer(module, function, input), right);
 }
 
-/// The answer of a function.
+/// Returns the answer of a function.
 pub(crate) fn answer(module: &str, function: &str, input: &Value) -> Value {
     let mut reply = reply(&request(module, function, input));
     assert_eq!(

@@ -1,8 +1,8 @@
-//! A second, plain implementation of the objectives, and derivatives by finite differences.
+//! A second, plain implementation of the objectives, with derivatives by finite differences.
 
 use serde_json::Value;
 
-/// All numbers of a value, in order.
+/// Returns all numbers of a value, in order.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(list) => list.iter().flat_map(numbers).collect(),
@@ -10,7 +10,7 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     }
 }
 
-/// The gradient by finite differences of fourth order.
+/// Returns the gradient by finite differences of fourth order.
 pub(crate) fn gradient(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     /// Rounding errors are about 1e-16 / STEP; the truncation error is STEP^4.
     const STEP: f64 = 1e-3;
@@ -28,7 +28,7 @@ pub(crate) fn gradient(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     (0..x.len()).map(&mut partial).collect()
 }
 
-/// The gradient divided by the diagonal of the Hessian, for a function that is quadratic within 0.1.
+/// Returns the gradient divided by the diagonal of the Hessian, for a function that is quadratic within 0.1.
 pub(crate) fn newton(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     const STEP: f64 = 0.1;
     let quotient = |i: usize| {
@@ -43,7 +43,7 @@ pub(crate) fn newton(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     (0..x.len()).map(quotient).collect()
 }
 
-/// Half the squared errors of a polynomial at `n` points.
+/// Returns half the squared errors of a polynomial at `n` points.
 pub(crate) fn least_squares(n: usize, x: &[f64]) -> f64 {
     let square = |i: usize| {
         let t = -1.0 + 2.0 * i as f64 / (n as f64 - 1.0);
@@ -54,7 +54,7 @@ pub(crate) fn least_squares(n: usize, x: &[f64]) -> f64 {
     (0..n).map(square).sum::<f64>() / 2.0
 }
 
-/// The determinant, by Gaussian elimination.
+/// Returns the determinant, by Gaussian elimination.
 pub(crate) fn determinant(ell: usize, x: &[f64]) -> f64 {
     let mut rows: Vec<Vec<f64>> = x.chunks(ell).map(Vec::from).collect();
     let mut determinant = 1.0;
@@ -76,7 +76,7 @@ pub(crate) fn determinant(ell: usize, x: &[f64]) -> f64 {
     determinant
 }
 
-/// All of `y` after the given number of steps.
+/// Returns all entries of `y` after the given number of steps.
 pub(crate) fn ode(steps: usize, x: &[f64]) -> Vec<f64> {
     let h = 2.0 / steps as f64;
     let slope = |y: &[f64]| -> Vec<f64> {
@@ -99,7 +99,7 @@ pub(crate) fn ode(steps: usize, x: &[f64]) -> Vec<f64> {
     y
 }
 
-/// The squared distances from the closest centroids.
+/// Returns the sum of squared distances from the closest centroids.
 pub(crate) fn kmeans(points: &[Vec<f64>], centroids: &[f64]) -> f64 {
     let least = |point: &Vec<f64>| {
         let centroids = centroids.chunks(point.len());
@@ -112,7 +112,7 @@ pub(crate) fn kmeans(points: &[Vec<f64>], centroids: &[f64]) -> f64 {
     points.iter().map(least).sum()
 }
 
-/// The log-likelihood of an input; `x` has `alpha`, then `mu`, `q` and `l` of each component.
+/// Returns the log-likelihood of an input. `x` has `alpha`, then `mu`, `q` and `l` of each component.
 pub(crate) fn mixture(input: &Value, x: &[f64]) -> f64 {
     let [d, k, m] = ["d", "k", "m"].map(|name| input[name].as_u64().expect("a count") as usize);
     let (points, gamma) = (numbers(&input["x"]), numbers(&input["gamma"])[0]);

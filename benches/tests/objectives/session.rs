@@ -1,4 +1,4 @@
-//! The protocol: the reply to each kind of line.
+//! The protocol: each kind of line must get its reply.
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -137,10 +137,12 @@ fn the_program_answers_and_ends_with_its_input() {
         json!({ "id": 0, "kind": "start", "eval": "hello" }),
         request("hello", "double", &json!(4.0))
     );
-    let mut stdin = tool.stdin.take().expect("it has an input");
-    stdin.write_all(lines.as_bytes()).expect("it reads");
+    let mut stdin = tool.stdin.take().expect("the tool has an input");
+    stdin
+        .write_all(lines.as_bytes())
+        .expect("the tool reads its input");
     drop(stdin);
-    let output = tool.wait_with_output().expect("it ends");
+    let output = tool.wait_with_output().expect("the tool ends");
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).expect("replies are text");
     let replies: Vec<Value> = text

@@ -10,19 +10,19 @@ use crate::drivers::{self, Function};
 pub struct Options {
     /// The number of random directions, each of unit length.
     pub directions: usize,
-    /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is
-    /// larger; at least ten times the smallest, and finite.
+    /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is larger. It must
+    /// be finite and at least ten times the smallest step.
     pub largest_step: f64,
-    /// The smallest step, in the same unit. The check misses features narrower than a few hundred of these.
-    /// For small variables reduce this step, or change their units.
+    /// The smallest step, as a multiple of the same length. The check misses features that are narrower than a few
+    /// hundred smallest steps. For small variables reduce this step, or change their units.
     pub smallest_step: f64,
     /// The largest error that counts as agreement, relative to the largest of three: the slope, the root mean
     /// square of the gradient, and the change of the slope over the middle step. The uncertainty of the
     /// differences is added to it.
     pub tolerance: f64,
-    /// The relative error of the values and the arguments: the epsilon of the number type, or more if the
-    /// computation amplifies rounding. Smaller differences of values are ignored. So are slopes that change
-    /// the value by less over a step as long as the point.
+    /// The relative error of the values and the arguments: the epsilon of the number type, or more if the computation
+    /// amplifies rounding. Smaller differences of values are ignored. A slope is ignored if it changes the value by
+    /// less than this over a step as long as `x`.
     pub noise: f64,
     /// The seed of the directions.
     pub seed: u64,
@@ -45,7 +45,8 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Returns the default with names for the components, as from [`Parameters`](crate::Parameters::names).
+    /// Returns the default options with these names for the components, for example
+    /// [`Parameters::names`](crate::Parameters::names).
     pub fn named(names: Vec<String>) -> Self {
         Self {
             names,
@@ -147,7 +148,7 @@ impl<'a> Claim<'a> {
 /// ```
 ///
 /// # Panics
-/// As [`check_directions`].
+/// Like [`check_directions`].
 pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) -> Report {
     let gradient = drivers::gradient(|x| function.eval(x), x);
     let forward = |direction: &[f64]| function.eval(&drivers::along(x, direction)).tangent[0];
@@ -183,7 +184,7 @@ pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &
     checked(&value, claim, options)
 }
 
-/// [`check_directions`], compiled once and not once per closure.
+/// Like [`check_directions`], but compiled once and not once per closure.
 fn checked(value: &dyn Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     refuse_misuse(claim, options);
     let n = claim.x.len();
@@ -282,7 +283,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The component with the largest part in the error along `direction`, found by bisection.
+    /// Returns the component that contributes most to the error along `direction`, found by bisection.
     fn worst_component(&self, mut direction: Vec<f64>) -> Component {
         let (mut first, mut end) = (0, direction.len());
         while end - first > 1 {
@@ -332,8 +333,8 @@ impl Checker<'_> {
         let size = largest(self.claim.x).max(1.0);
         let smallest = self.options.smallest_step * size;
         let first = (self.options.largest_step * size).min(f64::MAX);
-        // A little more, so that the smallest step is included however the logarithms round. The quotient of
-        // the steps may overflow, so its logarithm is a difference.
+        // The addend makes sure that rounding of the logarithms does not exclude the smallest step. The quotient of
+        // the steps may overflow, so its logarithm is computed as a difference.
         let levels = (2.0 * (first.log10() - smallest.log10()) + 1e-9) as i32;
         (0..=levels).map(move |level| first / 10f64.powf(0.5 * f64::from(level)))
     }
@@ -359,7 +360,7 @@ fn normalised(mut direction: Vec<f64>) -> Vec<f64> {
 struct SplitMix(u64);
 
 impl SplitMix {
-    /// Uniform in `[-1, 1)`.
+    /// Returns a number that is uniform in `[-1, 1)`.
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = self.0;
@@ -374,7 +375,7 @@ impl SplitMix {
 mod tests {
     use super::SplitMix;
 
-    /// The first published numbers of the generator, for the seed of its tables.
+    /// The generator must return the numbers published with it, for the published seed.
     #[test]
     fn directions_are_drawn_by_split_mix() {
         let mut random = SplitMix(1234567);

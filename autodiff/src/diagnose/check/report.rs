@@ -31,9 +31,9 @@ impl fmt::Display for Verdict {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Direction {
-    /// The claimed slope: gradient times direction.
+    /// The claimed slope: the gradient times the direction.
     pub gradient: f64,
-    /// The slope by the second source of the claim.
+    /// The slope from the claim's second source of derivatives, if it has one.
     pub forward: Option<f64>,
     /// The backward difference quotient at `step`.
     pub left: f64,
@@ -43,10 +43,10 @@ pub struct Direction {
     pub right: f64,
     /// The step that the verdict rests on.
     pub step: f64,
-    /// The order at which `|f(x + h d) - f(x) - h gradient|`, the larger of ahead and behind, falls with the
-    /// step `h`. It is 2 or more if the slope is right and `f` smooth, and 1 if the slope is wrong or at a
-    /// kink. It is taken from the smallest steps whose remainders are clear of rounding; `None` if no two
-    /// are, as for a linear function.
+    /// The order at which the remainder `|f(x + h d) - f(x) - h gradient|`, the larger one ahead and behind, falls
+    /// with the step `h`. It is 2 or more if the slope is right and `f` smooth, and 1 if the slope is wrong or at a
+    /// kink. It is measured at the smallest steps whose remainders are clear of rounding. `None` if no two of them
+    /// are clear, as for a linear function.
     pub taylor: Option<f64>,
     /// `|gradient - central|`, relative to the slope and the typical slope.
     pub error: f64,
@@ -55,9 +55,9 @@ pub struct Direction {
     pub unsure: f64,
     /// The verdict.
     pub verdict: Verdict,
-    /// The verdict of the differences on a slope that is wrong on purpose, by [`WRONG_BY`] of it. `None` if
-    /// the slope is not smooth, or is known only to a quarter of that error: then a verdict would prove
-    /// nothing.
+    /// The verdict of the differences on a slope that is wrong on purpose, by the relative error [`WRONG_BY`]. `None`
+    /// if the slope is not smooth, or if its uncertainty exceeds a quarter of that error, because the verdict would
+    /// prove nothing then.
     pub control: Option<Verdict>,
 }
 
@@ -67,7 +67,7 @@ impl Direction {
     }
 }
 
-/// The component with the largest part in the error of the worst direction.
+/// The component that contributes most to the error of the worst direction.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Component {
@@ -83,7 +83,7 @@ pub struct Component {
     pub verdict: Verdict,
 }
 
-/// The name, or else the index, and the finding.
+/// Displays the name (or the index, if there is no name) and the finding.
 impl fmt::Display for Component {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.name {
@@ -108,8 +108,8 @@ pub struct Report {
     pub worst: Component,
     /// The worst verdict of any direction.
     pub verdict: Verdict,
-    /// The negative control: the worst verdict of any direction on a gradient that is wrong on purpose, by
-    /// [`WRONG_BY`] of it. The check can be trusted only if this is [`Verdict::Wrong`]. `None` if no
+    /// The negative control: the worst verdict of any direction on a gradient that is wrong on purpose, by the
+    /// relative error [`WRONG_BY`]. The check can be trusted only if this is [`Verdict::Wrong`]. `None` if no
     /// direction is smooth and steep enough to tell.
     pub control: Option<Verdict>,
 }
@@ -152,15 +152,18 @@ impl fmt::Display for Report {
         match self.control {
             Some(said) => writeln!(
                 out,
-                "negative control: the gradient, made wrong by {} %, is called {said}",
+                "negative control: a gradient that is wrong on purpose, by {} %, is called {said}",
                 100.0 * WRONG_BY
             )?,
             None if self.verdict == Verdict::Wrong => {
-                writeln!(out, "negative control: none, the gradient itself is wrong")?;
+                writeln!(
+                    out,
+                    "negative control: none, because the gradient itself is wrong"
+                )?;
             }
             None => writeln!(
                 out,
-                "negative control: none, no direction is smooth and steep enough for differences"
+                "negative control: none, because no direction is smooth and steep enough for differences"
             )?,
         }
         write!(out, "verdict: {}", self.verdict)

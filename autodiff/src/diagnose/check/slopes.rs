@@ -3,7 +3,7 @@
 //! [`Judge::verdict`] decides in this order:
 //! 1. The central quotient is taken where it changes least from step to step, on a plateau. Without a plateau
 //!    the function is rough: kink.
-//! 2. If the left and the right slope stay apart at the steps from there down, the point is a kink. If they
+//! 2. If the left and the right slope stay apart at this step and smaller ones, the point is a kink. If they
 //!    come together on a plateau of smaller steps, that plateau replaces the first.
 //! 3. A claimed slope that agrees with the plateau is right: smooth, or kink by point 2.
 //! 4. A claimed slope that agrees with a plateau of smaller steps, with a clearly different slope, is right too.
@@ -39,7 +39,7 @@ impl Quotients {
 /// A step around which the quotients change little from one step to the next.
 #[derive(Clone, Copy)]
 struct Plateau {
-    /// The number of the step in the sweep. Steps shrink from one level to the next.
+    /// The index of the step in the sweep. Steps shrink as the index grows.
     level: usize,
     slope: f64,
     /// The difference from the slopes of the neighbouring steps, plus the noise. Truncation dominates at larger
@@ -77,9 +77,9 @@ pub(super) fn sweep(
     steps.map(slopes).collect()
 }
 
-/// The change of the slope over the middle step: the scale where the slope and the gradient are zero. It is
-/// extrapolated from the larger step whose slope changes least for its length, because a jump beside the point
-/// is not a change of the slope.
+/// The change of the slope over the middle step. It is the scale of errors where the slope and the gradient are zero.
+/// It is extrapolated from that larger step whose slope changes least relative to its length, because a jump beside
+/// the point is not a change of the slope.
 pub(super) fn change(sweep: &[Quotients], claimed: f64) -> f64 {
     let middle = sweep.len() / 2;
     let change = |slopes: &Quotients| slopes.steepest(claimed) / slopes.step * sweep[middle].step;
@@ -116,9 +116,9 @@ fn settled(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64) -> Option<Pla
         .min_by(|a, b| a.spread.total_cmp(&b.spread))
 }
 
-/// The observed noise of the values: the median error by which values at smaller steps than the plateau's
-/// `level` miss its central slope. Noise and a jump beside the point move the two sides differently and show
-/// here. A kink, a cusp or a spike at the point moves both sides alike and does not.
+/// The observed noise of the values: the median error with which values at smaller steps than that of index `level`
+/// miss the plateau's central slope. Noise, or a jump beside the point, moves the two sides differently, so it shows
+/// here. A kink, a cusp or a spike at the point moves both sides alike, so it does not show.
 pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
     let miss = |slopes: &Quotients| (slopes.central - sweep[level].central).abs() * slopes.step;
     let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
@@ -142,24 +142,25 @@ pub(super) struct Judge {
     pub(super) claimed: f64,
     pub(super) typical: f64,
     pub(super) tolerance: f64,
-    /// The slope that changes the value by its noise over a step as long as the point. Smaller slopes are not
-    /// distinguished.
+    /// At this slope, a step as long as the point changes the value by its noise. Smaller slopes are not
+    /// distinguished from zero.
     pub(super) unseen: f64,
 }
 
 impl Judge {
     /// The largest spread of a plateau, relative to its slope.
     const ROUGH: f64 = 1e-2;
-    /// A spread estimates the error; this many times the spread bounds it.
+    /// A spread is an estimate of the error. This many times the spread is a bound.
     const SAFETY: f64 = 4.0;
-    /// Values that bend by this many times their observed noise do so for another reason: noise of up to
-    /// 1 bends them by up to 4, and is observed as 1/8 at least, in the median.
+    /// Values that bend by this many times their observed noise do so for another reason. Noise of amplitude 1 bends
+    /// them by up to 4, and its observed median is at least 1/8.
     const BENT: f64 = 32.0;
-    /// A gap stays if the next level has more than this part of it. A smooth function's gap shrinks to 0.32.
+    /// A gap stays if the next smaller step keeps more than this part of it. The gap of a smooth function shrinks to
+    /// 0.32.
     const STAYS: f64 = 0.5;
 
-    /// What errors of a slope are measured against: finite, because infinite errors are no share of
-    /// anything.
+    /// Returns the scale for relative errors of a slope. It is clamped to finite numbers, because an error divided by
+    /// infinity would be zero.
     pub(super) fn scale(&self, slope: f64) -> f64 {
         let scale = self.claimed.abs().max(slope.abs()).max(self.typical);
         scale.clamp(f64::MIN_POSITIVE, f64::MAX)
@@ -172,7 +173,7 @@ impl Judge {
                 <= self.tolerance * self.scale(derivative) + self.unseen
     }
 
-    /// The verdict, the slopes that it rests on, and by how much they may be off.
+    /// Returns the verdict, the slopes that it rests on, and their possible error.
     pub(super) fn verdict(&self, sweep: &[Quotients]) -> (Verdict, Quotients, f64) {
         let Some(best) = settled(sweep, central).filter(|best| self.settles(best)) else {
             // Without a plateau the function is rough, or its slope is infinite.
@@ -204,8 +205,9 @@ impl Judge {
         rests(Verdict::Wrong, &best)
     }
 
-    /// The verdict on the slope made wrong by [`WRONG_BY`], from the verdict on the claimed slope and the
-    /// possible error of the differences. `None` unless they are sure enough of the claimed slope.
+    /// Returns the verdict on the slope that is made wrong by [`WRONG_BY`], from the verdict on the claimed slope and
+    /// the possible error of the differences. Returns `None` unless the differences are sure enough of the claimed
+    /// slope.
     pub(super) fn control(
         &self,
         sweep: &[Quotients],
@@ -213,7 +215,7 @@ impl Judge {
         unsure: f64,
     ) -> Option<Verdict> {
         let unsure = unsure + self.tolerance * self.scale(self.claimed);
-        // The error counts twice: when they agree and when they disagree.
+        // The error counts twice: in the comparison with the claimed slope and in that with the wrong slope.
         let sure = unsure < 0.25 * WRONG_BY * self.claimed.abs();
         let wrong = Judge {
             claimed: self.claimed * (1.0 + WRONG_BY),

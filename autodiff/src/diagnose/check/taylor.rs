@@ -1,20 +1,20 @@
-//! The order at which the remainder of the linear approximation falls.
+//! The order at which the remainder of the linear approximation falls with the step.
 
 use super::slopes::{Quotients, missed};
 
-/// A remainder this many times the noise is clear of it. Then noise changes a local order by at most a
-/// twentieth, with steps half a decade apart.
+/// A remainder is clear of the noise if it is this many times as large. With steps half a decade apart, noise then
+/// changes a local order by at most a twentieth.
 const CLEAR: f64 = 32.0;
 
-/// The number of smallest clear steps that count, by the median, which tolerates two outliers. At the smallest
-/// steps a small error of the slope shows, and a kink beside the point does not.
+/// The number of clear steps, from the smallest on, whose median counts. A median of so many tolerates two outliers.
+/// At the smallest steps a small error of the slope shows, and a kink beside the point does not.
 const LOCAL: usize = 5;
 
-/// The order at which `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
-/// neighbouring steps, over the smallest steps that are clear of the noise. The remainder is the larger of those
-/// ahead and behind, so that a change of sign on one side does not count as a fall. The noise is the larger of the
-/// stated and the observed noise, below the plateau at step `rests`. `None` if no two neighbouring steps are
-/// clear.
+/// Returns the order at which `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
+/// neighbouring steps, over the smallest steps that are clear of the noise. The remainder is the larger one ahead and
+/// behind, so that a change of sign on one side does not count as a fall. The noise is the larger of two: the stated
+/// noise, and the noise observed at steps smaller than `rests`, the step of the plateau. `None` if no two
+/// neighbouring steps are clear.
 pub(super) fn order(sweep: &[Quotients], slope: f64, rests: f64) -> Option<f64> {
     let level = sweep.iter().position(|slopes| slopes.step == rests)?;
     let missed = missed(sweep, level);

@@ -68,7 +68,7 @@ impl DoubleDouble {
     }
 }
 
-/// Exact.
+/// The conversion is exact.
 impl From<f64> for DoubleDouble {
     #[inline]
     fn from(value: f64) -> Self {
@@ -79,7 +79,7 @@ impl From<f64> for DoubleDouble {
     }
 }
 
-/// Rounded.
+/// The conversion rounds to the nearest float.
 impl From<DoubleDouble> for f64 {
     #[inline]
     fn from(value: DoubleDouble) -> Self {
@@ -143,7 +143,7 @@ impl FromPrimitive for DoubleDouble {
     fn from_u64(value: u64) -> Option<Self> {
         Self::from_i128(value.into())
     }
-    /// Exactly, for all integers of 64 bits.
+    /// The conversion is exact for all integers of 64 bits.
     fn from_i128(value: i128) -> Option<Self> {
         let high = value as f64;
         Some(Self::new(high, (value - high as i128) as f64))

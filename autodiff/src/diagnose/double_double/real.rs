@@ -28,14 +28,14 @@ const PI_2: [f64; 4] = [
     5.562271104316826e-50,
 ];
 
-/// Powers of the exponential's series for `|r| <= ln(2)/2`: `0.347^26 / 26! = 3e-39`.
+/// The number of powers in the series of the exponential for `|r| <= ln(2)/2`: `0.347^26 / 26! = 3e-39`.
 const EXP_TERMS: u32 = 26;
-/// Pairs of powers of the sine's and cosine's for `|r| <= pi/4`: `0.786^28 / 28! = 4e-33`.
+/// The number of pairs of powers in the series of sine and cosine for `|r| <= pi/4`: `0.786^28 / 28! = 4e-33`.
 const SIN_TERMS: u32 = 15;
-/// Terms of the logarithm's series for `s <= 0.172`: `s^44 / 45 = 5e-36`.
+/// The number of terms in the series of the logarithm for `s <= 0.172`: `s^44 / 45 = 5e-36`.
 const LN_TERMS: u32 = 22;
 
-/// `x - n * constant`.
+/// Returns `x - n * constant`.
 fn reduced(x: DoubleDouble, n: f64, constant: &[f64]) -> DoubleDouble {
     constant.iter().fold(x, |rest, &part| {
         let (high, low) = two_product(-n, part);
@@ -43,7 +43,7 @@ fn reduced(x: DoubleDouble, n: f64, constant: &[f64]) -> DoubleDouble {
     })
 }
 
-/// `(e^r - 1, n)` with `x = n ln 2 + r`, `|r| <= ln(2)/2`.
+/// Returns `(e^r - 1, n)` with `x = n ln 2 + r`, `|r| <= ln(2)/2`.
 fn reduced_exp_m1(x: DoubleDouble) -> (DoubleDouble, i32) {
     let n = (x.high * std::f64::consts::LOG2_E).round();
     let r = reduced(x, n, &LN_2);
@@ -53,7 +53,7 @@ fn reduced_exp_m1(x: DoubleDouble) -> (DoubleDouble, i32) {
     (r * series, n as i32)
 }
 
-/// `(sin x, cos x)`.
+/// Returns `(sin x, cos x)`.
 fn sin_cos(x: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
     if x.is_zero() {
         return (x, DoubleDouble::one());
@@ -116,7 +116,7 @@ impl Real for DoubleDouble {
         if self.high.is_nan() {
             return self;
         }
-        // The result is 0 or infinite beyond.
+        // Beyond this range the result is 0 or infinite.
         let (expm1, n) = reduced_exp_m1(self.clamp(Self::from(-800.0), Self::from(800.0)));
         (Self::one() + expm1).scaled(n)
     }
@@ -140,7 +140,7 @@ impl Real for DoubleDouble {
     fn cos(self) -> Self {
         sin_cos(self).1
     }
-    /// `tanh x = (e^2x - 1) / (e^2x + 1)`, the difference without cancellation.
+    /// `tanh x = (e^2x - 1) / (e^2x + 1)`, whose numerator is computed without cancellation.
     fn tanh(self) -> Self {
         // A zero keeps its sign.
         if self.is_zero() || !self.high.is_finite() {
@@ -151,16 +151,16 @@ impl Real for DoubleDouble {
         let numerator = expm1.scaled(n) + Self::new(2.0_f64.powi(n), -1.0);
         numerator / (numerator + Self::from(2.0))
     }
-    /// The system's angle, plus the small angle of the point rotated back by it.
+    /// The system's f64 angle plus a correction: the small angle that is left after turning the point back by it.
     fn atan2(self, x: Self) -> Self {
         let angle = self.high.atan2(x.high);
-        // The sum below would take the sign of a zero.
+        // The sum below would lose the sign of a zero.
         if self.is_zero() && angle == 0.0 {
             return self;
         }
         let size = self.high.abs().max(x.high.abs());
         if size == 0.0 || size.is_infinite() || angle.is_nan() {
-            // A multiple of pi/4.
+            // This is a multiple of pi/4.
             let eighths = (angle / std::f64::consts::FRAC_PI_4).round();
             return Self::from(eighths) * Self::new(PI_2[0] / 2.0, PI_2[1] / 2.0);
         }
@@ -170,12 +170,12 @@ impl Real for DoubleDouble {
         // The quotient is about 1e-16, and equals its inverse tangent to within 1e-48.
         Self::from(angle) + (y * cos - x * sin) / (x * cos + y * sin)
     }
-    /// By squaring.
+    /// Repeated squaring.
     fn powi(self, exponent: i32) -> Self {
         let power = by_squaring(Self::one(), self, exponent.unsigned_abs());
         if exponent < 0 { power.recip() } else { power }
     }
-    /// `e^(y ln x)`. For 0, infinity and NaN the value of f64; for negative numbers NaN.
+    /// `e^(y ln x)`. For 0, infinity and NaN it returns what f64 returns; for negative numbers NaN.
     fn powf(self, exponent: Self) -> Self {
         if self.high == 0.0 || !self.high.is_finite() {
             return Self::from(self.high.powf(exponent.high));

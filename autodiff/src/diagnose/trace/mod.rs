@@ -1,8 +1,8 @@
 //! Finds the origin of a NaN, by [`Traced`] numbers.
 //!
-//! If a function or its gradient returns NaN, run the function once more by [`first_non_finite`]. It names
-//! the first operation whose infinity or NaN reaches the result, with its operands and its line. An infinity
-//! that a [`select`](crate::Real::select) drops is not reported. Other modes pay nothing for this.
+//! If a function or its gradient returns NaN, pass the function to [`first_non_finite`]. It names the first operation
+//! whose infinity or NaN reaches the result, with its operands and its line. An infinity that a
+//! [`select`](crate::Real::select) drops is not reported. Tracing costs nothing in other modes.
 //!
 //! If the function itself takes a derivative, for example by [`gradient`](crate::gradient), the reported line
 //! is in this crate. Then trace the inner function by itself.

@@ -45,11 +45,11 @@ thread_local! {
     pub(super) static RUNNING: RefCell<Option<Trace>> = const { RefCell::new(None) };
 }
 
-/// A place in `Trace::found`.
+/// An index into `Trace::found`.
 pub(super) type Origin = u32;
 
-/// The origin of sound numbers. It is the largest, so that the minimum of several origins is the first
-/// operation to report.
+/// The origin of a number that is free of infinities and NaN. It is the largest index, so that the minimum of several
+/// origins is the first operation to report.
 pub(super) const CLEAN: Origin = Origin::MAX;
 
 /// Counts an operation.
@@ -61,7 +61,7 @@ pub(super) fn count() {
     });
 }
 
-/// Notes an origin. Does nothing outside a trace.
+/// Records an origin. Does nothing outside a trace.
 pub(super) fn note(
     operation: &'static str,
     place: &'static Location<'static>,

@@ -10,8 +10,8 @@ use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
-/// A number that knows which operation made it, or a partial before it, infinite or NaN. Only the value is
-/// public; [`first_non_finite`](super::first_non_finite) reads the origin.
+/// A number that carries its origin: the operation in which it, or a partial that it depends on, became infinite or
+/// NaN. Only the value is public; [`first_non_finite`](super::first_non_finite) reads the origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Traced<R> {
     value: R,
@@ -53,7 +53,7 @@ impl<R: Real> Traced<R> {
         Self::judged(operation, value, &[(self, by_self), (other, by_other)])
     }
 
-    /// The result of an operation, from its operands and the partials by them.
+    /// Returns the result of an operation, given its operands and the partials with respect to them.
     #[track_caller]
     fn judged(operation: &'static str, value: R, operands: &[(Self, R)]) -> Self {
         count();
@@ -99,8 +99,8 @@ fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     }
 }
 
-/// Whether the values of a function and its derivatives by the active inputs are finite, in reverse and in
-/// forward mode. One mode is not enough, because a zero may hide an infinity in it.
+/// Whether the values of a function and its derivatives with respect to the active inputs are finite, in reverse and
+/// in forward mode. One mode is not enough, because a zero may hide an infinity in it.
 fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
     let values = |slice: &&[Traced<R>]| slice.iter().map(|x| x.value).collect();
     let values: Vec<Vec<R>> = inputs.iter().map(values).collect();
@@ -137,7 +137,7 @@ impl<R: Real> Real for Traced<R> {
         |x, y, operation, rule| x.apply2(operation, y, rule),
     }
 
-    /// Drops the origin of the operand that is not chosen.
+    /// The operand that is not chosen does not pass on its origin.
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
             Some(true) => if_true,
@@ -165,7 +165,7 @@ impl<R: Real> Real for Traced<R> {
             ..self.detach()
         }
     }
-    /// Drops the partials. A value that is not finite keeps its origin.
+    /// The partials are dropped. A value that is not finite keeps its origin.
     fn detach(self) -> Self {
         let sound = self.value.finite().all();
         Self {
@@ -210,8 +210,8 @@ impl<R: Real> Real for Traced<R> {
         }
         sum
     }
-    /// Traces through `eval` and evaluates the function's own derivative. If that is finite, nothing inside is
-    /// reported. If it is not, but all operations inside are sound, the whole function is reported.
+    /// Traces through `eval` and evaluates the function's own derivative. If that derivative is finite, nothing
+    /// inside is reported. If it is not, but all operations inside are finite, the whole function is reported.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         let mut outputs = function.eval(inputs);

@@ -6,8 +6,8 @@ use super::super::element::Element;
 use crate::drivers::implicit::{NoRoot, Residual, root};
 use crate::real::Real;
 
-/// `A v = lambda v` and `v . v = 1`: the unknowns are `v` and `lambda`, the parameters the lower triangle
-/// of `A`, column by column.
+/// The equations `A v = lambda v` and `v . v = 1`. The unknowns are `v` and `lambda`. The parameters are the lower
+/// triangle of `A`, column by column.
 #[derive(Clone)]
 struct Pair {
     size: usize,

@@ -13,7 +13,7 @@ use crate::real::Real;
 
 impl<R: Real> Field for Element<R> {}
 
-/// One lane, because lanes inside `R` are lanes of the number, not of the matrix.
+/// An element is one lane, because lanes inside `R` belong to the number, not to the matrix.
 #[allow(unsafe_code)] // Only the signatures of the trait are unsafe.
 impl<R: Real> SimdValue for Element<R> {
     const LANES: usize = 1;
@@ -74,7 +74,8 @@ constants_from! { f64 f32 }
 
 fn no_float() -> ! {
     panic!(
-        "an Element converts to no float, which would lose its derivative: take the primal of .0"
+        "an `Element` cannot be converted to a float, because its derivative would be lost; to get only the \
+         value, take the primal of its field `.0`"
     )
 }
 
@@ -94,7 +95,8 @@ impl<R: Real> RelativeEq for Element<R> {
     }
     fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
         let largest = self.0.abs().max(other.0.abs());
-        // Infinity equals only itself. Everything is within a multiple of it.
+        // An infinite number must equal only itself, but every number is within a multiple of infinity. So the
+        // relative tolerance is 0 then.
         let largest = R::select(largest.finite(), largest, R::zero());
         self.abs_diff_eq(other, epsilon) || self.abs_diff_eq(other, Self(largest) * max_relative)
     }
@@ -104,7 +106,7 @@ impl<R: Real> UlpsEq for Element<R> {
     fn default_max_ulps() -> u32 {
         f64::default_max_ulps()
     }
-    /// Takes the larger number times the type's epsilon as an ulp.
+    /// Uses the larger number times the type's epsilon as one ulp.
     fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
         let ulps = Self::lit(max_ulps.into()) * Self::default_epsilon();
         self.relative_eq(other, epsilon, ulps)

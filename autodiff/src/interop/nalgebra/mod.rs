@@ -29,9 +29,9 @@
 //! - Decisions of an algorithm (pivots, convergence) look at primals.
 //! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, which stop when the
 //!   primal has converged. Degenerate singular values have no derivative.
-//! - **Iterative factorisations skip entries that are zero and lose the derivatives by them**, for example in a
-//!   diagonal, triangular or block matrix. `symmetric_eigenvalues` of a diagonal matrix has a Hessian of zeros.
-//!   nalgebra also tests for zeros to see whether an iteration has converged, so an element cannot refuse the
+//! - **Iterative factorisations skip entries that are zero and lose the derivatives with respect to them**, for
+//!   example in a diagonal, triangular or block matrix. `symmetric_eigenvalues` of a diagonal matrix has a Hessian of
+//!   zeros. nalgebra also tests for zeros to see whether an iteration has converged, so an element cannot refuse the
 //!   test. For a symmetric matrix use [`symmetric_eigen`], which is right everywhere. Write other results of SVD,
 //!   Schur and the pseudo-inverse as a root ([`implicit`](crate::implicit)) or by a custom rule. LU, QR, Cholesky,
 //!   inverse and determinant are right.

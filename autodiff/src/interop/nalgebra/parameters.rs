@@ -13,7 +13,7 @@ impl<R: Real> Parameters<R> for Element<R> {
     }
 }
 
-/// The entries row by row, in the order of their names `matrix[i][j]`.
+/// Copies the entries row by row, in the order of their names `matrix[i][j]`.
 fn entries<R: Real, S: Real, M: Dim, N: Dim>(
     matrix: &Matrix<Element<R>, M, N, impl RawStorage<Element<R>, M, N>>,
     walk: &mut Walk<'_, R, S>,

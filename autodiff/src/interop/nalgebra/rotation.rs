@@ -10,8 +10,8 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
     DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
 }
 
-/// Returns the rotation about the axis `vector` by its length in radians. It has derivatives of every order, also
-/// at zero.
+/// Returns the rotation about the axis `vector` by an angle of the vector's length, in radians. It has derivatives of
+/// every order, also at zero.
 ///
 /// ```
 /// use ::nalgebra::Vector3;

@@ -11,7 +11,7 @@ random.seed(1)
 
 
 def floats(value, count):
-    """A sum of floats, largest first, whose rest is below the last one's rounding."""
+    """Splits a value into floats, largest first. The remainder is below the rounding of the last float."""
     parts = []
     for _ in range(count):
         parts.append(float(value))
@@ -20,7 +20,7 @@ def floats(value, count):
 
 
 def argument(least, most):
-    """A double-double of either sign, its size spread evenly over the orders of magnitude."""
+    """Draws a double-double of either sign, with all orders of magnitude equally likely."""
     size = mpf(10) ** random.uniform(least, most) * (1 + mpf(random.random()) * mpf(2) ** -54)
     return size * random.choice([1, -1])
 

@@ -2,8 +2,8 @@
 
     python3 generate.py > mpmath.txt
 
-Derivatives are central differences. Their steps are so small, 1e-400 times the argument, that what they neglect
-is below rounding, and the digits so many that what cancels is too.
+Derivatives are central differences. Their steps are 1e-400 times the argument, so the truncation error is below
+the rounding of f64. With 2500 digits, the error from cancellation is too.
 """
 from itertools import product
 
@@ -27,7 +27,7 @@ NEAR_1 = [1 + 1e-9, 1 - 1e-9, -1 - 1e-9, 1.0001]
 
 
 def rounded(number):
-    """The nearest float; 0 is +0."""
+    """Returns the nearest float as text; zeros become +0."""
     return repr(float(number) + 0.0)
 
 
@@ -36,7 +36,7 @@ def steps(point):
 
 
 def derivatives(f, point):
-    """The slopes, then the second derivatives, row by row from the diagonal on."""
+    """Returns the slopes, then the second derivatives, row by row from the diagonal on."""
     h, n = steps(point), len(point)
 
     def at(*moves):
@@ -143,8 +143,8 @@ two("atan2", atan2)
 two("hypot", lambda x, y: sqrt(x * x + y * y))
 two("powf", lambda x, y: x**y, lambda x, y: x > 0)
 
-# Formulas of one number, within the range where the numbers that occur in them and in their derivatives are
-# finite, no zero for underflow, and do not cancel to nothing.
+# Formulas of one number. Within these ranges, all numbers in them and in their derivatives are finite, do not
+# underflow to zero, and do not cancel completely.
 TINY = [x for x in POINTS if 0 < abs(x) < 0.003]
 MIDDLE = {"low": 1e-150, "high": 1e150}
 one("logistic", lambda x: 1 / (1 + exp(-x)), low=-300, without=TINY)

@@ -7,7 +7,7 @@ use autodiff::Real;
 pub(super) struct Affine<R>(pub(super) [[R; 4]; 3]);
 
 impl<R: Real> Affine<R> {
-    /// `self` after `first`.
+    /// Returns the transformation that applies `first`, then `self`.
     #[inline(always)]
     pub(super) fn after(&self, first: &Self) -> Self {
         let mut product = self.0;
@@ -27,7 +27,7 @@ impl<R: Real> Affine<R> {
         Self(product)
     }
 
-    /// The image of a point.
+    /// Returns the image of a point.
     #[inline(always)]
     pub(super) fn apply(&self, point: [R; 3]) -> [R; 3] {
         let mut image = point;
@@ -38,7 +38,7 @@ impl<R: Real> Affine<R> {
         image
     }
 
-    /// Without the translation.
+    /// Returns the transformation without its translation.
     #[inline(always)]
     pub(super) fn linear(mut self) -> Self {
         for row in 0..3 {
@@ -47,7 +47,7 @@ impl<R: Real> Affine<R> {
         self
     }
 
-    /// Each entry as another type of number.
+    /// Converts each entry to another number type.
     #[inline(always)]
     pub(super) fn map<S: Real>(&self, entry: impl Fn(R) -> S) -> Affine<S> {
         let mut mapped = [[S::zero(); 4]; 3];
@@ -59,7 +59,7 @@ impl<R: Real> Affine<R> {
         Affine(mapped)
     }
 
-    /// The rotation about x, then y, then z, right-handed.
+    /// Returns the rotation about x, then y, then z, right-handed.
     #[inline(always)]
     pub(super) fn euler(angles: [R; 3]) -> Self {
         let mut turns = [Self([[R::zero(); 4]; 3]); 3];

@@ -5,16 +5,16 @@ use serde::Deserialize;
 use super::affine::Affine;
 use crate::objectives::work::{Error, flat, require};
 
-/// A wrist, five fingers of four bones, a forearm.
+/// The number of bones: a wrist, five fingers of four bones, and a forearm.
 pub(super) const BONES: usize = 22;
 pub(super) const FINGERS: usize = 5;
-/// Bones of a finger, and its angles.
+/// The number of bones of a finger, and of its angles.
 pub(super) const JOINTS: usize = 4;
-/// Global rotation and translation.
+/// The number of parameters of the global rotation and translation.
 pub(super) const GLOBAL: usize = 6;
-/// Pose parameters: the global ones, then four angles per finger.
+/// The number of pose parameters: the global ones, then four angles per finger.
 pub(super) const THETA: usize = GLOBAL + JOINTS * FINGERS;
-/// At least the number of lanes of any register.
+/// Lists are padded to multiples of this number. No register has more lanes.
 const PADDING: usize = 16;
 
 /// The input from GradBench. Correspondences are vertices if `us` is empty, and triangles otherwise.
@@ -51,24 +51,24 @@ struct Model {
 pub(super) struct Instance {
     pub(super) theta: [f64; THETA],
     pub(super) targets: Vec<Target>,
-    /// True if the Jacobian includes derivatives by the positions on the triangles.
+    /// True if the Jacobian includes derivatives with respect to the positions on the triangles.
     pub(super) complicated: bool,
     pub(super) bones: Vec<Bone>,
     pub(super) mirrored: bool,
     /// The number of vertices without padding.
     pub(super) len: usize,
-    /// By coordinate, padded to whole registers.
+    /// One list per coordinate, padded to whole registers.
     pub(super) vertices: [Vec<f64>; 3],
-    /// For each bone, its weight for every vertex, padded likewise.
+    /// For each bone, its weight for every vertex, padded to whole registers.
     pub(super) weights: Vec<Vec<f64>>,
 }
 
 /// A bone at rest.
 pub(super) struct Bone {
     pub(super) parent: Option<usize>,
-    /// The pose relative to the parent.
+    /// The transformation from the bone to its parent.
     pub(super) relative: Affine<f64>,
-    /// The inverse of the absolute pose.
+    /// The inverse of the bone's absolute transformation.
     pub(super) inverse_rest: Affine<f64>,
 }
 
@@ -90,12 +90,16 @@ impl Instance {
             ..
         } = &input.data.model;
         let homogeneous = base_positions.iter().all(|position| position[3] == 1.0);
-        require(homogeneous, "a vertex must be x y z 1")?;
+        require(homogeneous, "each vertex must be `x y z 1`")?;
         require(
             weights.len() == base_positions.len(),
-            "each vertex must have weights",
+            "there must be one row of weights for each vertex",
         )?;
-        flat(weights, BONES, "a vertex must have a weight for each bone")?;
+        flat(
+            weights,
+            BONES,
+            "each vertex must have one weight for each of the 22 bones",
+        )?;
         let column = |i: usize| padded(base_positions.iter().map(|position| position[i]));
         let weight = |bone: usize| padded(weights.iter().map(|weights| weights[bone]));
         Ok(Self {
@@ -121,10 +125,13 @@ impl Input {
         let (count, vertices) = (correspondences.len(), model.base_positions.len());
         require(
             points.len() == count && count > 0,
-            "each correspondence must have a point",
+            "there must be one point for each correspondence, and at least one correspondence",
         )?;
         let places = self.us.is_empty() || self.us.len() == count;
-        require(places, "each correspondence must have its `us`")?;
+        require(
+            places,
+            "`us` must be empty or have one entry for each correspondence",
+        )?;
         let target = |i: usize| {
             let index = correspondences[i];
             let triangle = model.triangles.get(index).copied();
@@ -157,7 +164,7 @@ impl Model {
             let parent = usize::try_from(self.parents[i]).ok();
             require(
                 parent.is_none_or(|parent| parent < i),
-                "a bone must come after its parent",
+                "each bone must come after its parent",
             )?;
             Ok(Bone {
                 parent,
@@ -169,7 +176,7 @@ impl Model {
     }
 }
 
-/// The upper rows of a matrix.
+/// Takes the upper three rows of a matrix.
 fn affine(matrix: &Matrix) -> Result<Affine<f64>, Error> {
     let [x, y, z, last] = *matrix;
     require(

@@ -1,8 +1,8 @@
 //! Hand tracking: the distance between the skin of a posed hand and measured points.
 //!
-//! A bone moves with the four angles of its own finger only. So four directions serve all fingers at once (column
-//! compression). Every bone contributes to a vertex: the position of a vertex is the sum of the parts of the palm and
-//! of five fingers, and each part has its own four directions.
+//! A bone moves only with the four angles of its own finger. So four directions serve all fingers at once (column
+//! compression). The position of a vertex is a sum of parts: one of the palm and one of each of the five fingers.
+//! Each part has its own four directions.
 
 mod affine;
 mod instance;
@@ -23,7 +23,7 @@ pub(super) struct Hand {
     instance: Instance,
     skin: Skin,
     residuals: Vec<f64>,
-    /// Row by row.
+    /// Stored row by row.
     jacobian: Vec<f64>,
 }
 

@@ -7,12 +7,12 @@ use super::affine::Affine;
 use super::instance::{BONES, FINGERS, GLOBAL, Instance, JOINTS, THETA};
 use crate::objectives::rotation;
 
-/// A shorter rotation vector does not rotate anything.
+/// A rotation vector that is shorter than this does not rotate anything.
 const NO_ROTATION: f64 = 1e-4;
-/// Bones that no angle moves: wrist, forearm and the roots of the fingers.
+/// The bones that no angle moves: wrist, forearm and the roots of the fingers.
 const STILL: [usize; 2 + FINGERS] = [0, BONES - 1, 1, 5, 9, 13, 17];
 
-/// The posed skin and its derivatives by `theta`, indexed by coordinate and then by vertex.
+/// The posed skin and its derivatives with respect to `theta`, indexed by coordinate and then by vertex.
 pub(super) struct Skin {
     pub(super) places: [Vec<f64>; 3],
     pub(super) derivatives: Vec<[Vec<f64>; 3]>,
@@ -94,8 +94,9 @@ impl Vectorized<f64> for Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
 }
 
 impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
-    /// Adds the part of a finger without its root, the only part that depends on its angles. Blending and turning are
-    /// linear in the bones: applied to the derivatives of the bones, they give the derivatives of the part.
+    /// Adds the part of a finger without its root, which is the only part that depends on the finger's angles.
+    /// Blending and turning are linear in the bones. So applied to the derivatives of the bones, they give the
+    /// derivatives of the part.
     #[inline(always)]
     fn add_finger<L: Lane<f64>>(&mut self, finger: usize) {
         let Self {
@@ -151,8 +152,8 @@ impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
     }
 }
 
-/// The transformations of all bones, given the angles of the fingers. A bone needs its parent, so this uses no lanes.
-/// It is vectorized only for the instruction set.
+/// Computes the transformations of all bones, given the angles of the fingers. A bone needs its parent, so this uses
+/// no lanes. It is vectorized only to use the instruction set of the lanes.
 struct Bones<'a, R> {
     instance: &'a Instance,
     angles: &'a [R],
@@ -186,7 +187,7 @@ impl<R: Real> Vectorized<f64> for Bones<'_, R> {
     }
 }
 
-/// The angles about x, y and z of a bone that is not still.
+/// Returns the angles about x, y and z of a bone that is not still.
 #[inline(always)]
 fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
     let (finger, joint) = ((bone - 1) / JOINTS, (bone - 1) % JOINTS);
@@ -197,7 +198,7 @@ fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
     }
 }
 
-/// The rotation and the translation of the whole hand.
+/// Returns the rotation and translation of the whole hand.
 fn global<R: Real>(theta: &[R]) -> Affine<R> {
     let r = [theta[0], theta[1], theta[2]];
     let small = R::dot(&r, &r).sqrt().less(R::lit(NO_ROTATION));
@@ -216,7 +217,7 @@ fn global<R: Real>(theta: &[R]) -> Affine<R> {
     Affine(matrix)
 }
 
-/// Makes variables of numbers, each with its own direction.
+/// Makes variables from numbers, each with its own direction.
 fn seeded<const N: usize>(numbers: &[f64]) -> [Dual<f64, N>; N] {
     let mut variables = [Dual::constant(0.0); N];
     for i in 0..N {
@@ -230,7 +231,7 @@ fn primal<const N: usize>(number: Dual<f64, N>) -> f64 {
     number.value
 }
 
-/// A number in all lanes.
+/// Copies a number to all lanes.
 #[inline(always)]
 fn lift<L: Lane<f64>>(number: Dual<f64, GLOBAL>) -> Dual<L, GLOBAL> {
     let mut lifted = Dual::constant(L::splat(number.value));
@@ -240,7 +241,7 @@ fn lift<L: Lane<f64>>(number: Dual<f64, GLOBAL>) -> Dual<L, GLOBAL> {
     lifted
 }
 
-/// The transformations of a few bones in all lanes.
+/// Copies the transformations of a few bones to all lanes.
 #[inline(always)]
 fn splat<L: Lane<f64>, const N: usize>(
     bones: [usize; N],
@@ -253,7 +254,7 @@ fn splat<L: Lane<f64>, const N: usize>(
     moves
 }
 
-/// The weights of a few bones, for the vertices from one on.
+/// Loads the weights of a few bones for consecutive vertices.
 #[inline(always)]
 fn weights<L: Lane<f64>, const N: usize>(
     instance: &Instance,
@@ -267,7 +268,7 @@ fn weights<L: Lane<f64>, const N: usize>(
     weights
 }
 
-/// The places of vertices, from the contributions of a few bones.
+/// Returns the positions of vertices: the weighted contributions of a few bones.
 #[inline(always)]
 fn blend<L: Lane<f64>, const N: usize>(
     bones: &[Affine<L>; N],

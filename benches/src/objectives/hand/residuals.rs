@@ -6,18 +6,18 @@ use autodiff::{Dual, Real};
 use super::instance::{THETA, Target};
 use super::pose::Skin;
 
-/// At least the number of lanes of any register.
+/// The largest number of lanes of any register.
 const WIDEST: usize = 16;
 
-/// One coordinate of the difference between a measured point and the skin.
+/// Returns one coordinate of the difference between a measured point and the skin.
 #[inline(always)]
 fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
     let last = R::one() - u[0] - u[1];
     point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
 }
 
-/// Writes the residuals of all targets and, unless `jacobian` is empty, its rows: derivatives by `u1 u2` if rows have
-/// room for them, then by `theta`.
+/// Writes the residuals of all targets and, unless `jacobian` is empty, its rows: derivatives with respect to `u1 u2`
+/// if rows have room for them, then with respect to `theta`.
 pub(super) struct Residuals<'a> {
     pub(super) targets: &'a [Target],
     pub(super) skin: &'a Skin,
@@ -51,7 +51,8 @@ impl Vectorized<f64> for Residuals<'_> {
                 for d in 0..own {
                     here.scatter(by_u[d], &mut jacobian[d..], 3 * columns);
                 }
-                // The residual is linear in the skin: applied to derivatives of the skin, it gives derivatives.
+                // The residual is linear in the skin. So applied to derivatives of the skin, it gives derivatives of
+                // the residual.
                 for d in 0..THETA {
                     let slopes = here.corners(&self.skin.derivatives[d][i]);
                     let slope = residual(L::zero(), u, slopes);
@@ -62,7 +63,7 @@ impl Vectorized<f64> for Residuals<'_> {
     }
 }
 
-/// The derivatives of a residual by `u1 u2`.
+/// Returns the derivatives of a residual with respect to `u1 u2`.
 #[inline(always)]
 fn slopes_by_u<L: Lane<f64>>(point: L, u: [L; 2], [a, b, c]: [L; 3]) -> [L; 2] {
     let corners = [Dual::constant(a), Dual::constant(b), Dual::constant(c)];
@@ -70,10 +71,10 @@ fn slopes_by_u<L: Lane<f64>>(point: L, u: [L; 2], [a, b, c]: [L; 3]) -> [L; 2] {
     residual(Dual::constant(point), u, corners).tangent
 }
 
-/// One target for each lane; the last target is repeated to fill the lanes.
+/// One target for each lane. If there are too few, the last target is repeated.
 struct Here<'a> {
     targets: &'a [Target],
-    /// The corners, each in all lanes.
+    /// The three corners of each target, with one target per lane.
     corners: [[usize; WIDEST]; 3],
 }
 
@@ -91,7 +92,7 @@ impl<'a> Here<'a> {
         Self { targets, corners }
     }
 
-    /// Writes the lanes to every `stride`th place, without repetitions.
+    /// Writes the lanes to every `stride`th entry, without the repeated targets.
     #[inline(always)]
     fn scatter<L: Lane<f64>>(&self, values: L, to: &mut [f64], stride: usize) {
         let mut lanes = [0.0; WIDEST];
@@ -110,7 +111,7 @@ impl<'a> Here<'a> {
         L::load(&lanes)
     }
 
-    /// A number of the skin at the corners of the triangles.
+    /// Loads a coordinate of the skin, or of its derivative, at the corners of the triangles.
     #[inline(always)]
     fn corners<L: Lane<f64>>(&self, of_vertices: &[f64]) -> [L; 3] {
         let mut numbers = [L::zero(); 3];
