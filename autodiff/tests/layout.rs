@@ -168,7 +168,7 @@ impl Model for ManyInputs {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn sizes_beyond_any_memory_are_refused() {
-    let too_long = "longer than any memory";
+    let too_long = "too long: their total length overflows";
     assert_refused(too_long, || Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]));
     assert_refused(too_long, || Rollout::new(HugeMatrix, 1).run(&[1.0], &[&[]]));
     let missing = "numbers: the rollout has 0";
@@ -184,7 +184,7 @@ fn starts_whose_arrays_overflow_are_refused() {
     // Where registers have one lane, one start runs at a time: it is too short, and nothing overflows.
     let alone = format!("have {huge} together");
     assert!(
-        message.contains("longer than any memory") || message.contains(&alone),
+        message.contains("too long: their total length overflows") || message.contains(&alone),
         "{message}"
     );
 }

@@ -70,7 +70,7 @@ impl<R: Real> Program<R> {
     ) -> Vec<Array> {
         self.assert_known(x);
         let len = x.first().expect("map: the kernel must have inputs").len();
-        assert!(results > 0, "map: the kernel must have results");
+        assert!(results > 0, "map: the kernel must have at least one result");
         assert!(
             x.iter().all(|a| a.len() == len),
             "map: the arrays must have the same length"
