@@ -174,7 +174,7 @@ fn constants_are_not_recorded() {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn lengths_are_checked() {
-    assert_refused("one cotangent per output", || {
+    assert_refused("one cotangent for each output", || {
         let mut tape = Tape::new();
         let y = tape.record(&[1.0], |x| x[0]);
         tape.pullback(&[y], &[]);
@@ -255,7 +255,7 @@ fn a_state_is_advanced_once() {
     let [next] = program.map(Twice, [x]);
     program.advance(x, next);
     program.advance(y, next);
-    assert_refused("advanced before", || program.advance(x, y));
+    assert_refused("already advanced", || program.advance(x, y));
 }
 
 #[test]

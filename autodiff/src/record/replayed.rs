@@ -24,8 +24,8 @@ pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(k
     });
     plan.unwrap_or_else(|| {
         panic!(
-            "the kernel {} asks whether a number is zero or a mask is true, or calls a fused function: \
-             in an `AnyProgram` it can only run on f64 and f32",
+            "kernel {} cannot be replayed on this number type: it branches on a value (a zero test or a mask) or \
+             calls a fused function; an `AnyProgram` can only run it on f64 and f32",
             type_name::<K>()
         )
     })

@@ -60,7 +60,7 @@ pub(crate) fn lanes<R: Real>() -> usize {
     let fits = lanes.is_power_of_two() && lanes <= WIDEST;
     assert!(
         fits,
-        "a number type has {lanes} lanes; it must have a power of two, at most {WIDEST}"
+        "a number type has {lanes} lanes; the number of lanes must be a power of two, at most {WIDEST}"
     );
     lanes
 }
