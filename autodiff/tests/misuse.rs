@@ -79,7 +79,7 @@ fn a_variable_on_another_thread_is_refused() {
 fn variables_of_two_tapes_do_not_mix() {
     type Join = fn(Var<f64>, Var<f64>) -> Var<f64>;
     for join in [|x, y| x * y, |x, y| Var::sum_of(&[x, y])] as [Join; 2] {
-        assert_refused("nest by type", || {
+        assert_refused("to nest tapes", || {
             let inner = |x| gradient(|y| join(x, y[0]), &[1.0])[0];
             gradient(|x| Var::constant(inner(x[0])), &[1.0]);
         });
