@@ -4,8 +4,8 @@
 //! frames, innermost first: one frame for each running [`enter`]. Rust has no generic thread-locals, so the frames are
 //! type-erased. A generation number identifies both the recording and its number type.
 //!
-//! The unsafe code is worth it: with a `RefCell` around a `Box<dyn Any>`, every push would cost twice as much (`cargo
-//! bench -p benches --bench tapes`).
+//! The unsafe code is worth it: with a `RefCell` around a `Box<dyn Any>`, every push would cost twice as much
+//! (`cargo bench -p benches --bench tapes`).
 #![allow(unsafe_code)]
 
 use std::any::TypeId;

@@ -76,8 +76,8 @@ impl<R: Real> Tape<R> {
         result
     }
 
-    /// Returns the cotangents of the inputs, given the cotangents of the outputs: `sum_i cotangents_i d outputs_i / d
-    /// inputs` (a VJP). It can be called any number of times after a recording.
+    /// Returns the cotangents of the inputs, given the cotangents of the outputs:
+    /// `sum_i cotangents_i d outputs_i / d inputs` (a VJP). It can be called any number of times after a recording.
     ///
     /// # Panics
     /// If an output belongs to another recording, or there is not one cotangent for each output.

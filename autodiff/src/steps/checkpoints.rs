@@ -2,8 +2,8 @@
 //!
 //! With fewer checkpoints than steps, the steps are divided by the binomial rule: A. Griewank, "Achieving logarithmic
 //! growth of temporal and spatial complexity in reverse automatic differentiation", Optimization Methods and Software 1
-//! (1992). A leaf is a range of steps whose rows are all kept at once. With `s` checkpoints and at most `(s + t)! / (s!
-//! t!)` leaves, each step is run again at most `t` times.
+//! (1992). A leaf is a range of steps whose rows are all kept at once. With `s` checkpoints and at most
+//! `(s + t)! / (s! t!)` leaves, each step is run again at most `t` times.
 
 use std::ops::Range;
 

@@ -41,8 +41,8 @@ impl<'a, M: Model> ByType for RecordModel<'a, M> {
     }
 }
 
-/// A simulation: `steps` steps of a model. [`Rollout::new`] sets defaults. Override them like this: `Rollout {
-/// observed: vec![10, 20], ..Rollout::new(model, 20) }`.
+/// A simulation: `steps` steps of a model. [`Rollout::new`] sets defaults. Override them like this:
+/// `Rollout { observed: vec![10, 20], ..Rollout::new(model, 20) }`.
 #[derive(Clone, Debug)]
 pub struct Rollout<M> {
     /// The system that is simulated.
