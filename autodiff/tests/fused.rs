@@ -425,7 +425,7 @@ fn an_infinite_number_of_a_batch_meets_no_zero_cotangent() {
 }
 
 #[test]
-#[should_panic(expected = "6 weights, 4 numbers of vectors and 2 biases")]
+#[should_panic(expected = "6 weights, 4 numbers in `x` and 2 biases")]
 fn a_batch_of_parts_of_vectors_is_refused() {
     dense_batch(&[1.0; 6], &[1.0; 4], &[0.0; 2]);
 }
