@@ -16,7 +16,7 @@ impl Place {
     pub(super) fn own(at: usize) -> Self {
         assert!(
             at < SHARED as usize,
-            "a recording holds at most {SHARED} numbers"
+            "the recording is full: it can hold at most {SHARED} numbers"
         );
         Place(at as u32)
     }

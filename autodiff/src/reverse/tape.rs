@@ -1,4 +1,4 @@
-//! The tape.
+//! The tape, which records a computation and differentiates it in reverse.
 
 use super::arena::Arena;
 use super::current::{self, CONSTANT};

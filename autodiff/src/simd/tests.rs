@@ -127,7 +127,7 @@ fn single_bits(x: f32) -> u64 {
 fn registers_have_the_bits_of_scalars() {
     #![allow(unsafe_code)]
     use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
-    // SAFETY: the processor has the instructions.
+    // SAFETY: the test checks that the processor has the instructions.
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         check(|all| unsafe { f64_avx2(all) }, f64::to_bits);
         check(|all| unsafe { f32_avx2(all) }, single_bits);
@@ -196,7 +196,7 @@ fn is<S: Real>(number: S, expected: S) -> bool {
 fn lanes_move_to_set_bits_and_back() {
     #![allow(unsafe_code)]
     assert_eq!(MoveLanes.run::<f64>(), 1);
-    // SAFETY: the processor has the instructions.
+    // SAFETY: the test checks that the processor has the instructions.
     #[cfg(lanes = "x86")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         assert_eq!(unsafe { super::enter::f64_avx2(MoveLanes) }, 4);

@@ -77,7 +77,7 @@ impl<M: Model> Rollout<M> {
     /// let both = rollout.run_batch(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
     /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
     /// assert_eq!(both, [soft, stiff]);
-    /// // The sum of both positions, differentiated by a stiffness that they share.
+    /// // The sum of both positions, differentiated with respect to a shared stiffness.
     /// let sum = |stiffness: &[Var<f64>]| {
     ///     let [low, high] = [1.0, 2.0].map(|x| [Var::lit(x), Var::lit(0.0)]);
     ///     let ends = rollout.run_batch(&[&low, &high], &[Given::Shared(stiffness)]);

@@ -35,7 +35,7 @@ use std::ops::Range;
 ///     let rollout = Rollout { memory, ..Rollout::new(Cooling, 1000) };
 ///     gradient(|x: &[Var<f64>]| Var::sum_of(&rollout.run(x, &[])), &[1.1; 16])
 /// };
-/// // Ten states in place of a thousand.
+/// // Ten states instead of a thousand give the same gradient.
 /// assert_eq!(gradient(Memory::States(10)), gradient(Memory::All));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

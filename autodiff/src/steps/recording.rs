@@ -175,7 +175,7 @@ impl<R: Real> Program<R> {
     /// ```
     /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
-    /// /// The heat that flows from head to tail in a step.
+    /// /// The heat that flows from the head to the tail of an edge in one step.
     /// #[derive(Clone, Copy)]
     /// struct Conduction;
     ///
@@ -196,7 +196,7 @@ impl<R: Real> Program<R> {
     ///     }
     /// }
     ///
-    /// /// Temperatures of bodies in a row.
+    /// /// The temperatures of three bodies in a row.
     /// #[derive(Clone)]
     /// struct Bar(Graph);
     ///
@@ -214,7 +214,7 @@ impl<R: Real> Program<R> {
     /// let bar = Rollout::new(Bar(graph.clone()), 1);
     /// let conductivity = graph.to_slots(&[0.5, 0.25]);
     /// assert_eq!(bar.run(&[0.0, 4.0, 8.0], &[&conductivity]), [2.0, 3.0, 7.0]);
-    /// // The derivative of the middle temperature by the conductivities of both edges.
+    /// // The derivatives of the middle temperature with respect to the two conductivities.
     /// let middle = |k: &[Var<f64>]| {
     ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
     ///     bar.run(&t, &[&graph.to_slots(k)])[1]
@@ -322,7 +322,7 @@ impl<R: Real> Program<R> {
     /// ```
     /// use autodiff::{Model, Program, Real, Rollout};
     ///
-    /// /// Moves every point by its weighted offset from the mean.
+    /// /// Replaces every number by its weighted offset from the mean.
     /// #[derive(Clone)]
     /// struct Spread;
     ///

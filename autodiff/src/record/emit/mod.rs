@@ -13,7 +13,7 @@
 //! // build.rs
 //! #[path = "src/drag.rs"]
 //! mod drag;
-//! // … impl Kernel for drag::Drag, its formula alone …
+//! // … impl Kernel for drag::Drag with only `eval` …
 //! let source = emit::adjoint("Drag", &["self.dt"], |fields| Drag { dt: fields[0] });
 //! std::fs::write(format!("{folder}/drag_adjoint.rs"), source)?; // folder: OUT_DIR
 //!
@@ -163,7 +163,7 @@ pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     let checked_in = checked_in.unwrap_or_else(|error| panic!("{file}: {error}"));
     assert!(
         checked_in == emitted,
-        "{file} is out of date: its kernels have changed; run this test with EMIT=1"
+        "{file} is out of date, because its kernels have changed; run this test with EMIT=1 to write it again"
     );
 }
 
