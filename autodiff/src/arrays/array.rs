@@ -10,13 +10,13 @@ pub struct Array {
     pub(crate) parameter: bool,
     /// The index of the first number, among the parameters or in the row.
     pub(crate) start: usize,
-    /// The number of numbers for all starts together.
+    /// How many numbers the array has, for all starts together.
     pub(crate) len: usize,
     pub(crate) starts: usize,
 }
 
 impl Array {
-    /// The number of numbers that the array holds for one start.
+    /// The length of the array: how many numbers it has for each start.
     pub fn len(self) -> usize {
         self.len / self.starts
     }

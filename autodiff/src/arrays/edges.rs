@@ -32,7 +32,7 @@ pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
     scratch: Aligned<R>,
 }
 
-/// Which edges and nodes each register holds. The plan is the same for all steps.
+/// Assigns the edges and nodes of a graph to registers. The plan is the same for all steps.
 struct EdgePlan {
     edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
@@ -65,7 +65,7 @@ struct LaneOfEnds {
     /// The position in `scratch` of the edges whose tails are these nodes. `tails` has a bit for each edge that exists.
     as_tail: usize,
     tails: u16,
-    /// The same for the edges whose heads are these nodes.
+    /// The position in `scratch` of the edges whose heads are these nodes. `heads` has a bit for each edge that exists.
     as_head: usize,
     heads: u16,
 }
@@ -177,7 +177,7 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
     }
 }
 
-/// The input slices: arrays over the nodes, then arrays over the slots.
+/// For each input, the slice of its numbers. Arrays over the nodes come first, then arrays over the slots.
 struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {

@@ -182,7 +182,7 @@ unsafe fn sum<R: Real, L: Lane<R>>(weights: &[R], x: Option<&[R]>, starts: usize
 /// Computes [`sum`] with `registers` registers of partial sums.
 ///
 /// # Safety
-/// Like [`sum`].
+/// `x` must be as long as the weights.
 #[inline(always)]
 unsafe fn sum_in<R: Real, L: Lane<R>>(
     weights: &[R],

@@ -122,7 +122,7 @@ impl Frame {
     /// Makes room for at least one more entry.
     ///
     /// # Safety
-    /// Like `push`.
+    /// The frame must belong to a recording of `R`, and no reference to its arena may be alive.
     #[cold]
     #[inline(never)]
     unsafe fn grow<R: Real>(&self) {

@@ -134,8 +134,8 @@ fn binomial(s: usize, t: usize) -> usize {
 mod tests {
     use super::{CheckpointSchedule, Memory};
 
-    /// Runs the schedule on step numbers only. Returns how often a step is run, and the most numbers that are held at
-    /// once.
+    /// Runs the schedule on step numbers only. Returns how many steps are run in total, and the most
+    /// numbers held at once.
     fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
         let schedule = CheckpointSchedule::new::<f64>(memory, steps, [state, row]);
         let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);

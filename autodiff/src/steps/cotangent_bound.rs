@@ -68,7 +68,7 @@ impl CotangentBound {
     }
 }
 
-/// Returns the sum of the squares of `numbers` after dividing them by a unit, and the unit. The unit is 1 or the
+/// Divides `numbers` in place by a unit. Returns the sum of their squares, and the unit. The unit is 1 or the
 /// largest magnitude, so that the squares neither overflow nor underflow noticeably.
 fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
     let squared = R::dot(numbers, numbers).detach();

@@ -314,8 +314,8 @@ impl<R: Real> Program<R> {
 
     /// Multiplies arrays by weights, element by element. The arrays of `offsets` are first centred: their weighted mean
     /// is subtracted. Returns two arrays:
-    /// - the weighted arrays of `offsets`, then the weighted arrays of `values`, then `others` unchanged,
-    /// - the means of the arrays of `offsets`.
+    /// - one that joins the weighted arrays of `offsets`, the weighted arrays of `values`, and `others` unchanged,
+    /// - the weighted means of the arrays of `offsets`, one after the other.
     ///
     /// The mean is `sum w x / sum w`, so elements with weight 0 do not count. The mean is NaN if all weights are 0.
     ///
