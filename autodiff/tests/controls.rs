@@ -186,7 +186,7 @@ fn controls_for_other_steps_are_told() {
     let x = point(0);
     let [start, stiffness, forces, winds] = parts(&x);
     let few = &forces[MASSES..];
-    assert_refused("over 23 steps: ", || {
+    assert_refused("over 23 steps, but ", || {
         (Squares::default().rollout()).run(start, &[stiffness, few, winds])
     });
     // This is more numbers than fit into memory.

@@ -144,7 +144,7 @@ fn nothing_pulls_in_a_graph_without_any_edge() {
 }
 
 #[test]
-#[should_panic(expected = "one mark per edge")]
+#[should_panic(expected = "`marked` must have one value for each edge")]
 fn every_edge_has_its_truth_value() {
     let _ = Graph::new(NODES, &edges()).without(&[true]);
 }

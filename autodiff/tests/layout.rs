@@ -168,10 +168,10 @@ impl Model for ManyInputs {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn sizes_beyond_any_memory_are_refused() {
-    let too_long = "longer than any memory";
+    let too_long = "too long: their total length overflows";
     assert_refused(too_long, || Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]));
     assert_refused(too_long, || Rollout::new(HugeMatrix, 1).run(&[1.0], &[&[]]));
-    let missing = "numbers: the rollout has 0";
+    let missing = "but `inputs` has only 0";
     assert_refused(missing, || Rollout::new(ManyInputs, 2).run(&[1.0], &[]));
 }
 
@@ -182,9 +182,9 @@ fn starts_whose_arrays_overflow_are_refused() {
     let start: &[f64] = &[1.0; 8];
     let message = panic_message(|| Rollout::new(Huge(huge), 1).run_batch(&[start; 16], &[]));
     // Where registers have one lane, one start runs at a time: it is too short, and nothing overflows.
-    let alone = format!("have {huge} together");
+    let alone = format!("the model's state has {huge}");
     assert!(
-        message.contains("longer than any memory") || message.contains(&alone),
+        message.contains("too long: their total length overflows") || message.contains(&alone),
         "{message}"
     );
 }
@@ -194,21 +194,19 @@ fn starts_whose_arrays_overflow_are_refused() {
 fn starts_and_entries_that_do_not_fit_are_told() {
     let rollout = Rollout::new(SetOutBefore, 1);
     let parameters: [&[f64]; 2] = [&[], &[0.25]];
-    assert_refused(
-        "has 2 numbers, but the parts of the model's state have 1 together",
-        || rollout.run(&[1.0, 2.0], &parameters),
-    );
-    assert_refused("expected 1 numbers as for the first start, found 2", || {
+    assert_refused("has 2 numbers, but the model's state has 1", || {
+        rollout.run(&[1.0, 2.0], &parameters)
+    });
+    assert_refused("the first start has 1 numbers, but another has 2", || {
         rollout.run_batch(&[&[1.0], &[1.0, 2.0]], &parameters.map(Given::Shared))
     });
     let rollout = Rollout {
         entries: Some(vec![1 << (usize::BITS - 1)]),
         ..rollout
     };
-    assert_refused(
-        "are out of range: a state of the rollout has 1 numbers",
-        || rollout.run_batch(&[&[1.0], &[2.0]], &parameters.map(Given::Shared)),
-    );
+    assert_refused("are out of range: each must be less than 1,", || {
+        rollout.run_batch(&[&[1.0], &[2.0]], &parameters.map(Given::Shared))
+    });
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn a_variable_on_another_thread_is_refused() {
 fn variables_of_two_tapes_do_not_mix() {
     type Join = fn(Var<f64>, Var<f64>) -> Var<f64>;
     for join in [|x, y| x * y, |x, y| Var::sum_of(&[x, y])] as [Join; 2] {
-        assert_refused("nest by type", || {
+        assert_refused("to nest tapes", || {
             let inner = |x| gradient(|y| join(x, y[0]), &[1.0])[0];
             gradient(|x| Var::constant(inner(x[0])), &[1.0]);
         });
@@ -174,7 +174,7 @@ fn constants_are_not_recorded() {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn lengths_are_checked() {
-    assert_refused("one cotangent per output", || {
+    assert_refused("one cotangent for each output", || {
         let mut tape = Tape::new();
         let y = tape.record(&[1.0], |x| x[0]);
         tape.pullback(&[y], &[]);
@@ -255,7 +255,7 @@ fn a_state_is_advanced_once() {
     let [next] = program.map(Twice, [x]);
     program.advance(x, next);
     program.advance(y, next);
-    assert_refused("advanced before", || program.advance(x, y));
+    assert_refused("already advanced", || program.advance(x, y));
 }
 
 #[test]

@@ -208,7 +208,7 @@ impl Model for Nothing {
 }
 
 #[test]
-#[should_panic(expected = "map: the kernel must have results")]
+#[should_panic(expected = "map: the kernel must have at least one result")]
 fn a_kernel_has_results() {
     Rollout::new(Nothing, 1).run(&[0.0; NODES], &[]);
 }

@@ -119,7 +119,7 @@ fn observed_steps_ascend_to_the_last_at_most() {
     for (observed, sentence) in [
         (
             vec![9, 3],
-            "the observed steps of a rollout must ascend: [9, 3]",
+            "`observed` is [9, 3]; the steps must be in ascending order",
         ),
         (
             vec![30, 31],
@@ -268,8 +268,7 @@ fn invalid_bounds_are_refused() {
     for (norm, every) in [(1.0, 0), (-1.0, 1), (f64::NAN, 1)] {
         let mut rollout = Loss::new(2).rollout;
         rollout.cotangent_bound = bound(norm, every);
-        let sentence =
-            format!("`cotangent_bound` has the norm {norm} and is checked every {every} steps");
+        let sentence = format!("`cotangent_bound` has `norm` = {norm} and `every` = {every}");
         assert_unusable(rollout, &sentence);
     }
 }
@@ -277,8 +276,8 @@ fn invalid_bounds_are_refused() {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn too_few_inputs_are_told() {
-    let sentence = "6 steps with 1 inputs each need 6 numbers: the rollout has 5";
-    for (given, sentence) in [(5, sentence), (0, "a rollout has 0")] {
+    let sentence = "6 steps with 1 inputs each need 6 numbers, but `inputs` has only 5";
+    for (given, sentence) in [(5, sentence), (0, "6 numbers, but `inputs` has only 0")] {
         let mut rollout = Loss::new(6).rollout;
         rollout.inputs = vec![0.0; given].into();
         assert_unusable(rollout, sentence);
@@ -286,7 +285,9 @@ fn too_few_inputs_are_told() {
 }
 
 #[test]
-#[should_panic(expected = "steps do not fit into memory: give the rollout a budget")]
+#[should_panic(
+    expected = "steps do not fit into memory; set the rollout's `memory` to a smaller budget"
+)]
 fn more_steps_than_any_memory_keeps_are_refused() {
     let rollout = Rollout::new(Times(1.0), 1 << (usize::BITS - 2));
     gradient(|x| rollout.run(x, &[])[0], &[1.0; 3]);

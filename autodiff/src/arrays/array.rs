@@ -1,4 +1,4 @@
-//! Handles to arrays and matrices, and the places of their numbers.
+//! Handles to arrays and matrices. They say where in memory the numbers are.
 
 use std::ops::Range;
 
@@ -6,17 +6,17 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Array {
     pub(crate) id: usize,
-    /// True for a parameter, false for an array in the row of a step.
+    /// True for a parameter; false for an array in a step's row.
     pub(crate) parameter: bool,
-    /// The first place among the parameters or in the row.
+    /// The index of the first number, among the parameters or in the row.
     pub(crate) start: usize,
-    /// The number of places, all starts together.
+    /// How many numbers the array has, for all starts together.
     pub(crate) len: usize,
     pub(crate) starts: usize,
 }
 
 impl Array {
-    /// The number of numbers that the array holds.
+    /// The length of the array: how many numbers it has for each start.
     pub fn len(self) -> usize {
         self.len / self.starts
     }
@@ -26,7 +26,7 @@ impl Array {
         self.len == 0
     }
 
-    /// Its places among the parameters or in the row.
+    /// The index range of the array, among the parameters or in the row.
     #[inline(always)]
     pub(crate) fn range(self) -> Range<usize> {
         self.start..self.start + self.len
@@ -53,18 +53,19 @@ impl Matrix {
 pub(crate) enum Parameter {
     Array(Array),
     Matrix(Matrix),
-    /// By its index among the controls.
+    /// The index of the control in `Program::controls`.
     Control(usize),
 }
 
-/// The sum of two places in a row. It must not overflow, because unchecked reads rely on it.
+/// Adds two positions in a row. Panics if the sum is too large, because unchecked reads rely on it.
 pub(crate) fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)
         .expect(TOO_LONG)
 }
 
-pub(crate) const TOO_LONG: &str = "the arrays of the program are longer than any memory";
+pub(crate) const TOO_LONG: &str =
+    "the arrays of the program are too long: their total length overflows";
 
 /// Repeats every item `times` times.
 pub(crate) fn repeated<T: Copy>(items: &[T], times: usize) -> Vec<T> {

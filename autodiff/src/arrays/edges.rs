@@ -1,4 +1,4 @@
-//! A kernel that is mapped over the edges of a graph, with its results summed at the nodes.
+//! Maps a kernel over the edges of a graph and sums its results at the nodes.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use std::ops::Range;
@@ -13,42 +13,42 @@ use super::uniform::{UniformInputs, UniformKernel};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
-/// The inputs of the kernel are `C` differences, head minus tail, and then the arrays given per edge. Its `O`
-/// results are added at the tail and subtracted at the head.
+/// The first `C` inputs of the kernel are differences of node values (head minus tail); the others are the arrays given
+/// per edge. Each of the `O` results is added at the tail and subtracted at the head.
 ///
-/// Registers reach past the edges of a group and past the nodes. What they read there is masked.
+/// Registers may extend past the edges of a group and past the nodes. A mask discards what they read there.
 pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     plan: EdgePlan,
-    /// `C` arrays over the nodes, then the arrays over the slots.
+    /// First `C` arrays over the nodes, then arrays over the slots.
     inputs: [Array; I],
     uniforms: UniformInputs,
     active: [bool; I],
-    /// Over the nodes; adjacent, in this order.
+    /// The output arrays over the nodes, adjacent in memory.
     sums: [Array; O],
     reach: Reach,
-    /// For each slot, the results of the kernel (forward) or the cotangents of the differences (reverse): one
-    /// array of `plan.room` numbers after the other.
+    /// One number per slot: in the forward step the results of the kernel, in the reverse step the cotangents of the
+    /// differences. Each array takes `plan.room` numbers.
     scratch: Aligned<R>,
 }
 
-/// The registers of a graph's edges and nodes, which are the same for all steps.
+/// Assigns the edges and nodes of a graph to registers. The plan is the same for all steps.
 struct EdgePlan {
     edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
-    /// For each register of nodes, the range of its `ends`.
+    /// For each register of nodes, its range in `ends`.
     at_nodes: Vec<Range<usize>>,
-    /// The numbers of nodes and of slots that registers touch.
+    /// The numbers of nodes and of slots that registers may touch.
     nodes: usize,
     slots: usize,
-    /// The length of an array in `scratch`.
+    /// The length of each array in `scratch`.
     room: usize,
-    /// The number of lanes of a register.
+    /// The number of lanes in a register.
     width: usize,
 }
 
-/// A register of adjacent slots: the place of its first slot in arrays over the slots and in `scratch`, and the
-/// places of the tail and the head of its first edge in arrays over the nodes.
+/// A register of adjacent slots. The fields are positions: of its first slot in arrays over the slots and in `scratch`,
+/// and of the tail and the head of its first edge in arrays over the nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEdges {
     slot: usize,
@@ -59,21 +59,21 @@ struct LaneOfEdges {
     bits: u16,
 }
 
-/// The edges of a group at a register of adjacent nodes.
+/// The edges of one group that begin or end at a register of adjacent nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEnds {
-    /// The place in `scratch` of the edges whose tails are these nodes, and a bit for each existing edge.
+    /// The position in `scratch` of the edges whose tails are these nodes. `tails` has a bit for each edge that exists.
     as_tail: usize,
     tails: u16,
-    /// The place and the bits of the edges whose heads are these nodes.
+    /// The position in `scratch` of the edges whose heads are these nodes. `heads` has a bit for each edge that exists.
     as_head: usize,
     heads: u16,
 }
 
 impl EdgePlan {
     fn new(graph: &Graph, lanes: usize) -> Self {
-        // For edges that end at a node, `scratch` is read shifted down by the offset. It begins with room for
-        // that.
+        // The edges that end at a node are read `offset` places further down in `scratch`. It begins with unused room,
+        // so that this position is never negative.
         let lead = graph.lead().next_multiple_of(WIDEST);
         let mut edges = Vec::new();
         let mut at_nodes = vec![Vec::new(); graph.nodes().div_ceil(lanes)];
@@ -120,13 +120,13 @@ impl EdgePlan {
     }
 
     /// # Panics
-    /// If registers do not have the planned width, which a user's number type could change.
+    /// If a register has another number of lanes than planned. A user's number type could change its lanes.
     #[inline(always)]
     fn check<R: Real, L: Lane<R>>(&self) {
         assert_eq!(
             L::N,
             self.width,
-            "the number of lanes of the number type has changed"
+            "the number type changed its number of lanes; it must stay the same"
         );
     }
 }
@@ -151,11 +151,11 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
         uniforms: &[Array],
         sums: [Array; O],
     ) -> Self {
-        assert!(O > 0, "map_edges: the kernel must have results");
+        assert!(O > 0, "map_edges: the kernel must have at least one result");
         assert_eq!(
             C + per_edge.len(),
             I,
-            "map_edges: the kernel needs one input per array of ends and per edge"
+            "map_edges: the kernel must have one input for each array in `ends` and in `per_edge`"
         );
         let plan = EdgePlan::new(graph, lanes::<R>());
         let mut inputs = [sums[0]; I];
@@ -177,27 +177,27 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
     }
 }
 
-/// The numbers of the inputs: arrays over the nodes, then arrays over the slots.
+/// For each input, the slice of its numbers. Arrays over the nodes come first, then arrays over the slots.
 struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// # Safety
-    /// The reach of the map was checked.
+    /// The caller must have checked `reach` for these values.
     #[inline(always)]
     unsafe fn new(inputs: &[Array; I], plan: &EdgePlan, values: StepValues<'a, R>) -> Self {
         let mut sources = [values.row; I];
         for k in 0..I {
             let len = if k < C { plan.nodes } else { plan.slots };
-            // SAFETY: the caller's promise.
+            // SAFETY: guaranteed by the caller.
             sources[k] = unsafe { values.reached(inputs[k], len) };
         }
         Self(sources)
     }
 
-    /// The kernel's inputs for a register of edges.
+    /// Loads the kernel's inputs for a register of edges.
     ///
     /// # Safety
-    /// The register belongs to the plan.
+    /// The register must belong to the plan.
     #[inline(always)]
     unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
         let LaneOfEdges {
@@ -206,7 +206,7 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
         let edges = L::mask(lane.bits);
         let mut x = [L::zero(); I];
         for k in 0..I {
-            // SAFETY, here and below: the caller's promise.
+            // SAFETY, here and below: guaranteed by the caller.
             x[k] = if k < C {
                 let stretch = unsafe { L::load_at(self.0[k], head) - L::load_at(self.0[k], tail) };
                 L::select(edges, stretch, L::zero())
@@ -237,12 +237,12 @@ where
         self.plan.check::<R, L>();
         let EdgePlan { room, .. } = self.plan;
         let results = &mut self.scratch[..O * room];
-        // SAFETY: the reach was checked, and the results have the plan's room.
+        // SAFETY: `reach` was checked, and `results` has `O` arrays of `room` numbers.
         unsafe {
             let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
             let uniforms = self.uniforms.load(K::UNIFORMS, values);
-            // First the kernel writes its results to `scratch`. The sums at the nodes follow below.
+            // The kernel writes its results to `scratch`. They are summed at the nodes below.
             for &lane in &self.plan.edges {
                 let y = self.kernel.eval_with(sources.load::<L>(lane), &uniforms);
                 for o in 0..O {
@@ -253,7 +253,7 @@ where
         let Array { start, len, .. } = self.sums[0];
         let sums = &mut row[start..start + O * len];
         collect::<R, L, O>(&self.plan, results, len, |o, node, n, sum| {
-            // SAFETY: the sums are adjacent arrays, and these are their nodes.
+            // SAFETY: the sums are adjacent arrays over the nodes, and `node..node + n` are nodes.
             unsafe { sum.store_n(sums, o * len + node, n) };
         });
     }
@@ -267,13 +267,13 @@ where
         let places = Places::new(bars);
         let y_bars = self.sums.map(|sum| places.of(sum));
         let x_bars = places.of_active(&self.inputs, &self.active);
-        // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
+        // SAFETY: `reach` was checked, and `ends_bar` has `C` arrays of `room` numbers.
         unsafe {
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
             let uniforms = self.uniforms.load(K::UNIFORMS, values);
             for &lane in &self.plan.edges {
-                // A result was added at the tail and subtracted at the head, so its cotangent is the
-                // difference of their cotangents. Ghosts have none.
+                // A result was added at the tail and subtracted at the head. So its cotangent is the tail's cotangent
+                // minus the head's, and zero for ghosts.
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
                     let head: L = load(y_bars[o], lane.head, L::N);
@@ -296,11 +296,11 @@ where
             }
         }
         let ends = &self.inputs[..C];
-        // The cotangent of a difference, head minus tail, is subtracted at the tail and added at the head.
+        // A difference is head minus tail, so its cotangent is subtracted at the tail and added at the head.
         if self.active[..C].contains(&true) {
             collect::<R, L, C>(&self.plan, ends_bar, ends[0].len, |c, node, n, sum| {
                 let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
-                // SAFETY: the nodes are within the reach that was checked.
+                // SAFETY: the nodes are within the checked reach.
                 unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };
             });
         }
@@ -334,9 +334,9 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
     }
 }
 
-/// Sums values over the edges of each node: plus if the node is the tail, minus if it is the head. `values` holds
-/// `N` arrays over the slots. For each of them and each register of nodes, calls
-/// `take(array, first_node, count, sums)`.
+/// For each node, sums the values of its edges: plus where the node is the tail, minus where it is the head. `values`
+/// holds `N` arrays over the slots. Calls `take(array, first_node, count, sums)` for each of these arrays and each
+/// register of nodes.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &EdgePlan,
@@ -346,17 +346,17 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
 ) {
     assert!(
         N * plan.room <= values.len(),
-        "`values` must have {N} arrays of {} numbers",
+        "`values` is too short: it must hold {N} arrays of {} numbers",
         plan.room
     );
     for (k, at_node) in plan.at_nodes.iter().enumerate() {
         let node = k * L::N;
-        // Sums are gathered node by node, so each is stored once and its order of terms is fixed.
+        // Each node's sum is completed before the next, so it is stored once and its terms have a fixed order.
         let mut sums = [L::zero(); N];
         for lane in &plan.ends[at_node.clone()] {
             let [tails, heads] = [lane.tails, lane.heads].map(L::mask);
             for n in 0..N {
-                // SAFETY: the plan's places are within its room, and `values` has `N` such arrays.
+                // SAFETY: the plan's positions are less than `room`, and `values` has `N` arrays of `room` numbers.
                 let (as_tail, as_head) = unsafe {
                     let tail = L::load_at(values, n * plan.room + lane.as_tail);
                     (tail, L::load_at(values, n * plan.room + lane.as_head))
@@ -379,7 +379,7 @@ mod tests {
     use crate::simd::{Level, at_most, lanes};
     use crate::{Graph, Kernel, Program};
 
-    /// The difference of an edge's ends.
+    /// Returns its input, the difference between an edge's ends.
     #[derive(Clone)]
     struct Stretch;
 
@@ -403,7 +403,7 @@ mod tests {
         step();
         at_most(Level::Baseline, || {
             let done = catch_unwind(AssertUnwindSafe(step));
-            // A machine may have no wider lanes.
+            // On a machine without wider lanes nothing changes and the step must succeed.
             assert_eq!(done.is_err(), lanes::<f64>() != planned);
         });
     }

@@ -1,4 +1,4 @@
-//! Selection of entries of an array by fixed indices.
+//! Selects elements of an array by fixed indices.
 
 use super::array::Array;
 use super::operation::LaneOperation;
@@ -13,17 +13,17 @@ pub(crate) struct Gather {
     active: bool,
 }
 
-/// The copies that a gather makes. Places and lengths count the numbers of all starts.
+/// The copies that a gather makes. Positions and lengths count the numbers of all starts.
 struct Moves {
-    /// Runs of entries that are adjacent in input and output.
+    /// Copies of adjacent elements to adjacent elements.
     runs: Vec<CopyRun>,
-    /// Single entries that are copied to adjacent places. `len` counts all copies of an entry.
+    /// Copies of a single element to several adjacent elements. `len` counts all copies.
     spreads: Vec<CopyRun>,
-    /// The numbers that are interleaved for an entry.
+    /// The number of starts, whose numbers are interleaved.
     starts: usize,
 }
 
-/// `len` numbers of the output and their source.
+/// Where `len` numbers of the output come from (`from`) and go (`to`).
 struct CopyRun {
     from: usize,
     to: usize,
@@ -45,7 +45,7 @@ impl Moves {
                     .take_while(|(k, i)| **i == Some(from + k * by))
                     .count()
             };
-            // Either one entry is repeated or neighbours follow each other: take the longer of the two.
+            // From here on, either one element repeats or consecutive elements follow: take the longer run.
             let (same, rising) = (along(0), along(1));
             let (moves, len) = if same > rising {
                 (&mut spreads, same)
@@ -79,8 +79,8 @@ impl Gather {
     }
 }
 
-/// The number of independent sums over the cotangents of an entry's copies. Their additions do not wait for
-/// each other.
+/// The number of partial sums over the cotangents of an element's copies. They are independent, so their additions need
+/// not wait for each other.
 const SUMS: usize = 4;
 
 impl<R: Real> LaneOperation<R> for Gather {
@@ -104,7 +104,7 @@ impl<R: Real> LaneOperation<R> for Gather {
         }
         let starts = self.moves.starts;
         for &CopyRun { from, to, len } in &self.moves.spreads {
-            // The loop below would use one lane of a masked register.
+            // With one start, the loop below would only use one lane of each register.
             if starts == 1 {
                 output[to..to + len].fill(given[from]);
                 continue;
@@ -147,7 +147,7 @@ impl<R: Real> LaneOperation<R> for Gather {
                 given[from] += (sums[0] + sums[1]) + (sums[2] + sums[3]);
                 continue;
             }
-            // The order is that of the loop above, so each start has the same bits as when it runs alone.
+            // The additions have the order of the loop above, so each start gives the same bits as when it runs alone.
             for i in (0..starts).step_by(L::N) {
                 let mut sums = [L::splat(R::zero()); SUMS];
                 for (k, bars) in bars.chunks_exact(starts).enumerate() {

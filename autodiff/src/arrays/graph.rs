@@ -1,9 +1,8 @@
-//! Graphs whose edges are stored for work in lanes.
+//! Graphs whose edges are stored for SIMD lanes.
 //!
-//! Edges are grouped by their offset, the difference of their node numbers. A square lattice with
-//! diagonals has four groups. Within a group the ends of neighbouring edges are adjacent, so registers load
-//! them without gathering. A group has a **slot** for every node that could be a tail. A slot without an edge
-//! is a ghost and is skipped.
+//! Edges are grouped by their offset, `head - tail`. A square lattice with diagonals has four groups. In a group, the
+//! ends of neighbouring edges are adjacent, so registers load them without gathering. A group has a **slot** for every
+//! node that could be a tail. A slot without an edge is called a ghost and is skipped.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -11,7 +10,7 @@ use std::sync::Arc;
 use crate::real::Real;
 use crate::simd::{WIDEST, lanes};
 
-/// A directed graph, and the layout of arrays over its edges in slots.
+/// A directed graph. Arrays over its edges have one number for each slot, see [`slots`](Graph::slots).
 #[derive(Clone, Debug)]
 pub struct Graph(Arc<SlotLayout>);
 
@@ -23,7 +22,7 @@ struct SlotLayout {
     slot_of_edge: Vec<usize>,
 }
 
-/// The slot and the nodes of an edge.
+/// An edge: its slot and its two nodes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlotEdge {
     pub(crate) slot: usize,
@@ -31,14 +30,15 @@ pub(crate) struct SlotEdge {
     pub(crate) head: usize,
 }
 
-/// Edges `(i, i + offset)`; the slot of tail `i` is `first_slot + i`.
+/// The edges `(i, i + offset)`. The slot of tail `i` is `first_slot + i`.
 #[derive(Clone, Debug)]
 pub(super) struct OffsetGroup {
     pub(super) offset: usize,
     pub(super) first_slot: usize,
-    /// The number of slots, a multiple of the lanes of the widest register.
+    /// The number of slots, a multiple of the lane count of the widest register.
     pub(super) len: usize,
-    /// Whether each node is the tail of an edge, so that its slot holds one, and whether it is the head of one.
+    /// For each node, whether it is the tail of an edge in this group (then its slot holds that edge), and whether it
+    /// is the head of one.
     pub(super) is_tail: Bits,
     pub(super) is_head: Bits,
 }
@@ -49,7 +49,7 @@ impl OffsetGroup {
     }
 }
 
-/// A bit per place, in words with one bit for each lane of the widest register.
+/// A list of bits. Each word has one bit for each lane of the widest register.
 #[derive(Clone, Debug)]
 pub(super) struct Bits(Vec<u16>);
 
@@ -76,7 +76,7 @@ impl Bits {
         }
         bits
     }
-    /// The bits of each register of this many lanes.
+    /// Splits the bits into words for registers of `lanes` lanes.
     pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
         let of_register = u16::MAX >> (WIDEST - lanes);
         let words = self.0.iter().flat_map(|&word| {
@@ -88,23 +88,23 @@ impl Bits {
 }
 
 impl Graph {
-    /// Creates a graph from its edges `[tail, head]`, where `tail < head < nodes`. Graphs are meant for lattices:
-    /// the memory is proportional to the nodes times the number of different offsets `head - tail`.
+    /// Creates a graph from its edges `[tail, head]`, where `tail < head < nodes`. Graphs are meant for lattices: the
+    /// memory is proportional to the number of nodes times the number of different offsets `head - tail`.
     ///
     /// # Panics
-    /// If an edge is out of range, does not ascend, or is given twice.
+    /// If an edge is not ascending, is out of range, or is given twice.
     pub fn new(nodes: usize, edges: &[[usize; 2]]) -> Self {
         for [i, j] in edges {
             assert!(
                 i < j && *j < nodes,
-                "edge [{i}, {j}] must ascend and stay below {nodes}, the number of nodes"
+                "edge [{i}, {j}] must have tail < head < {nodes}, the number of nodes"
             );
         }
         let offsets: BTreeSet<usize> = edges.iter().map(|[i, j]| j - i).collect();
         let mut slots = 0;
         let mut groups = Vec::new();
         for offset in offsets {
-            // Groups are whole registers, so no register has slots of two groups.
+            // A group has whole registers of slots, so no register holds slots of two groups.
             let len = (nodes - offset).next_multiple_of(WIDEST);
             let [is_tail, is_head] = [(); 2].map(|()| Bits::none(nodes));
             groups.push(OffsetGroup {
@@ -116,10 +116,10 @@ impl Graph {
             });
             slots += len;
         }
-        // An edge's slot is its group's first slot plus its tail.
+        // An edge's slot is the first slot of its group plus its tail.
         let place = |[i, j]: &[usize; 2]| {
             let known = groups.iter_mut().find(|group| group.offset == j - i);
-            let group = known.expect("every offset has its group");
+            let group = known.expect("every offset has a group");
             assert!(!group.is_tail.get(*i), "edge [{i}, {j}] is given twice");
             group.is_tail.set(*i);
             group.is_head.set(*j);
@@ -134,24 +134,24 @@ impl Graph {
         }))
     }
 
-    /// Returns this graph without the edges that are marked. Nodes, slots and the numbers of edges stay. The slots
-    /// of the marked edges become ghosts. [`Program::map_edges`](crate::Program::map_edges) skips registers that
+    /// Returns this graph without the edges for which `marked` is true. Nodes, slots and edge numbers stay the same;
+    /// the slots of removed edges become ghosts. [`Program::map_edges`](crate::Program::map_edges) skips registers that
     /// hold only ghosts.
     ///
     /// # Panics
-    /// If the number of marks is not the number of edges.
+    /// If `marked` does not have one value for each edge.
     #[must_use]
     pub fn without(&self, marked: &[bool]) -> Self {
         let mut layout = SlotLayout::clone(&self.0);
         assert_eq!(
             marked.len(),
             layout.slot_of_edge.len(),
-            "`Graph::without` needs one mark for each edge"
+            "Graph::without: `marked` must have one value for each edge"
         );
         let slots = layout.slot_of_edge.iter().zip(marked);
         for (&slot, _) in slots.filter(|(_, marked)| **marked) {
             let group = layout.groups.iter_mut().find(|group| group.has(slot));
-            let group = group.expect("every slot has its group");
+            let group = group.expect("every slot has a group");
             let tail = slot - group.first_slot;
             group.is_tail.clear(tail);
             group.is_head.clear(tail + group.offset);
@@ -159,8 +159,8 @@ impl Graph {
         Self(Arc::new(layout))
     }
 
-    /// `count` interleaved copies of this graph: node `i` of copy `k` is `i * count + k`, and likewise for slots.
-    /// Edges keep the numbers of the first copy.
+    /// Returns `count` interleaved copies of this graph: node `i` of copy `k` is node `i * count + k`, and likewise for
+    /// slots. [`slot_of_edge`](Self::slot_of_edge) returns the slots of copy 0.
     pub(crate) fn side_by_side(&self, count: usize) -> Self {
         if count == 1 {
             return self.clone();
@@ -186,18 +186,18 @@ impl Graph {
         self.0.nodes
     }
 
-    /// The number of slots including ghosts, which is the length of arrays over the edges.
+    /// The number of slots including ghosts. Arrays over the edges have this length.
     pub fn slots(&self) -> usize {
         self.0.slots
     }
 
-    /// The slot of every edge, including edges that are [left out](Graph::without).
+    /// The slot of each edge, including edges that were [removed](Graph::without).
     pub fn slot_of_edge(&self) -> &[usize] {
         &self.0.slot_of_edge
     }
 
-    /// The edge of every slot, for [`Program::gather`](crate::Program::gather); `None` for ghosts. For values that
-    /// no step changes, call [`to_slots`](Graph::to_slots) once before the rollout instead.
+    /// For each slot, the edge in it or `None` for a ghost. Use it with [`Program::gather`](crate::Program::gather).
+    /// For values that no step changes, call [`to_slots`](Graph::to_slots) once before the rollout instead.
     pub fn edge_of_slot(&self) -> Vec<Option<usize>> {
         let mut edges = vec![None; self.0.slots];
         for (edge, &slot) in self.0.slot_of_edge.iter().enumerate() {
@@ -206,7 +206,7 @@ impl Graph {
         edges
     }
 
-    /// The number of registers of `R` that hold at least one edge, on this machine.
+    /// The number of registers, in numbers of type `R` on this machine, that hold at least one edge.
     pub fn lanes<R: Real>(&self) -> usize {
         let in_use = |group: &OffsetGroup| {
             let words = group.is_tail.by_lanes(lanes::<R>());
@@ -222,15 +222,15 @@ impl Graph {
         groups.find(|group| group.has(slot)).is_some_and(holds)
     }
 
-    /// Moves values of edges to the slots of the edges. Ghosts are zero.
+    /// Moves one value per edge to the slots of the edges. Ghosts get zero.
     ///
     /// # Panics
-    /// If the number of values is not the number of edges.
+    /// If `per_edge` does not have one value for each edge.
     pub fn to_slots<R: Real>(&self, per_edge: &[R]) -> Vec<R> {
         assert_eq!(
             per_edge.len(),
             self.0.slot_of_edge.len(),
-            "`Graph::to_slots` needs one value for each edge"
+            "Graph::to_slots: `per_edge` must have one value for each edge"
         );
         let mut slots = vec![R::zero(); self.0.slots];
         let places = per_edge.iter().zip(&self.0.slot_of_edge);
@@ -240,7 +240,7 @@ impl Graph {
         slots
     }
 
-    /// The edges that are not left out, ordered by slot.
+    /// The edges that have not been removed, ordered by slot.
     pub(crate) fn edges_by_slot(&self) -> Vec<SlotEdge> {
         let of_group = |group: &OffsetGroup| {
             let OffsetGroup {
@@ -259,7 +259,7 @@ impl Graph {
         self.0.groups.iter().flat_map(of_group).collect()
     }
 
-    /// The largest offset, which is how far before the first slot a register may read.
+    /// The largest offset. A register may begin this far before the first slot.
     #[inline(always)]
     pub(crate) fn lead(&self) -> usize {
         self.0.groups.last().map_or(0, |group| group.offset)

@@ -5,31 +5,32 @@ use num_traits::Zero;
 use crate::dual::Dual;
 use crate::real::Real;
 
-/// A pure function of `I` numbers with `O` results: a spring, a contact, a reaction.
+/// A pure function of `I` numbers with `O` results, such as a spring, a contact or a chemical reaction.
 ///
-/// [`Program::map`](crate::Program::map) maps a kernel over whole arrays in SIMD lanes, so a kernel selects and
-/// never branches. Its constants are fields of the implementing type. The type must own them, because
-/// programs keep the kernel.
+/// [`Program::map`](crate::Program::map) maps a kernel over whole arrays in SIMD lanes, so a kernel selects and never
+/// branches. Its constants are fields of the implementing type. The type must own its data, because programs keep the
+/// kernel.
 ///
-/// A number that all elements share, such as gravity, is a field if it is a constant. If robots of one batch may
-/// differ in it, or a derivative by it is needed, it is an input of a [`UniformKernel`](super::UniformKernel).
+/// A number that all elements share, such as gravity, can be a field if it is a constant. It must be an input of a
+/// [`UniformKernel`](super::UniformKernel) if it may differ between the robots of a batch, or if you need derivatives
+/// with respect to it.
 ///
-/// A kernel only has to implement `eval`. Its derivatives then come from dual numbers. Their cost grows with
-/// the number of inputs: about seven evaluations of the kernel for eight inputs, seventy for fifty.
-/// Straight-line code that is [emitted](crate::emit) from a recording of `eval` costs two to four evaluations
-/// for any number of inputs. To use it, override [`vjp`](Kernel::vjp) with one line that calls it.
+/// A kernel only has to implement `eval`. Its derivatives then come from dual numbers, whose cost grows with the number
+/// of inputs: about seven evaluations of the kernel for eight inputs, and seventy for fifty. Straight-line code that is
+/// [emitted](crate::emit) from a recording of `eval` costs two to four evaluations for any number of inputs. To use it,
+/// override [`vjp`](Kernel::vjp) with one line that calls it.
 ///
-/// **Mark `eval`, and every function of yours that it calls, `#[inline(always)]`.** The instruction set
-/// of the lanes is chosen at run time, for the loop around the kernel. A function that is not inlined
-/// into that loop is compiled without it, and every operation in it becomes a call. The results stay the same
-/// but take some fifty times as long. Closures cannot be marked, so prefer loops.
+/// **Mark `eval`, and every function of yours that it calls, `#[inline(always)]`.** The instruction set of the lanes is
+/// chosen at run time, for the loop around the kernel. A function that is not inlined into that loop is compiled
+/// without this instruction set, and every operation in it becomes a call. The results stay the same, but the kernel
+/// takes some fifty times as long. Closures cannot be marked, so prefer loops.
 pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// Returns the results at `x`. Mark it `#[inline(always)]`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
 
-    /// Returns the cotangents of the inputs (VJPs), one row for each row of cotangents of the results. This is the
-    /// only derivative of a kernel. [`Program::map`](crate::Program::map) and
-    /// [`data::jacobians`](crate::data::jacobians) call it.
+    /// Returns the cotangents of the inputs (VJPs): one row for each row of `at.y_bar`, the cotangents of the results.
+    /// [`Program::map`](crate::Program::map) and [`data::jacobians`](crate::data::jacobians) get all derivatives of a
+    /// kernel from this method.
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
         vjp_by_duals(self, at)
@@ -41,14 +42,14 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
 pub struct Pullback<R, const I: usize, const O: usize, const M: usize> {
     /// The inputs.
     pub x: [R; I],
-    /// The results at `x`. Results that the derivative does not read are not computed.
+    /// The results at `x`. The compiler removes the computation of results that `vjp` does not read.
     pub y: [R; O],
-    /// Cotangents of the results. One row gives an adjoint. The rows of the identity give the Jacobian.
+    /// The cotangents of the results. One row gives an adjoint; the rows of the identity matrix give the Jacobian.
     pub y_bar: [[R; O]; M],
 }
 
 impl<R: Real, const I: usize, const O: usize, const M: usize> Pullback<R, I, O, M> {
-    /// Evaluates the kernel to get the results.
+    /// Evaluates the kernel at `x` to fill in `y`.
     #[inline(always)]
     pub fn new(kernel: &impl Kernel<I, O>, x: [R; I], y_bar: [[R; O]; M]) -> Self {
         let y = kernel.eval(x);
@@ -56,7 +57,7 @@ impl<R: Real, const I: usize, const O: usize, const M: usize> Pullback<R, I, O, 
     }
 }
 
-/// The default of [`Kernel::vjp`], which uses dual numbers. For kernels that override it only in some cases.
+/// The default of [`Kernel::vjp`], which uses dual numbers. Call it in an override that handles only some cases itself.
 #[inline(always)]
 pub fn vjp_by_duals<R, K, const I: usize, const O: usize, const M: usize>(
     kernel: &K,
@@ -70,8 +71,8 @@ where
     pulled_back(y, at.y_bar)
 }
 
-/// Duals of constants. Here and below there are loops, because closures might be compiled without the caller's
-/// instruction set.
+/// Converts numbers to duals with zero tangents. Here and below there are loops, because closures might be compiled
+/// without the caller's instruction set.
 #[inline(always)]
 pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>; L] {
     let mut constants = [Dual::zero(); L];
@@ -81,7 +82,7 @@ pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [
     constants
 }
 
-/// Duals of variables, one direction each.
+/// Converts numbers to duals. Number `k` gets the tangent 1 in direction `k`.
 #[inline(always)]
 pub(super) fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
     let mut seeded = [Dual::zero(); I];
@@ -91,7 +92,7 @@ pub(super) fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
     seeded
 }
 
-/// The rows of cotangents times the tangents of the results.
+/// Multiplies each row of cotangents by the tangents of the results.
 #[inline(always)]
 pub(super) fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
     y: [Dual<R, I>; O],

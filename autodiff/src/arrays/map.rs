@@ -1,4 +1,4 @@
-//! A kernel mapped over arrays.
+//! Maps a kernel over the elements of arrays.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
@@ -13,7 +13,7 @@ pub(crate) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
     inputs: [Array; I],
     uniforms: UniformInputs,
-    /// Adjacent, in this order.
+    /// The output arrays, adjacent in memory.
     outputs: [Array; O],
     active: [bool; I],
     reach: Reach,
@@ -37,15 +37,15 @@ impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
         }
     }
 
-    /// The numbers of the inputs.
+    /// Returns the numbers of each input.
     ///
     /// # Safety
-    /// The reach was checked.
+    /// The caller must have checked `reach` for these values.
     #[inline(always)]
     unsafe fn sources<'a, R: Copy>(&self, values: StepValues<'a, R>) -> [&'a [R]; I] {
         let mut sources = [values.row; I];
         for k in 0..I {
-            // SAFETY: the caller's promise.
+            // SAFETY: guaranteed by the caller.
             sources[k] = unsafe { values.reached(self.inputs[k], self.outputs[0].len) };
         }
         sources
@@ -67,7 +67,7 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperat
         self.reach.check(parameters, row);
         let Array { start, len, .. } = self.outputs[0];
         let (row, after) = row.split_at_mut(start);
-        // SAFETY: the reach was checked, and an operation's inputs lie before its outputs.
+        // SAFETY: `reach` was checked, and an operation's inputs lie before its outputs.
         unsafe {
             let values = StepValues { parameters, row };
             let mut lanes = ForwardLanes::<_, _, L, I, O> {
@@ -86,7 +86,7 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperat
         self.reach.check(bars.parameters, bars.row);
         let Array { start, len, .. } = self.outputs[0];
         let places = Places::new(bars);
-        // SAFETY: the reach was checked.
+        // SAFETY: `reach` was checked.
         unsafe {
             let mut lanes = ReverseLanes::<_, _, L, I, O> {
                 kernel: &self.kernel,
@@ -109,29 +109,29 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperat
     }
 }
 
-/// Work on arrays of one length, register by register.
+/// Work on several arrays of one length, one register at a time.
 trait Lanes<R, L: Lane<R>> {
-    /// Works on the `n` entries from place `at`.
+    /// Processes the `n` elements that begin at index `at`.
     ///
     /// # Safety
-    /// All arrays have these entries, and `n` is at most `N`.
+    /// All arrays must have these elements, and `n` must be at most `N`.
     unsafe fn lane(&mut self, at: usize, n: usize);
 
-    /// Works on all entries. If entries may be processed `TWICE`, the last register overlaps with the one before
-    /// it. A later load of the whole register then does not wait for a masked store.
+    /// Processes all elements. If elements may be processed `TWICE`, the last register overlaps the one before it. A
+    /// later load of that whole register then need not wait for a masked store.
     ///
     /// # Safety
-    /// All arrays have this length.
+    /// All arrays must have at least `len` elements.
     #[inline(always)]
     unsafe fn lanes<const TWICE: bool>(&mut self, len: usize) {
         let mut i = 0;
-        // SAFETY: the lanes end within the arrays.
+        // SAFETY: each register ends within the arrays.
         unsafe {
             while i + L::N <= len {
                 self.lane(i, L::N);
                 i += L::N;
             }
-            // With `N = 1` no entries remain, but the compiler cannot know that.
+            // With `N = 1` no elements remain, but the compiler does not know that.
             if L::N > 1 && i < len {
                 if TWICE && len > L::N {
                     self.lane(len - L::N, L::N)
@@ -147,7 +147,7 @@ struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    /// The results, one array of length `len` after the other.
+    /// The output arrays, one after the other; each has `len` numbers.
     y: &'a mut [R],
     len: usize,
 }
@@ -161,7 +161,7 @@ where
     unsafe fn lane(&mut self, i: usize, n: usize) {
         let mut x = [L::zero(); I];
         for k in 0..I {
-            // SAFETY: the caller's promise, here and below.
+            // SAFETY, here and below: guaranteed by the caller.
             x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
         let y = self.kernel.eval_with(x, &self.uniforms);
@@ -175,11 +175,11 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    /// The results, one array of length `len` after the other, and their cotangents.
+    /// The output arrays, one after the other; each has `len` numbers. `y_bar` points to their cotangents.
     y: &'a [R],
     y_bar: *const R,
     len: usize,
-    /// The cotangents of the inputs that carry derivatives; null for other inputs.
+    /// For each input, a pointer to its cotangents; null if it carries no derivative.
     x_bar: [*mut R; I],
 }
 
@@ -192,7 +192,7 @@ where
     unsafe fn lane(&mut self, i: usize, n: usize) {
         let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
-            // SAFETY: the caller's promise, here and below; no two slices of bars live at a time.
+            // SAFETY, here and below: guaranteed by the caller; only one slice of cotangents exists at a time.
             x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
         for k in 0..O {

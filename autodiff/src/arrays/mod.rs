@@ -1,8 +1,8 @@
-//! Arrays and the operations on them, forward and in reverse: kernels that are mapped over elements or over
-//! the edges of a graph, matrix products, and gathers.
+//! Arrays and the operations on them, forward and in reverse: kernels mapped over elements or over the edges of a
+//! graph, matrix products, and gathers.
 //!
-//! Operations on plain floats run in SIMD lanes. Operations on duals, double-doubles or tape variables run on
-//! one number at a time. A [`Program`](crate::Program) is a step of several operations.
+//! Operations on plain floats run in SIMD lanes. Operations on duals, double-doubles or tape variables process one
+//! number at a time. A [`Program`](crate::Program) is a step made of several operations.
 
 mod kernel;
 mod array;

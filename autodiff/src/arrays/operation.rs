@@ -1,33 +1,34 @@
-//! The operations of a step.
+//! The interface of the operations in a step.
 
 use super::array::Array;
 use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized};
 
-/// A recorded operation. Its outputs come in the row after everything that it reads.
+/// A recorded operation. In the row, its outputs lie after all arrays that it reads.
 pub(crate) trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
-    /// Pulls the cotangents of the outputs back and adds them to those of the inputs.
+    /// Pulls the cotangents of the outputs back and adds them to the cotangents of the inputs.
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>);
-    /// Sets which arrays (by id) and which parameters carry derivatives. Others may be skipped.
+    /// Sets which arrays (by id) and which parameters carry derivatives. An operation may skip the cotangents of all
+    /// others.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
 }
 
-/// An [`Operation`] that works in lanes.
+/// An [`Operation`] that is written once for all lane types.
 pub(crate) trait LaneOperation<R: Real>: Send {
-    /// [`Operation::outputs`].
+    /// See [`Operation::outputs`].
     fn outputs(&self) -> Vec<Array>;
-    /// [`Operation::set_active`].
+    /// See [`Operation::set_active`].
     fn set_active(&mut self, arrays: &[bool]);
-    /// [`Operation::forward`] in lanes of type `L`. Mark it `#[inline(always)]`.
+    /// Does [`Operation::forward`] in lanes of type `L`. Mark it `#[inline(always)]`.
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]);
-    /// [`Operation::reverse`] in lanes of type `L`. Mark it `#[inline(always)]`.
+    /// Does [`Operation::reverse`] in lanes of type `L`. Mark it `#[inline(always)]`.
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>);
 }
 
-/// An operation in the widest lanes of its numbers.
+/// Runs a [`LaneOperation`] in the widest lanes of its number type.
 pub(crate) struct InLanes<T>(pub(crate) T);
 
 impl<R: Real, T: LaneOperation<R>> Operation<R> for InLanes<T> {

@@ -1,4 +1,4 @@
-//! The places of the numbers of a step.
+//! Access to the numbers of a step and to their cotangents.
 
 use std::ptr::null_mut;
 use std::slice::{from_raw_parts, from_raw_parts_mut};
@@ -7,7 +7,7 @@ use super::array::Array;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked};
 
-/// The values of a step: the parameters, which are the same for all steps, and the row of the step.
+/// The numbers of a step: the parameters, which are the same for all steps, and the row of this step.
 #[derive(Clone, Copy)]
 pub(crate) struct StepValues<'a, R> {
     pub(crate) parameters: &'a [R],
@@ -15,7 +15,7 @@ pub(crate) struct StepValues<'a, R> {
 }
 
 impl<'a, R: Copy> StepValues<'a, R> {
-    /// The parameters or the row, whichever contains the array.
+    /// Returns the parameters or the row, whichever contains the array.
     #[inline(always)]
     pub(super) fn part(self, array: Array) -> &'a [R] {
         if array.parameter {
@@ -28,22 +28,22 @@ impl<'a, R: Copy> StepValues<'a, R> {
     pub(crate) fn get(self, array: Array) -> &'a [R] {
         &self.part(array)[array.range()]
     }
-    /// `len` numbers from the start of an array, without a bounds check.
+    /// Returns `len` numbers from the start of an array, without a bounds check.
     ///
     /// # Safety
-    /// The numbers are within a [`Reach`] that was checked.
-    #[allow(unsafe_code)] // Checks were a twelfth of a rollout's instructions.
+    /// The numbers must be within a [`Reach`] that was checked.
+    #[allow(unsafe_code)] // Bounds checks took a twelfth of a rollout's instructions.
     #[inline(always)]
     pub(super) unsafe fn reached(self, array: Array, len: usize) -> &'a [R] {
         let range = array.start..array.start + len;
         debug_assert!(range.end <= self.part(array).len());
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { self.part(array).get_unchecked(range) }
     }
 }
 
-/// How far the arrays of an operation reach into parameters and row. One check of it replaces the checks of all
-/// arrays.
+/// How far the arrays of an operation reach into the parameters and the row. Checking this once replaces the bounds
+/// checks of all arrays.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Reach {
     parameters: usize,
@@ -51,7 +51,7 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// From arrays and the number of places that are touched from the start of each.
+    /// Takes the arrays, each with the number of elements that are touched from its start.
     pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
         let mut reach = Self::default();
         for (array, len) in arrays {
@@ -65,18 +65,18 @@ impl Reach {
         reach
     }
     /// # Panics
-    /// If the parameters or the row are too short.
+    /// If the parameters or the row are shorter than the reach.
     #[inline(always)]
     pub(super) fn check<R>(self, parameters: &[R], row: &[R]) {
         let fits = self.parameters <= parameters.len() && self.row <= row.len();
         assert!(
             fits,
-            "an array reaches past the end of the parameters or of the row"
+            "an array reaches past the end of the parameters or of the row (too few numbers were given)"
         );
     }
 }
 
-/// The cotangents ("bars") of a reverse sweep, in the layout of the values.
+/// The cotangents ("bars") of a step during a reverse sweep. They have the layout of [`StepValues`].
 pub(crate) struct Bars<'a, R> {
     pub(crate) parameters: &'a mut [R],
     pub(crate) row: &'a mut [R],
@@ -97,8 +97,8 @@ impl<R> Bars<'_, R> {
     }
 }
 
-/// Pointers to the cotangents. With them a loop finds the place of each array only once. Mutable slices cannot
-/// be held at the same time, so every register would have to find its array again.
+/// Pointers to the cotangents of a step, so that a loop finds each array only once. With mutable slices, which cannot
+/// be held at the same time, every register would have to find its array again.
 #[derive(Clone, Copy)]
 pub(super) struct Places<R> {
     parameters: *mut R,
@@ -113,7 +113,7 @@ impl<R: Real> Places<R> {
         }
     }
 
-    /// The first cotangent of an array. Use it only while nothing else accesses the cotangents.
+    /// Returns a pointer to the first cotangent of an array. Use it only while nothing else accesses the cotangents.
     #[inline(always)]
     pub(super) fn of(self, array: Array) -> *mut R {
         let part = if array.parameter {
@@ -124,7 +124,7 @@ impl<R: Real> Places<R> {
         part.wrapping_add(array.start)
     }
 
-    /// The first cotangents of the inputs that carry derivatives; null for other inputs.
+    /// For each input, returns a pointer to its first cotangent; null if the input carries no derivative.
     #[inline(always)]
     pub(super) fn of_active<const I: usize>(
         self,
@@ -141,58 +141,59 @@ impl<R: Real> Places<R> {
     }
 }
 
-/// Loads `n` numbers from place `at`, followed by zeros.
+/// Loads `n` numbers from index `at` on; the other lanes are zero.
 ///
 /// # Safety
-/// `from` points to at least `at + n` numbers, which nothing writes at the same time, and `n` is at most `N`.
+/// `from` must point to at least `at + n` numbers, nothing may write to them at the same time, and `n` must be at most
+/// `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
 pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, at: usize, n: usize) -> L {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { L::load_n(from_raw_parts(from.add(at), n), 0, n) }
 }
 
-/// Adds a register to the `n` numbers from place `at`, unless the pointer is null.
+/// Adds a register to the `n` numbers from index `at` on. Does nothing if the pointer is null.
 ///
 /// # Safety
-/// `to` is null or points to at least `at + n` numbers, which nothing else accesses at the same time, and `n`
-/// is at most `N`.
+/// `to` must be null or point to at least `at + n` numbers, nothing else may access them at the same time, and `n` must
+/// be at most `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
 pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L) {
     if !to.is_null() {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         let to = unsafe { from_raw_parts_mut(to.add(at), n) };
         unsafe { (L::load_n(to, 0, n) + lane).store_n(to, 0, n) };
     }
 }
 
-/// How rows follow each other in memory.
+/// How the rows of consecutive steps lie in memory.
 #[derive(Debug, Default)]
 pub(crate) struct RowLayout {
-    /// The distance from the start of a row to the start of the next.
+    /// The distance from the start of a row to the start of the next row.
     pub(crate) stride: usize,
-    /// The distance from the start of a row to the end of the new state in the next.
+    /// The distance from the start of a row to the end of the new state, which lies in the next row.
     pub(crate) reach: usize,
-    /// The parts of the state, adjacent ones joined.
+    /// The parts of the state, with adjacent parts joined.
     pub(crate) state: Vec<Array>,
-    /// The copies that bring the new state to the next row: from an array to a part of the state. Empty if the
-    /// operations write the new state there.
+    /// The copies that bring the new state to the next row: from an array of this row to a part of the state. Empty if
+    /// the operations already write the new state there.
     pub(crate) moves: Vec<(Array, Array)>,
 }
 
 impl RowLayout {
-    /// From the parts of the state, the arrays that they become, and the length of a row.
+    /// Takes the parts of the state, the new value of each part, and the length of a row.
     ///
-    /// The new state can be the start of the next row, so that rows overlap, if it is at the end of its row and
-    /// has the order of the state.
+    /// Rows overlap if the new state can also serve as the start of the next row. For this it must be at the end of its
+    /// row and in the order of the state.
     pub(crate) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);
         let in_place =
             |(state, next): (&Array, &Array)| !next.parameter && next.start == at + state.start;
-        // Rows must not overlap if there are inputs between the parts of the state. The inputs of the next step
-        // would overwrite what is between the parts of the new state.
+        // Rows must not overlap if there are inputs between the parts of the state: the inputs of the next step would
+        // overwrite what lies between the parts of the new state.
         let contiguous = end == states.iter().map(|a| a.len).sum();
         let overlaps =
             contiguous && at >= end && at + end >= row && states.iter().zip(next).all(in_place);

@@ -1,4 +1,5 @@
-//! Kernels with uniform inputs. An operation loads them once. It only computes their cotangents if they are needed.
+//! Kernels with uniform inputs: numbers that all elements share. An operation loads them once. It only computes their
+//! cotangents if they are needed.
 
 use super::array::Array;
 use super::kernel::{Kernel, Pullback, constants, pulled_back, seeded};
@@ -6,14 +7,14 @@ use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
 
-/// The most uniform inputs of a kernel.
+/// The largest number of uniform inputs of a kernel.
 pub const MOST_UNIFORMS: usize = 16;
 
-/// The uniform inputs of a kernel, followed by zeros.
+/// The uniform inputs of a kernel, filled up with zeros.
 pub type Uniforms<R> = [R; MOST_UNIFORMS];
 
 /// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated
-/// by them, and the starts of a batch may differ in them.
+/// with respect to them, and the starts of a batch may have different values.
 ///
 /// Every [`Kernel`] is a `UniformKernel` without uniform inputs. Mark the methods `#[inline(always)]`.
 ///
@@ -53,11 +54,11 @@ pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
     const UNIFORMS: usize;
 
-    /// Returns the results at `x`.
+    /// Returns the results at `x`. Only the first [`UNIFORMS`](Self::UNIFORMS) numbers of `uniforms` are inputs.
     fn eval_with<R: Real>(&self, x: [R; I], uniforms: &Uniforms<R>) -> [R; O];
 
-    /// Returns the cotangents of `x`, as [`Kernel::vjp`]. The cotangents of the uniform inputs come from dual numbers,
-    /// if they are needed.
+    /// Returns the cotangents of `x`, like [`Kernel::vjp`]. The cotangents of the uniform inputs, if they are needed,
+    /// always come from dual numbers.
     #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
@@ -86,12 +87,12 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> UniformKernel<I, O> for K 
     }
 }
 
-/// A kernel whose uniform inputs are constants.
+/// A [`UniformKernel`] whose uniform inputs have constant values. It is a [`Kernel`].
 #[derive(Clone, Debug)]
 pub struct Fixed<K> {
     /// The kernel.
     pub kernel: K,
-    /// The values of its uniform inputs.
+    /// The values of the uniform inputs.
     pub uniforms: Vec<f64>,
 }
 
@@ -117,12 +118,12 @@ fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
     uniforms
 }
 
-/// Checks that a list fits into [`Uniforms`].
+/// Panics if a list does not fit into [`Uniforms`], otherwise returns it.
 #[inline(always)]
 pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     assert!(
         list.len() <= MOST_UNIFORMS,
-        "a kernel has at most {MOST_UNIFORMS} uniform inputs"
+        "a kernel can have at most {MOST_UNIFORMS} uniform inputs"
     );
     list
 }
@@ -142,7 +143,7 @@ where
     pulled_back(y, at.y_bar)
 }
 
-/// The cotangent of the uniform input number `k`, from one element.
+/// Returns what one element adds to the cotangent of uniform input `k`.
 #[inline(always)]
 fn by_uniform<R, K, const I: usize, const O: usize>(
     kernel: &K,
@@ -161,7 +162,7 @@ where
     bar
 }
 
-/// Arrays of one number for each start.
+/// The uniform inputs of an operation: arrays with one number for each start.
 pub(super) struct UniformInputs {
     arrays: Vec<Array>,
     /// The indices of the inputs that carry derivatives.
@@ -170,14 +171,14 @@ pub(super) struct UniformInputs {
 
 impl UniformInputs {
     /// # Panics
-    /// If the kernel does not have as many uniform inputs.
+    /// If the number of arrays is not the kernel's number of uniform inputs.
     pub(super) fn new<K: UniformKernel<I, O>, const I: usize, const O: usize>(
         arrays: &[Array],
     ) -> Self {
         assert_eq!(
             checked(arrays).len(),
             K::UNIFORMS,
-            "the kernel needs as many uniform inputs as it declares"
+            "the number of uniform arrays must be the kernel's `UNIFORMS`"
         );
         Self {
             arrays: arrays.to_vec(),
@@ -190,8 +191,8 @@ impl UniformInputs {
         self.active = (0..self.arrays.len()).filter(is_active).collect();
     }
 
-    /// A register of each input: the numbers of all starts, repeated. `count` is the constant
-    /// [`UniformKernel::UNIFORMS`] of the kernel.
+    /// Loads each uniform input into a register, in which the numbers of all starts repeat. `count` is the kernel's
+    /// constant [`UniformKernel::UNIFORMS`].
     #[inline(always)]
     pub(super) fn load<R: Real, L: Lane<R>>(
         &self,
@@ -216,9 +217,9 @@ impl UniformInputs {
         uniforms
     }
 
-    /// Adds the cotangents of the inputs that carry derivatives, one element after the other. `at` returns an element's
-    /// place, its inputs and the cotangents of its results. This is not done in lanes: it is rarely needed, and every
-    /// kernel would be compiled once more for every width.
+    /// Adds the cotangents of the uniform inputs that carry derivatives, one element at a time. `at` returns an
+    /// element's index, its inputs and the cotangents of its results. This is not done in lanes, because it is rarely
+    /// needed and every kernel would be compiled once more for every width.
     #[inline(never)]
     pub(super) fn add_bars<R, K, E, const I: usize, const O: usize>(
         &self,
@@ -255,7 +256,7 @@ mod tests {
     use crate::check::{Options, Verdict, check_gradient};
     use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient};
 
-    /// A spring of stiffness `u[0]` that pulls harder by `u[1]` at each length.
+    /// A spring with the force `u[0] d + u[1] d^3` for an elongation `d`.
     #[derive(Clone)]
     struct Spring;
 
@@ -268,7 +269,7 @@ mod tests {
         }
     }
 
-    /// A step under a uniform wind.
+    /// A step of a node: adds the force and a wind of strength `u[0]`, which depends on the position.
     #[derive(Clone)]
     struct Move;
 
@@ -281,7 +282,7 @@ mod tests {
         }
     }
 
-    /// More nodes than a register has lanes, and a part of a register.
+    /// More nodes than a register has lanes, and not a multiple of the lanes.
     const NODES: usize = 19;
 
     #[derive(Clone)]
@@ -291,7 +292,7 @@ mod tests {
         fn record<R: Real>(&self, program: &mut Program<R>) {
             let [stiffness, cubic, wind] = [(); 3].map(|()| program.parameter(1));
             let x = program.state(NODES);
-            // Other number types than floats replay the kernels.
+            // Through `any`, number types other than floats replay the kernels.
             let p = &mut program.any();
             let [force] = p.map_edges_with(&self.0, Spring, [x], &[], &[stiffness, cubic]);
             let [next] = p.map_with(Move, [x, force], &[wind]);
@@ -330,7 +331,8 @@ mod tests {
         assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
     }
 
-    /// In pairs, in registers and alone.
+    /// Batches of 2, 8 and 11 starts run in pairs, in whole registers and alone; every gradient must equal that of
+    /// single runs.
     #[test]
     fn uniform_inputs_of_a_batch_have_the_bits_of_single_runs() {
         for count in [2, 8, 11] {

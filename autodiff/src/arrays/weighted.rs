@@ -1,4 +1,4 @@
-//! Arrays weighted entry by entry, and their offsets from the weighted mean.
+//! Weighted arrays: each element is multiplied by its weight. Some arrays are first centred at their weighted mean.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use smallvec::SmallVec;
@@ -10,20 +10,19 @@ use crate::product::fits_registers;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST};
 
-/// See [`Program::weighted`](super::Program::weighted). How many arrays it has is known only at run time:
-/// instances for each number of arrays would be half a megabyte of code.
+/// Implements [`Program::weighted`](super::Program::weighted). The number of arrays is known only at run time: one
+/// compiled instance for each number would need half a megabyte of code.
 pub(crate) struct Weighted {
     weights: Array,
-    /// The weighted arrays: first those whose offsets from the mean are weighted, then those that are weighted
-    /// themselves.
+    /// The arrays that are multiplied by the weights: first those that are centred, then the others.
     weighed: Vec<Array>,
-    /// How many of them are offsets from the mean.
+    /// The number of centred arrays.
     offsets: usize,
-    /// Arrays that are appended unchanged.
+    /// Arrays that are appended to the result unchanged.
     others: Vec<Array>,
-    /// The weighted arrays and the others as one array, the means, and the sum of the weights; adjacent.
+    /// Three adjacent arrays: the weighted arrays followed by `others`, the means, and the sum of the weights.
     outputs: [Array; 3],
-    /// Whether the arrays carry derivatives, by their id. Empty means all.
+    /// For each array id, whether the array carries derivatives. If empty, all arrays do.
     active: Vec<bool>,
     reach: Reach,
 }
@@ -68,7 +67,7 @@ impl<R: Real> LaneOperation<R> for Weighted {
         let values = StepValues { parameters, row };
         let weights = values.get(self.weights);
         let mut to = self.outputs[1].start - self.outputs[0].start;
-        // SAFETY: all arrays are as long as the weights, and the outputs hold the results of each.
+        // SAFETY: all arrays are as long as the weights, and the outputs have room for the results of each.
         unsafe {
             let total = sum::<R, L>(weights, None, starts);
             for (c, &array) in self.weighed.iter().enumerate() {
@@ -93,8 +92,8 @@ impl<R: Real> LaneOperation<R> for Weighted {
             to += other.len;
         }
     }
-    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of an offset's `x` is `w r` and
-    /// that of `w` is `(x - mean) r`.
+    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of a centred array `x` is `w r`, and
+    /// it adds `(x - mean) r` to the cotangent of `w`.
     #[inline(always)]
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
         self.reach.check(values.parameters, values.row);
@@ -113,8 +112,7 @@ impl<R: Real> LaneOperation<R> for Weighted {
         let means = &values.row[first..];
         let total = each::<R, L>(&means[self.offsets * starts..], starts);
         let mut all = SmallVec::<[Weighed<R, L>; 6]>::new();
-        // SAFETY: the reach was checked; inputs lie before outputs, and no two slices of their bars live at
-        // a time.
+        // SAFETY: `reach` was checked; inputs lie before outputs, and only one slice of cotangents exists at a time.
         unsafe {
             for (c, &array) in self.weighed.iter().enumerate() {
                 let y_bar = &after[c * len..][..len];
@@ -158,23 +156,22 @@ impl<R: Real> LaneOperation<R> for Weighted {
     }
 }
 
-/// The number of partial sums of a sum. It is the same for registers of every width, and so are the bits of
-/// the sum.
+/// The number of partial sums of each sum. It is the same for all register widths, so the sums have the same bits.
 const PARTS: usize = WIDEST;
 
-/// The numbers of all starts, one after the other and repeated up to the width of a register.
+/// One number for each start, repeated up to the width of the widest register.
 type Each<R> = [R; WIDEST];
 
-/// For each start, the sum of the weights, or of the products of the weights and an array.
+/// For each start, returns the sum of `weights`, or of the products of `weights` and `x`.
 ///
 /// # Safety
-/// The array is as long as the weights.
+/// `x` must be as long as the weights.
 #[inline(always)]
 unsafe fn sum<R: Real, L: Lane<R>>(weights: &[R], x: Option<&[R]>, starts: usize) -> Each<R> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         if starts == 1 && const { fits_registers::<R, L>() } {
-            // With a constant number of registers the partial sums stay in registers.
+            // If the number of registers is a constant, the partial sums stay in registers.
             sum_in::<R, L>(weights, x, const { PARTS / L::N }, 1)
         } else {
             sum_in::<R, L>(weights, x, PARTS * starts / L::N, starts)
@@ -182,10 +179,10 @@ unsafe fn sum<R: Real, L: Lane<R>>(weights: &[R], x: Option<&[R]>, starts: usize
     }
 }
 
-/// [`sum`] with this many registers of partial sums.
+/// Computes [`sum`] with `registers` registers of partial sums.
 ///
 /// # Safety
-/// As for [`sum`].
+/// `x` must be as long as the weights.
 #[inline(always)]
 unsafe fn sum_in<R: Real, L: Lane<R>>(
     weights: &[R],
@@ -194,7 +191,7 @@ unsafe fn sum_in<R: Real, L: Lane<R>>(
     starts: usize,
 ) -> Each<R> {
     let (mut parts, len, mut at) = ([L::zero(); PARTS], weights.len(), 0);
-    // SAFETY: the caller's promise, and places end with the arrays.
+    // SAFETY: guaranteed by the caller; all indices are below `len`.
     unsafe {
         while at + registers * L::N <= len {
             for k in 0..registers {
@@ -212,10 +209,10 @@ unsafe fn sum_in<R: Real, L: Lane<R>>(
     folded(&mut parts, registers, starts)
 }
 
-/// Adds the term of `n` entries from place `at` on to a partial sum.
+/// Adds the terms of the `n` elements from index `at` on to a partial sum.
 ///
 /// # Safety
-/// Both arrays have these entries, and `n` is at most `N`.
+/// Both arrays must have these elements, and `n` must be at most `N`.
 #[inline(always)]
 unsafe fn add_term<R: Real, L: Lane<R>>(
     part: &mut L,
@@ -224,7 +221,7 @@ unsafe fn add_term<R: Real, L: Lane<R>>(
     at: usize,
     n: usize,
 ) {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let weight = L::load_n(weights, at, n);
         *part = match x {
@@ -234,7 +231,7 @@ unsafe fn add_term<R: Real, L: Lane<R>>(
     }
 }
 
-/// The sum of the partial sums of each start.
+/// Adds up the partial sums of each start.
 #[inline(always)]
 fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts: usize) -> Each<R> {
     let mut n = registers;
@@ -261,18 +258,18 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
     sums
 }
 
-/// A weighted array in the reverse sweep.
+/// An array that is multiplied by the weights, during the reverse sweep.
 struct Weighed<'a, R, L> {
     x: &'a [R],
-    /// Zero unless offsets from the mean are weighted, as is the shift.
+    /// The weighted mean, for a centred array; otherwise zero. The same holds for `shift`.
     mean: L,
     y_bar: &'a [R],
-    /// What is subtracted from `y_bar`.
+    /// The number that is subtracted from `y_bar`.
     shift: L,
     x_bar: *mut R,
 }
 
-/// A number of each start, repeated up to the width of a register.
+/// Loads one number for each start, repeated up to the width of a register.
 #[inline(always)]
 fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
     if starts == 1 {

@@ -1,14 +1,14 @@
 //! Several numbers side by side, for instruction-level parallelism.
 //!
-//! A hyperbolic tangent is a chain of twenty operations, each of which waits for the one before. If several are
-//! evaluated one after the other, few chains fit into the window in which a processor reorders instructions.
-//! With this type the same source does every operation on all numbers before the next operation.
+//! A hyperbolic tangent is a chain of twenty operations, each of which waits for the one before. If several tangents
+//! are evaluated one after the other, only few of the chains fit into the window in which a processor reorders
+//! instructions. With this type, the same source code does each operation on all numbers before the next operation.
 
 use std::ops::{Add, Div, Mul, Sub};
 
 use super::primitive::{Primitive, tanh};
 
-/// The hyperbolic tangents of several numbers.
+/// Computes the hyperbolic tangents of several numbers side by side.
 #[inline(always)]
 pub(crate) fn tanh_abreast<P: Primitive, const N: usize>(x: [P; N]) -> [P; N] {
     tanh(Abreast(x)).0
@@ -17,7 +17,7 @@ pub(crate) fn tanh_abreast<P: Primitive, const N: usize>(x: [P; N]) -> [P; N] {
 #[derive(Clone, Copy)]
 struct Abreast<P, const N: usize>([P; N]);
 
-/// Methods that apply an operation to each number.
+/// Defines methods that apply an operation to each number.
 macro_rules! on_each {
     ($($method:ident($($operand:ident),*)),*) => {
         $(

@@ -1,8 +1,8 @@
-//! Sums and products of two floats without rounding error: the nearest float to the result, and the remainder.
+//! Sums and products of two floats without rounding error. Each function returns the rounded result and the remainder.
 
 use super::primitive::Primitive;
 
-/// `a + b` (Knuth, *The Art of Computer Programming* 2, section 4.2.2).
+/// Computes `a + b` (Knuth, *The Art of Computer Programming* 2, section 4.2.2).
 #[inline]
 pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -10,7 +10,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - from_b)) + (b - from_b))
 }
 
-/// `a * b` (Dekker 1971, with a fused multiply-add instead of splitting).
+/// Computes `a * b` (Dekker 1971, but with a fused multiply-add instead of splitting the factors).
 #[inline]
 pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;

@@ -1,4 +1,4 @@
-//! Elementary functions: values from additions and multiplications, and the formulas of composed functions.
+//! Elementary functions. Their values are computed from additions and multiplications, or composed of other functions.
 
 mod primitive;
 #[cfg(lanes)]

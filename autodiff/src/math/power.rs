@@ -1,17 +1,17 @@
-//! Integer powers with the same bits in every build. The compiler's own are products in some places and the
-//! system's `pow` in others.
+//! Integer powers with the same bits in every build. The compiler's own powers are sometimes products and sometimes
+//! calls of the system's `pow`, with different bits.
 
 use std::ops::Mul;
 
 use super::exact::two_product;
 use super::primitive::Primitive;
 
-/// Up to this exponent a handful of products is within an ulp for each.
+/// Up to this exponent, plain products are accurate: each adds at most an error of about an ulp.
 const FEW: u32 = 8;
 
-/// `x^exponent`. Each product doubles the relative error so far. For more than a few products, numbers are
-/// pairs of floats, and the error stays below an ulp of the result up to the largest exponent. If the result or
-/// a factor is subnormal, the error is that of plain products.
+/// Computes `x^exponent`. Each squaring doubles the relative error so far. For exponents above [`FEW`], numbers are
+/// therefore pairs of floats; the error stays below an ulp of the result up to the largest exponent. If the result or a
+/// factor is subnormal, the error is that of plain products.
 #[inline(always)]
 pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     let times = exponent.unsigned_abs();
@@ -22,7 +22,8 @@ pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     if exponent < 0 { power.recip() } else { power }
 }
 
-/// `one * base^times`. The last square is not computed because it may overflow.
+/// Computes `one * base^times` by repeated squaring. The last square is skipped, because it is not needed and may
+/// overflow.
 #[inline(always)]
 pub(crate) fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times: u32) -> T {
     let (mut power, mut square) = (one, base);
@@ -38,7 +39,7 @@ pub(crate) fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times:
     power
 }
 
-/// A float and its remainder.
+/// A float and its remainder: the exact value is their sum.
 #[derive(Clone, Copy)]
 struct Pair(f64, f64);
 
@@ -57,7 +58,8 @@ impl Mul for Pair {
 fn long_power(x: f64, exponent: i32) -> f64 {
     let mut base = Pair(x, 0.0);
     if exponent < 0 {
-        // The reciprocal of the power would be zero where that overflows, and it may be subnormal.
+        // The reciprocal is taken first: where the power overflows, its reciprocal would be zero or inaccurate
+        // (subnormal).
         let inverse = x.recip();
         let rest = Primitive::mul_add(-inverse, x, 1.0);
         base = Pair(inverse, rest * inverse);
@@ -66,8 +68,8 @@ fn long_power(x: f64, exponent: i32) -> f64 {
     if power.0 != 0.0 && power.1.is_finite() {
         return power.0;
     }
-    // Out of range, the remainder is NaN or both numbers have lost their sign. The plain products have the right
-    // limit: 0, infinity or NaN.
+    // Out of range, the remainder is NaN or both numbers have lost their sign. Plain products have the right limit: 0,
+    // infinity or NaN.
     by_squaring(1.0, base.0, exponent.unsigned_abs())
 }
 
@@ -86,7 +88,7 @@ mod tests {
         assert!(powi(f64::NAN, 20).is_nan());
     }
 
-    /// 1.0000000001^(2^31 - 1), by mpmath.
+    /// The expected value, 1.0000000001^(2^31 - 1), was computed with mpmath.
     #[test]
     fn a_large_exponent_loses_nothing() {
         assert_eq!(powi(1.0 + 1e-10, i32::MAX), 1.239549965208056);

@@ -1,60 +1,60 @@
-//! Exponential, hyperbolic tangent, sine and cosine from additions, multiplications and one
-//! division, written once for scalars and SIMD lanes.
+//! Exponential, hyperbolic tangent, sine and cosine. They only use additions, multiplications and one division, and are
+//! written once for scalars and SIMD lanes.
 //!
-//! The libm of one system differs from that of another, and none has lanes. These functions give the same bits
-//! everywhere, because every multiply-add is fused, in hardware or in software.
-//! Errors, measured against correctly rounded values by `tests/rules.rs`: at most 2 ulp for
-//! `exp`, 4 for `tanh`, 2 for `sin` and `cos` away from their zeros.
+//! System math libraries (libm) differ from each other and have no SIMD lanes. These functions give the same bits on
+//! every system, because every multiply-add is fused, in hardware or in software. Errors, measured against correctly
+//! rounded values by `tests/rules.rs`: at most 2 ulp for `exp`, 4 for `tanh`, and 2 for `sin` and `cos` away from their
+//! zeros.
 //!
-//! Range reduction and the split of constants follow J.-M. Muller, *Elementary Functions*, 3rd
-//! ed., chapter 11 (Cody and Waite's method).
+//! Range reduction and the splitting of constants follow J.-M. Muller, *Elementary Functions*, 3rd ed., chapter 11
+//! (Cody and Waite's method).
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// A float or a register of floats, with the operations that elementary functions are made of.
+/// A float or a register of floats, with the operations that elementary functions need.
 pub(crate) trait Primitive:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// The type of the floats. It has the constants of single or double precision.
+    /// The type of a single float. It has the constants for its precision.
     type Scalar: Primitive;
-    /// The highest power in the series of the exponential; it is odd.
+    /// The highest power in the series of the exponential; an odd number.
     const EXP_TERMS: usize = Self::Scalar::EXP_TERMS;
-    /// The terms in the series of sine and cosine after the first, up to the power `2 SIN_TERMS + 1`.
+    /// The number of terms after the first in the series of sine and cosine. The last power is `2 SIN_TERMS + 1`.
     const SIN_TERMS: usize = Self::Scalar::SIN_TERMS;
-    /// `ln 2` as a sum of floats, largest first.
+    /// `ln 2` as a sum of floats, the largest first.
     const LN_2: [f64; 2] = Self::Scalar::LN_2;
-    /// `pi / 2` as a sum of floats, largest first.
+    /// `pi / 2` as a sum of floats, the largest first.
     const PI_2: [f64; 3] = Self::Scalar::PI_2;
-    /// Adding and subtracting this number rounds to an integer, with ties to even.
+    /// Adding this number and subtracting it again rounds to an integer, with ties to even.
     const ROUNDING: f64 = Self::Scalar::ROUNDING;
-    /// Below this range the exponential is 0, above it is infinite.
+    /// Below the first number the exponential is 0, above the second it is infinite.
     const EXP_RANGE: [f64; 2] = Self::Scalar::EXP_RANGE;
     /// From this number on `tanh` rounds to 1.
     const TANH_ONE: f64 = Self::Scalar::TANH_ONE;
 
     fn constant(value: f64) -> Self;
-    /// `self * a + b` with one rounding. (MinGW's own function rounds twice.)
+    /// Computes `self * a + b` with one rounding. (MinGW's own function rounds twice.)
     fn mul_add(self, a: Self, b: Self) -> Self;
-    /// The nearest integer, for arguments well below [`ROUNDING`](Self::ROUNDING).
+    /// Rounds to the nearest integer. The argument must be well below [`ROUNDING`](Self::ROUNDING).
     #[inline(always)]
     fn round(self) -> Self {
         let shift = Self::constant(Self::ROUNDING);
         (self + shift) - shift
     }
-    /// `2^self` for an integer `self` within the exponent range of normal numbers.
+    /// Computes `2^self`. The argument must be an integer within the exponent range of normal numbers.
     fn exp2_integer(self) -> Self;
-    /// `if_less` where `self < bound`, else `otherwise`.
+    /// Returns `if_less` where `self < bound`, and `otherwise` elsewhere.
     fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self;
     fn magnitude(self) -> Self;
-    /// `self`, which is not negative, with the sign bit of `other`.
+    /// Returns `self`, which must not be negative, with the sign bit of `other`.
     fn with_sign_of(self, other: Self) -> Self;
 }
 
-/// `1/k!`, `k = 0 ... 17`.
+/// `1/k!` for `k = 0 ... 17`.
 const INVERSE_FACTORIAL: [f64; 18] = {
     let (mut inverses, mut factorial, mut k) = ([1.0; 18], 1.0, 1);
     while k < 18 {
-        // Exact, because 17! is below 2^53. So an inverse is rounded once.
+        // The factorial is exact, because 17! is below 2^53. So only its inverse is rounded.
         factorial *= k as f64;
         inverses[k] = 1.0 / factorial;
         k += 1;
@@ -62,8 +62,8 @@ const INVERSE_FACTORIAL: [f64; 18] = {
     inverses
 };
 
-/// `x - n sum(parts)`, part by part. It is a loop because a closure that is not inlined would be compiled
-/// without the instructions of the lanes.
+/// Computes `x - n sum(parts)`, subtracting part by part. This is a loop, because a closure that is not inlined would
+/// be compiled without the instructions of the lanes.
 #[inline(always)]
 fn reduced<P: Primitive, const N: usize>(mut x: P, n: P, parts: [f64; N]) -> P {
     for k in 0..N {
@@ -72,12 +72,12 @@ fn reduced<P: Primitive, const N: usize>(mut x: P, n: P, parts: [f64; N]) -> P {
     x
 }
 
-/// `(e^r - 1, n)` with `x = n ln 2 + r`, `|r| <= ln(2)/2`.
+/// Returns `(e^r - 1, n)`, where `x = n ln 2 + r` and `|r| <= ln(2)/2`.
 #[inline(always)]
 fn reduced_exp_m1<P: Primitive>(x: P) -> (P, P) {
     let n = (x * P::constant(std::f64::consts::LOG2_E)).round();
     let r = reduced(x, n, P::LN_2);
-    // Even and odd powers separately: two short chains instead of a long one.
+    // Even and odd powers are summed separately: two short chains of operations instead of a long one.
     let square = r * r;
     let mut odd = P::constant(INVERSE_FACTORIAL[P::EXP_TERMS]);
     let mut even = P::constant(INVERSE_FACTORIAL[P::EXP_TERMS - 1]);
@@ -94,14 +94,14 @@ fn reduced_exp_m1<P: Primitive>(x: P) -> (P, P) {
 pub(crate) fn exp<P: Primitive>(x: P) -> P {
     let [least, most] = P::EXP_RANGE;
     let (expm1, n) = reduced_exp_m1(x);
-    // Two factors, because 2^n itself may be outside the normal range.
+    // Multiplies by 2^n in two steps, because 2^n itself may be outside the normal range.
     let half = (n * P::constant(0.5)).round();
     let scaled = (P::constant(1.0) + expm1) * half.exp2_integer() * (n - half).exp2_integer();
     let low = x.where_less(P::constant(least), P::constant(0.0), scaled);
     P::constant(most).where_less(x, P::constant(f64::INFINITY), low)
 }
 
-/// `tanh x = (e^2x - 1) / (e^2x + 1)`, with the difference computed without cancellation.
+/// Computes `tanh x = (e^2x - 1) / (e^2x + 1)`, without cancellation in the numerator.
 #[inline(always)]
 pub(crate) fn tanh<P: Primitive>(x: P) -> P {
     let (one, two) = (P::constant(1.0), P::constant(2.0));
@@ -110,17 +110,17 @@ pub(crate) fn tanh<P: Primitive>(x: P) -> P {
     let size = limit.where_less(size, limit, size);
     let (expm1, n) = reduced_exp_m1(two * size);
     let power = n.exp2_integer();
-    // The product with a power of two is exact, so there is one rounding.
+    // The product with a power of two is exact, so only the sum is rounded.
     let numerator = power * expm1 + (power - one);
     (numerator / (numerator + two)).with_sign_of(x)
 }
 
-/// Beyond this many radians the reduction by [`Primitive::PI_2`] would lose digits. The system's sine and cosine
-/// are used there.
+/// The largest magnitude, in radians, for [`sin_cos`]. Beyond it the reduction by [`Primitive::PI_2`] loses digits, so
+/// callers use the system's sine and cosine.
 pub(crate) const SIN_RANGE: f64 = 1e4;
 
-/// `x - n pi/2`. The signs are arranged so that every product is a negative zero if `n` is zero. Adding it to
-/// `x = -0` keeps the sign.
+/// Computes `x - n pi/2`. If `n` is zero, the signs make every product a negative zero, because adding that to `x = -0`
+/// keeps its sign.
 #[inline(always)]
 fn reduced_angle<P: Primitive>(mut x: P, n: P) -> P {
     let minus_n = P::constant(0.0) - n;
@@ -132,7 +132,7 @@ fn reduced_angle<P: Primitive>(mut x: P, n: P) -> P {
     x
 }
 
-/// `(sin x, cos x)` for `|x| <= SIN_RANGE`.
+/// Returns `(sin x, cos x)` for `|x| <= SIN_RANGE`.
 #[inline(always)]
 pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
     let n = (x * P::constant(std::f64::consts::FRAC_2_PI)).round();
@@ -146,23 +146,23 @@ pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
         sin = sin.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k + 1]));
         cos = cos.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k]));
     }
-    // Adding +0 prevents the factor of r from being -0. Its product with r = -0 would be +0, but sin(-0) is -0.
+    // Adding +0 keeps the factor of r from being -0. Otherwise its product with r = -0 would be +0, but sin(-0) is -0.
     let sin = sin.mul_add(square, P::constant(0.0)).mul_add(r, r);
     let cos = cos.mul_add(square, P::constant(1.0));
     quadrant(n, sin, cos)
 }
 
-/// Sine and cosine of `n pi/2 + r`, given the sine and cosine of `r`.
+/// Returns the sine and cosine of `n pi/2 + r`, given the sine and cosine of `r`.
 #[inline(always)]
 fn quadrant<P: Primitive>(n: P, sin: P, cos: P) -> (P, P) {
     let (zero, half) = (P::constant(0.0), P::constant(0.5));
-    // n modulo 4, as -2, -1, 0, 1 or 2.
+    // n modulo 4, as one of -2, -1, 0, 1 and 2.
     let turn = n - P::constant(4.0) * (n * P::constant(0.25)).round();
     let odd = half.where_less(turn.magnitude(), P::constant(1.0), zero);
     let odd = P::constant(1.5).where_less(turn.magnitude(), zero, odd);
     let s = half.where_less(odd, cos, sin);
     let c = half.where_less(odd, sin, cos);
-    // Sine changes sign in quadrants 2 and -1, cosine in 1 and 2 (counted up from -2 = 2).
+    // The sine is negative in quadrants 2 and -1, the cosine in quadrants 1 and 2 (2 and -2 are the same quadrant).
     let minus_s = turn.where_less(P::constant(-0.5), zero - s, s);
     let s = P::constant(1.5).where_less(turn, zero - s, minus_s);
     let minus_c = half.where_less(turn, zero - c, c);
@@ -170,8 +170,8 @@ fn quadrant<P: Primitive>(n: P, sin: P, cos: P) -> (P, P) {
     (s, c)
 }
 
-/// The operations of a float, from the name of its multiply-add in `libm`, and the bias and the place of its
-/// exponent.
+/// Implements [`Primitive`] for a float type. Arguments: the name of its multiply-add in `libm`, and the bias and the
+/// bit position of its exponent.
 macro_rules! operations {
     ($float:ident, $fma:ident, $bias:literal, $exponent:literal) => {
         #[inline(always)]
@@ -187,7 +187,7 @@ macro_rules! operations {
         }
         #[inline(always)]
         fn exp2_integer(self) -> Self {
-            // The last bits of the shifted number are the integer. They become the exponent.
+            // The last bits of the shifted number are the integer. They are moved to the exponent.
             let shifted = self + Self::constant(Self::ROUNDING);
             Self::from_bits(shifted.to_bits().wrapping_add($bias) << $exponent)
         }
@@ -227,7 +227,7 @@ impl Primitive for f32 {
     type Scalar = Self;
     const EXP_TERMS: usize = 7;
     const SIN_TERMS: usize = 5;
-    // Each part has single precision.
+    // Each part is a single-precision float.
     const LN_2: [f64; 2] = [0.6931471824645996, -1.9046542121259336e-9];
     const PI_2: [f64; 3] = [
         1.5707963705062866,

@@ -1,5 +1,5 @@
-//! Constants, signs and rounding, composed of methods of [`Real`]. They select and do not branch, so they run in
-//! lanes.
+//! Constants, signs and rounding, composed of methods of [`Real`]. These functions select and do not branch, so they
+//! run in lanes.
 
 use crate::real::{Mask, Real};
 
@@ -7,25 +7,26 @@ pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())
 }
 
-/// Machine epsilon, the distance from 1 to the next number of the type, or nearly so. It is the rounding error of
-/// `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
+/// Returns the machine epsilon, the distance from 1 to the next larger number of the type, or nearly so. It is the
+/// rounding error of `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
 pub(crate) fn epsilon<R: Real>() -> R {
     let third = R::lit(4.0) / R::lit(3.0) - R::one();
     (R::lit(3.0) * third - R::one()).abs().detach()
 }
 
-/// Whether the number is negative, or the negative zero.
+/// Whether the number is negative or a negative zero.
 pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
     let zero = R::zero();
     let at_zero = x.less_equal(zero) & zero.less_equal(x);
     x.less(zero) | (at_zero & x.detach().recip().less(zero))
 }
 
-/// The integer part, as a constant. It is found bit by bit from the highest down, so it is exact in any type.
+/// Returns the integer part, as a constant. It is built bit by bit, from the highest bit down, so it is exact for any
+/// type.
 pub(crate) fn truncated<R: Real>(x: R) -> R {
     let (zero, size, two, mut bit) = (R::zero(), x.abs().detach(), R::lit(2.0), R::one());
     let (finite, half) = (size.finite(), size / two);
-    // Compared with half the number, so that the highest bit does not exceed the number and overflow.
+    // `bit` is compared with half of `size`, so that it never exceeds `size` and cannot overflow.
     while (bit.less_equal(half) & finite).any() {
         bit *= two;
     }
@@ -41,13 +42,13 @@ pub(crate) fn truncated<R: Real>(x: R) -> R {
     R::select(size.less_equal(zero), x.detach(), whole)
 }
 
-/// The exact remainder (`fmod`) `a - q b`, where `q` is the integer part of `a / b`. The derivative treats `q` as
-/// a constant.
+/// Returns the exact remainder (`fmod`) `a - q b`, where `q` is the integer part of `a / b`. Its derivative treats `q`
+/// as a constant.
 pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let (zero, divisor) = (R::zero(), b.detach().abs());
     let size = a.detach().abs();
     let defined = size.finite() & zero.less(divisor);
-    // Long division: the divisor is scaled up by powers of `FAR` to just below the dividend. Binary multiples of
+    // Long division. The divisor is scaled up by powers of `FAR` to just below the dividend. Then binary multiples of
     // each scaled divisor are subtracted. Every difference is exact.
     let far = R::lit(FAR);
     let (mut left, mut unit) = (size, divisor);
@@ -76,12 +77,12 @@ pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let value = R::select(defined, value, R::lit(f64::NAN));
     let whole = R::select(a.less(zero), -whole, whole);
     let whole = R::select(b.less(zero), -whole, whole);
-    // If the quotient is 0, the derivative does not depend on the divisor, even if that is infinite.
+    // If the quotient is 0, the derivative does not depend on the divisor, even if the divisor is infinite.
     let moves = R::select(whole.abs().less_equal(zero), a, a - b * whole);
     value.straight_through(moves)
 }
 
-/// A power of two that single precision can square.
+/// A power of two whose square is finite in single precision.
 const FAR: f64 = (1_u64 << 60) as f64;
 
 pub(crate) fn floor<R: Real>(x: R) -> R {
@@ -89,7 +90,7 @@ pub(crate) fn floor<R: Real>(x: R) -> R {
     R::select(x.less(whole), whole - R::one(), whole)
 }
 
-/// The nearest integer, with halves away from zero, as a constant.
+/// Returns the nearest integer, as a constant. Halves are rounded away from zero.
 pub(crate) fn round<R: Real>(x: R) -> R {
     let (whole, zero, one) = (truncated(x), R::zero(), R::one());
     let far = R::lit(0.5).less_equal((x - whole).abs());

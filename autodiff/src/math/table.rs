@@ -1,13 +1,14 @@
-//! The longer formulas of the table of [`functions`]. The derivative of a formula with an accurate value can be
-//! inaccurate, so each function has a separate formula for its partial. Higher derivatives follow from that one.
+//! The longer formulas for the table of [`functions`]. Differentiating an accurate formula for a value can give an
+//! inaccurate derivative, so each function has a separate formula for its derivative (the partial). Higher derivatives
+//! come from differentiating the partial.
 
 use crate::elementary::{Elementary, functions};
 use crate::real::{Mask, Real};
 use crate::rule;
 
 impl Elementary {
-    /// The system's function if it is better on floats than [`value`](Self::value). A quotient of logarithms is not
-    /// exact at powers of the base.
+    /// Returns the system's function if it is more accurate on floats than [`value`](Self::value). For example, a
+    /// quotient of logarithms is not exact at powers of the base.
     #[inline(always)]
     pub(crate) fn of_system(self) -> Option<fn(f64) -> f64> {
         match self {
@@ -26,8 +27,8 @@ macro_rules! values_and_partials {
         }
     ) => {
         impl Elementary {
-            /// The value, computed with methods of [`Real`]. For implementations of [`Real::elementary`] without a
-            /// better formula.
+            /// Returns the value, computed with methods of [`Real`]. For implementations of [`Real::elementary`] that
+            /// have no better formula.
             #[inline(always)]
             pub fn value<R: Real>(self, x: R) -> R {
                 match self {
@@ -38,7 +39,7 @@ macro_rules! values_and_partials {
                 }
             }
 
-            /// The value and the partial, as in [`rule`].
+            /// Returns the value and the partial, like [`rule`].
             #[inline(always)]
             pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
                 let value = x.elementary(self);
@@ -49,13 +50,14 @@ macro_rules! values_and_partials {
                 }
             }
 
-            /// [`partial`](Self::partial), compiled once for a number type. Only lanes need it inlined.
+            /// Like [`partial`](Self::partial), but compiled only once for each number type. Lanes need it inlined
+            /// instead.
             #[inline(never)]
             fn shared_partial<R: Real>(self, x: R, y: R) -> R {
                 self.partial(x, y)
             }
 
-            /// The partial at `x`, where the value is `y`.
+            /// Returns the partial at `x`, given the value `y` there.
             #[inline(always)]
             #[allow(unused_variables)]
             fn partial<R: Real>(self, x: R, y: R) -> R {
@@ -72,15 +74,15 @@ macro_rules! values_and_partials {
 
 functions!(values_and_partials);
 
-/// The value of an odd function at `x`, given the value at `|x|`. A zero keeps its sign.
+/// Returns the value of an odd function at `x`, given its value at `|x|`. A zero keeps its sign.
 #[inline(always)]
 fn odd<R: Real>(x: R, of_size: R) -> R {
     let signed = R::select(x.less(R::zero()), -of_size, of_size);
     R::select(x.abs().less_equal(R::zero()), x, signed)
 }
 
-/// For small `x` it is `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels. It is `x` itself if `x / 2` is
-/// inexact, as for subnormal numbers.
+/// Computes `e^x - 1`. For small `x` it is `2 t / (1 - t)` with `t = tanh(x/2)`, without cancellation. If `x / 2` is
+/// inexact, as for subnormal numbers, it is `x`.
 #[inline(always)]
 fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
@@ -91,7 +93,7 @@ fn exp_m1<R: Real>(x: R) -> R {
     R::select(x.abs().less(one), small, x.exp() - one)
 }
 
-/// W. Kahan's formula. The factor `x / (u - 1)` compensates for the rounding of `u = 1 + x`.
+/// Computes `ln(1 + x)` by W. Kahan's formula. The factor `x / (u - 1)` compensates for the rounding of `u = 1 + x`.
 #[inline(always)]
 fn ln_1p<R: Real>(x: R) -> R {
     let one = R::one();
@@ -102,7 +104,7 @@ fn ln_1p<R: Real>(x: R) -> R {
     R::select(vanishes, x, corrected)
 }
 
-/// `e^x / 2` as the square of a root, which is finite a little beyond the overflow of `e^x`.
+/// Computes `e^x / 2` from `e^(x/2)`, so that the result is finite for slightly larger `x` than `e^x`.
 #[inline(always)]
 fn half_exp<R: Real>(x: R) -> R {
     let half = R::lit(0.5);
@@ -126,13 +128,13 @@ fn cosh<R: Real>(x: R) -> R {
     R::select(power.finite(), value, half_exp(size))
 }
 
-/// `ln(2 x)`, the limit of the inverse hyperbolic functions, for `x` whose square overflows.
+/// Computes `ln(2 x)`, to which the inverse hyperbolic functions tend, for `x` so large that its square overflows.
 #[inline(always)]
 fn ln_twice<R: Real>(x: R) -> R {
     x.ln() + R::lit(2.0).ln()
 }
 
-/// `ln(x + sqrt(x^2 + 1))`, computed for the magnitude, so that nothing cancels.
+/// Computes `ln(x + sqrt(x^2 + 1))` for `|x|`, so that nothing cancels.
 #[inline(always)]
 fn asinh<R: Real>(x: R) -> R {
     let (one, size) = (R::one(), x.abs());
@@ -145,12 +147,12 @@ fn asinh<R: Real>(x: R) -> R {
 fn asinh_partial<R: Real>(x: R) -> R {
     let square = x * x;
     let partial = (R::one() + square).sqrt().recip();
-    // The partials of the partial contain the square of the square.
+    // The derivatives of this partial contain `x^4`, so it must be replaced where that overflows.
     R::select((square * square).finite(), partial, x.abs().recip())
 }
 
-/// `ln(x + sqrt(x^2 - 1))`. Each factor, `x - 1` and `x + 1`, has its own root. Their product is also positive
-/// below -1, where the function is not defined.
+/// Computes `ln(x + sqrt(x^2 - 1))`. The roots of `x - 1` and `x + 1` are taken separately: their product is also
+/// positive below -1, where the function is not defined.
 #[inline(always)]
 fn acosh<R: Real>(x: R) -> R {
     let one = R::one();
@@ -159,18 +161,18 @@ fn acosh<R: Real>(x: R) -> R {
     R::select((x * x).finite(), value, ln_twice(x))
 }
 
-/// A power with the rounded exponent 1/3, corrected by one step of Newton's method.
+/// Computes a power with the exponent 1/3, which is rounded, and corrects it by one step of Newton's method.
 #[inline(always)]
 fn cbrt<R: Real>(x: R) -> R {
     let (size, three) = (x.abs(), R::lit(3.0));
     let power = size.powf(three.recip());
     let root = power - (power - size / (power * power)) / three;
-    // The step is NaN at zero and infinity, where the power is correct.
+    // At zero and infinity the step is NaN, but the power is exact.
     odd(x, R::select(root.finite(), root, power))
 }
 
-/// The logistic function and its slope, from the exponential that does not overflow. The slope is differentiated
-/// as a slope of `tanh(x/2)`, because the derivative of `rest * share` cancels near 0.
+/// Returns the logistic function and its slope, using whichever exponential does not overflow. The slope is
+/// differentiated as a slope of `tanh(x/2)`, because the derivative of `rest * share` cancels near 0.
 #[inline(always)]
 fn sigmoid<R: Real>(x: R) -> (R, R) {
     let (one, negative) = (R::one(), x.less(R::zero()));
@@ -189,15 +191,16 @@ fn softplus<R: Real>(x: R) -> R {
     above + ln_1p(R::select(negative, x, -x).exp())
 }
 
-/// `value / x`, and 1 at 0.
+/// Returns `value / x`, and 1 at `x = 0`.
 #[inline(always)]
 fn cardinal<R: Real>(value: R, x: R) -> R {
     R::select(x.abs().less_equal(R::zero()), R::one(), value / x)
 }
 
-/// The slope of `sin(x) / x` for the sign -1, or of `sinh(x) / x` for the sign 1. For `|x| < 1` the terms of the
-/// quotient's slope cancel, so the slope is the series `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with
-/// `r = sign x^2`. The last term is below 1e-34, which is enough for every type.
+/// Returns the slope of `sin(x) / x` (for `sign` -1) or of `sinh(x) / x` (for `sign` 1). Elsewhere this is
+/// `of_quotient`, but for `|x| < 1` the terms of that formula cancel. There it is the series
+/// `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with `r = sign x^2`. The last term is below 1e-34, which is enough
+/// for every type.
 #[inline(always)]
 fn cardinal_partial<R: Real>(of_quotient: R, x: R, sign: f64) -> R {
     let mut sum = R::one();

@@ -1,17 +1,17 @@
-//! The arithmetic of recorded operations. A mask is represented by a number: 1 for true, 0 for false.
+//! Computes the operations of a recording. A mask is represented by a number: 1 for true, 0 for false.
 
 use super::operation::{Binary, Logic, Unary};
 use crate::elementary::functions;
 use crate::real::Real;
 use crate::rule;
 
-/// The mask that a number represents.
+/// Converts a number to the mask that it represents.
 #[inline(always)]
 pub(crate) fn holds<L: Real>(mask: L) -> L::Mask {
     L::lit(0.5).less(mask)
 }
 
-/// The number that represents a mask.
+/// Converts a mask to the number that represents it.
 #[inline(always)]
 pub(crate) fn number<L: Real>(mask: L::Mask) -> L {
     L::select(mask, L::one(), L::zero())
@@ -31,7 +31,7 @@ pub(crate) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
 
 macro_rules! define {
     (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
-        /// The value alone.
+        /// Returns the value without the partial.
         #[inline(always)]
         pub(crate) fn unary_value<L: Real>(f: Unary, x: L) -> L {
             match f {
@@ -44,7 +44,7 @@ macro_rules! define {
             }
         }
 
-        /// The value and the partial.
+        /// Returns the value and the partial.
         #[inline(always)]
         pub(crate) fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
             match f {
@@ -61,7 +61,7 @@ macro_rules! define {
 
 functions!(define);
 
-/// The value alone.
+/// Returns the value without the partials.
 #[inline(always)]
 pub(crate) fn binary_value<L: Real>(f: Binary, a: L, b: L) -> L {
     match f {
@@ -77,7 +77,7 @@ pub(crate) fn binary_value<L: Real>(f: Binary, a: L, b: L) -> L {
     }
 }
 
-/// The value and the partials.
+/// Returns the value and the partials.
 #[inline(always)]
 pub(crate) fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
     let one = L::one();

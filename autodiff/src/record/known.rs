@@ -1,39 +1,40 @@
-//! Bounds on a number that follow from how it is computed.
+//! Derives bounds on a number from the way it is computed.
 
 use super::operation::{Op, Unary};
 
-/// Bounds on a number, valid wherever the inputs and the results of the kernel are finite.
+/// Bounds on a number. They hold wherever the inputs and the results of the kernel are finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Known {
-    /// A lower bound.
+    /// The number is at least this large.
     pub(super) least: f64,
     pub(super) range: Range,
-    /// Whether the number cannot be a negative zero. A square cannot, nor can a sum if one of its terms cannot.
+    /// Whether the number cannot be a negative zero. This holds for squares, and for sums with a term that cannot be
+    /// one.
     pub(super) unsigned: bool,
 }
 
-/// How large a number may be. A sum is assumed to be finite if its terms are, and so is a product with a bounded
+/// How large a number may be. A sum of finite terms counts as finite, and so does the product of a finite and a bounded
 /// number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Range {
-    /// Bounded by constants.
+    /// Between two constants.
     Bounded,
-    /// As large as inputs and results.
+    /// Finite, but not bounded by constants, like inputs and results.
     Finite,
-    /// Infinite or NaN if a product overflows, even if the results are finite.
+    /// May be infinite or NaN because a product overflows, even if the results are finite.
     Overflow,
-    /// Infinite or NaN for another reason: an exponential, a power, or a function at the edge of its domain.
+    /// May be infinite or NaN for another reason: an exponential, a power, or a function at the edge of its domain.
     Singular,
 }
 
 use Range::{Bounded, Finite, Overflow, Singular};
 
-/// Numbers from here on are clear of zero: even the cube of the reciprocal, the highest power in a rule, is finite
-/// in f32.
+/// Numbers from here on are safely away from zero: even the cube of the reciprocal, the highest power in a derivative
+/// rule, is finite in f32.
 const CLEAR: f64 = 1e-12;
 
 impl Known {
-    /// A number of either sign.
+    /// A number of unknown sign.
     pub(super) fn within(range: Range) -> Self {
         Self {
             least: f64::NEG_INFINITY,
@@ -91,7 +92,7 @@ impl Known {
         }
     }
 
-    /// The bounds on a number that is one of two.
+    /// The bounds on a number that is one of two, such as the result of a select.
     pub(super) fn or(self, other: Self) -> Self {
         Self {
             least: self.least.min(other.least),
@@ -100,7 +101,7 @@ impl Known {
         }
     }
 
-    /// A function of the number.
+    /// The bounds on `f` of the number.
     pub(super) fn through(self, f: Unary) -> Self {
         let inside = if self.least >= CLEAR {
             self.range
@@ -117,7 +118,7 @@ impl Known {
             Unary::Recip if self.least > 0.0 => (0.0, bounded(inside)),
             Unary::Ln => (f64::NEG_INFINITY, inside),
             Unary::Sin | Unary::Cos | Unary::Tanh => (f64::NEG_INFINITY, bounded(self.range)),
-            // The bound is 0 because the exponential may underflow.
+            // The lower bound is 0, because the exponential may underflow.
             Unary::Exp => (0.0, Singular),
             _ => (f64::NEG_INFINITY, Singular),
         };
@@ -132,7 +133,8 @@ impl Known {
         }
     }
 
-    /// The bounds on the result of `op` if its overflow would make a result of the kernel infinite.
+    /// Tightens the bounds on the result of `op`, for an `op` whose overflow would make a result of the kernel
+    /// infinite.
     pub(super) fn shown(self, op: Op) -> Self {
         let range = match (self.range, op) {
             (Overflow, Op::Unary(Unary::Recip | Unary::Tanh, _)) => Bounded,

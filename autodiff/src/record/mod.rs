@@ -1,8 +1,8 @@
-//! Generic code recorded as a list of operations.
+//! Records generic code as a list of operations.
 //!
-//! A `Symbol` is a number that records how it was computed. [`emit`] runs the reverse tape over symbols and
-//! prints the adjoint as Rust. Everything else replays a recording: sums and maps over data (`data`), and kernels
-//! on number types other than floats in an [`AnyProgram`](crate::AnyProgram).
+//! A `Symbol` is a number that records how it was computed. [`emit`] runs the reverse tape over symbols and prints the
+//! adjoint as Rust code. All other users replay a recording: sums and maps over data (`data`), and kernels in an
+//! [`AnyProgram`](crate::AnyProgram) whose number type is not a float.
 
 pub(crate) mod operation;
 pub(crate) mod arithmetic;

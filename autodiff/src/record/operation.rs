@@ -2,12 +2,11 @@
 
 use crate::elementary::{Elementary, functions};
 
-/// The place of a number of a recording: among the arguments that all points share, or among the results of
-/// the recording's operations.
+/// Identifies a number of a recording: one of the arguments that all points share, or the result of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Place(u32);
 
-/// The bit that marks shared places.
+/// This bit is set in places of shared arguments.
 const SHARED: u32 = 1 << 31;
 
 impl Place {
@@ -17,7 +16,7 @@ impl Place {
     pub(super) fn own(at: usize) -> Self {
         assert!(
             at < SHARED as usize,
-            "a recording holds at most {SHARED} numbers"
+            "the recording is full: it can hold at most {SHARED} numbers"
         );
         Place(at as u32)
     }
@@ -25,23 +24,23 @@ impl Place {
     pub(crate) fn is_shared(self) -> bool {
         self.0 & SHARED != 0
     }
-    /// The index among the shared arguments, or among the operations.
+    /// The index among the shared arguments or among the operations.
     #[inline(always)]
     pub(crate) fn at(self) -> usize {
         (self.0 & !SHARED) as usize
     }
-    /// The distance to a later place of the same kind.
+    /// The distance to a later place of the same kind. `None` if `later` is not later or of the other kind.
     pub(super) fn distance(self, later: Self) -> Option<u32> {
         (self.is_shared() == later.is_shared() && self < later).then(|| later.0 - self.0)
     }
-    /// The place `steps` further on.
+    /// The place that is `steps` further on.
     #[inline(always)]
     pub(crate) fn plus(self, steps: usize) -> Self {
         Place(self.0 + steps as u32)
     }
 }
 
-/// Places with the same distance from each to the next.
+/// A sequence of places with equal distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Run {
     pub(crate) first: Place,
@@ -59,13 +58,13 @@ impl Run {
         self.step == 1
     }
 
-    /// Whether the places are shared and adjacent.
+    /// Whether the places are shared arguments and adjacent.
     #[inline(always)]
     pub(crate) fn is_row(self) -> bool {
         self.first.is_shared() && self.is_adjacent()
     }
 
-    /// The run without its first places.
+    /// The run without its first `index` places.
     #[inline(always)]
     pub(crate) fn from(self, index: usize) -> Self {
         Self {
@@ -103,7 +102,7 @@ pub(crate) enum Binary {
     Powf,
     Hypot,
     Chain,
-    /// The value of the first, the derivative of the second.
+    /// A number with the value of the first operand and the derivative of the second.
     StraightThrough,
 }
 
@@ -114,34 +113,35 @@ pub(crate) enum Logic {
     LessEqual,
     And,
     Or,
-    /// The negation of the first operand.
+    /// The negation of the first operand; the second is ignored.
     Not,
 }
 
 /// One operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Op {
-    /// An argument, by its number.
+    /// The argument with this number.
     Input(u32),
-    /// The bits of an f64.
+    /// A constant, as the bits of an f64.
     Constant(u64),
-    /// A mask that is the same in every lane.
+    /// A mask with the same value in every lane.
     Always(bool),
     Unary(Unary, Place),
     Binary(Binary, [Place; 2]),
     Logic(Logic, [Place; 2]),
-    /// The product of the first two, plus the third.
+    /// The product of the first two operands, plus the third.
     Fma([Place; 3]),
-    /// The first number where the mask holds, else the second.
+    /// The first number where the mask is true, otherwise the second.
     Select(Place, [Place; 2]),
-    /// The dot product of as many places of each run.
+    /// The dot product of two runs of this length.
     Dot([Run; 2], u32),
-    /// The sum of as many places of this run.
+    /// The sum over a run of this length.
     Sum(Run, u32),
 }
 
 impl Op {
-    /// The operation with each run of operands replaced by the result of `f`, which takes the run and its length.
+    /// Returns the operation with each run of operands replaced by the result of `f`. Arguments of `f` are the run and
+    /// its length; a single operand is a run of length 1.
     pub(crate) fn with_operands(self, mut f: impl FnMut(Run, u32) -> Run) -> Self {
         let mut one = |place| {
             f(
@@ -165,7 +165,7 @@ impl Op {
         }
     }
 
-    /// The places that an operation reads.
+    /// Returns all places that the operation reads.
     pub(super) fn operands(self) -> Vec<Place> {
         let mut operands = Vec::new();
         self.with_operands(|run, len| {
@@ -175,7 +175,7 @@ impl Op {
         operands
     }
 
-    /// The operands that must be finite if the result is finite.
+    /// Returns the operands that must be finite if the result is finite.
     pub(super) fn shows(self) -> Vec<Place> {
         use Unary::{Abs, Cos, Detach, Ln, Neg, Sin, Sqrt};
         match self {

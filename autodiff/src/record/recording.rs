@@ -1,4 +1,4 @@
-//! The list of the operations of generic code.
+//! The list of operations that generic code does.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -7,36 +7,38 @@ use super::known::{Known, Range};
 use super::operation::{Binary, Op, Place, Unary};
 use crate::restored::Restored;
 
-/// The operations, each at the place of its result.
+/// The operations of generic code. A place is the index of the operation that computes the number.
 ///
 /// A plain recording is for replays and has the operations in the order of the code. A simplified recording is for
 /// [`emit`](crate::emit). It has each subexpression once and no trivial operations.
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
     pub(crate) ops: Vec<Op>,
-    /// Whether the code asked for a value or called a function with its own derivative. The operations then do not
+    /// Whether the code asked for a value or called a function with its own derivative. If so, the operations do not
     /// represent the code.
     pub(crate) unfit: bool,
     pub(super) is_simplified: bool,
-    /// Whether every call is recorded as a separate operation, without folding or sharing. Two recordings of the
+    /// Whether every call is recorded as a separate operation, without simplification. Two recordings of the
     /// same code then have the same operations at the same places.
     is_verbatim: bool,
-    /// Magnitudes of the constants that represent fields of a kernel. Fields are only known to be finite.
+    /// The magnitudes of the constants that represent fields of a kernel. Nothing is known about a field, except that
+    /// it is finite.
     fields: Vec<f64>,
-    /// Bounds on each operation's result, in a simplified recording.
+    /// Bounds on the result of each operation. Only in a simplified recording.
     known: Vec<Known>,
-    /// The operations that are not recorded again (hash-consing): constants, or all operations.
+    /// The places of operations that are recorded only once (hash-consing): constants, or in a simplified recording all
+    /// operations.
     places: HashMap<Op, Place>,
 }
 
-/// The most operations of a kernel that can be emitted.
+/// The largest number of operations of a kernel that can be emitted.
 const MOST: usize = 1 << 20;
 
 thread_local! {
     static CURRENT: RefCell<Recording> = RefCell::default();
 }
 
-/// Runs `code` with this recording as the current one. Returns the result and the recording.
+/// Runs `code` and records its operations in `recording`. Returns the result of `code` and the recording.
 pub(crate) fn record<T>(recording: Recording, code: impl FnOnce() -> T) -> (T, Recording) {
     let _outer = Restored::set(&CURRENT, recording);
     let result = code();
@@ -57,7 +59,7 @@ impl Recording {
         }
     }
 
-    /// A recording for emission with one operation per call.
+    /// An empty recording that gets one operation for each call. It is used to compare kernels before emission.
     pub(super) fn verbatim() -> Self {
         Self {
             is_verbatim: true,
@@ -65,7 +67,7 @@ impl Recording {
         }
     }
 
-    /// The place of an operation's result.
+    /// Records an operation and returns the place of its result.
     pub(super) fn push(&mut self, op: Op) -> Place {
         if self.is_verbatim {
             self.expect_room();
@@ -102,8 +104,8 @@ impl Recording {
     fn expect_room(&self) {
         assert!(
             self.ops.len() < MOST,
-            "a kernel of more than {MOST} operations cannot be emitted; it must not loop until \
-             `Mask::any` is false, because that never happens while recording"
+            "a kernel of more than {MOST} operations cannot be emitted; if it loops until \
+             `Mask::any` is false, rewrite the loop, because that never happens while recording"
         );
     }
 
@@ -111,8 +113,8 @@ impl Recording {
         self.push(Op::Constant(value.to_bits()))
     }
 
-    /// The place of the simplest form of an operation. Only trivial sums and products are folded, because other
-    /// constants may represent fields of the kernel.
+    /// Records the simplest form of an operation and returns its place. Only trivial sums and products are evaluated,
+    /// because other constants may represent fields of the kernel.
     fn push_simplified(&mut self, op: Op) -> Place {
         let is = |place, value| self.constant(place) == Some(value);
         match op {
@@ -123,7 +125,8 @@ impl Recording {
             Op::Unary(Unary::Abs, x) if self.known(x).least >= 0.0 => x,
             Op::Unary(Unary::Detach, x) => self.detached(x),
             Op::Binary(Binary::Add, [a, b]) if is(a, 0.0) => b,
-            // Adding +0 may change a negative zero, which the rules rely on.
+            // Adding +0 can only be dropped if `a` is not a negative zero, because the derivative rules rely on its
+            // sign.
             Op::Binary(Binary::Add, [a, b])
                 if is(b, 0.0) && (!self.known(b).unsigned || self.known(a).unsigned) =>
             {
@@ -132,7 +135,7 @@ impl Recording {
             Op::Binary(Binary::Sub, [a, b]) if is(b, 0.0) => a,
             Op::Binary(Binary::Sub, [a, b]) if is(a, 0.0) => self.push(Op::Unary(Unary::Neg, b)),
             Op::Binary(Binary::Mul, [a, b]) => self.product(a.min(b), a.max(b)),
-            // A product with the reciprocal, which the adjoint needs anyway.
+            // Becomes a product with the reciprocal, which the adjoint needs anyway.
             Op::Binary(Binary::Div, [a, b]) => {
                 let inverse = self.push(Op::Unary(Unary::Recip, b));
                 self.push(Op::Binary(Binary::Mul, [a, inverse]))
@@ -143,7 +146,8 @@ impl Recording {
         }
     }
 
-    /// A product with a constant zero is zero, so that no code is printed where no cotangent passes.
+    /// Records a product. A product with a constant zero becomes zero, so that no code is printed where no cotangent
+    /// passes.
     fn product(&mut self, a: Place, b: Place) -> Place {
         match (self.constant(a), self.constant(b)) {
             (Some(0.0), _) | (_, Some(0.0)) => self.push_constant(0.0),
@@ -158,7 +162,7 @@ impl Recording {
     fn detached(&mut self, x: Place) -> Place {
         match self.op(x) {
             Op::Constant(_) | Op::Unary(Unary::Detach, _) => x,
-            // Detach the branches, so that a choice between constants stays one.
+            // Detaches the branches instead, so that a select between constants remains one.
             Op::Select(mask, branches) => {
                 let branches = branches.map(|branch| self.detached(branch));
                 self.push(Op::Select(mask, branches))
@@ -169,7 +173,7 @@ impl Recording {
 
     fn chained(&mut self, partial: Place, cotangent: Place) -> Place {
         match self.op(partial) {
-            // Chain the branches of a select, so that a branch that passes nothing is zero.
+            // Chains the branches of the select instead, so that a branch through which nothing passes becomes zero.
             Op::Select(mask, branches) if branches.iter().any(|&b| self.constant(b).is_some()) => {
                 let branches = branches.map(|branch| self.chained(branch, cotangent));
                 self.push(Op::Select(mask, branches))
@@ -196,7 +200,7 @@ impl Recording {
         self.known[place.at()]
     }
 
-    /// The bounds on an operation's result that follow from its operands.
+    /// Returns bounds on the result of an operation that follow from the bounds on its operands.
     fn knowledge(&self, op: Op) -> Known {
         let of = |place| self.known(place);
         let product = |a, b| {
@@ -220,8 +224,7 @@ impl Recording {
                 least: of(hard).least,
                 ..of(hard).or(of(soft))
             },
-            // The product inside is not rounded to a zero first. A small negative product may therefore end as a
-            // negative zero.
+            // The product is not rounded before the addition, so a small negative product may give a negative zero.
             Op::Fma([a, b, c]) => Known {
                 unsigned: a == b && of(c).unsigned && of(c).least >= 0.0,
                 ..product(a, b).plus(of(c))
@@ -232,7 +235,7 @@ impl Recording {
         }
     }
 
-    /// Assumes that these results are finite, and with them every number that would make them infinite.
+    /// Assumes that these results are finite, and also all numbers that would make a result infinite if they were.
     pub(super) fn assume_finite(&mut self, results: &[Place]) {
         let mut shown = vec![false; self.ops.len()];
         let mut pending = results.to_vec();

@@ -1,4 +1,4 @@
-//! Kernels as recordings, which any number type can replay.
+//! Kernels as recordings, which can be replayed for any number type.
 
 use std::any::type_name;
 use std::borrow::Cow;
@@ -14,7 +14,7 @@ use num_traits::Zero;
 /// Records a kernel.
 ///
 /// # Panics
-/// If the kernel asks for values or calls a function with its own derivative. A recording cannot represent it.
+/// If the kernel asks for values or calls a function with its own derivative, because a recording cannot represent it.
 pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
     let plan = Plan::record([I, K::UNIFORMS], |x, given| {
         let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
@@ -24,24 +24,24 @@ pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(k
     });
     plan.unwrap_or_else(|| {
         panic!(
-            "the kernel {} asks whether a number is zero or a mask is true, or calls a fused function: \
-             in an `AnyProgram` it can only run on f64 and f32",
+            "kernel {} cannot be replayed on this number type: it branches on a value (a zero test or a mask) or \
+             calls a fused function; an `AnyProgram` can only run it on f64 and f32",
             type_name::<K>()
         )
     })
 }
 
-/// The elements or edges that a kernel is applied to.
+/// The elements or edges to which a kernel is applied.
 pub(crate) enum Places {
-    /// Each element of arrays of one length.
+    /// This many elements of arrays of equal length.
     Elements(usize),
     /// The edges of a graph; see [`Program::map_edges`](crate::Program::map_edges).
     Edges {
         edges: Vec<SlotEdge>,
-        /// The number of inputs that are differences of arrays over the nodes.
+        /// The number of inputs that are differences of node values. They come first.
         differences: usize,
-        /// Node, edge, and whether the node is the edge's tail, ordered by node. The order of the edges of a node
-        /// is that in which lanes sum them.
+        /// For each end of each edge: the node, the edge, and whether the node is its tail. The list is ordered by
+        /// node. For each node, the edges have the order in which lanes sum them.
         ends: Vec<(usize, usize, bool)>,
     },
 }
@@ -80,13 +80,13 @@ impl Places {
     }
 }
 
-/// A recorded kernel, mapped over arrays or over the edges of a graph.
+/// A recorded kernel that is mapped over arrays or over the edges of a graph.
 pub(crate) struct ReplayedKernel {
     kernel: Plan,
     places: Places,
     inputs: Vec<Array>,
     uniforms: Vec<Array>,
-    /// Adjacent, in this order.
+    /// The output arrays, adjacent in memory.
     outputs: Vec<Array>,
     active: Vec<bool>,
     active_uniforms: Vec<bool>,
@@ -111,7 +111,7 @@ impl ReplayedKernel {
         }
     }
 
-    /// Calls `replay` with the kernel at all places.
+    /// Calls `replay` with the recorded kernel and its inputs at all elements or edges.
     fn at_places<R: Real, T>(
         &self,
         values: StepValues<R>,
@@ -132,7 +132,7 @@ impl ReplayedKernel {
         };
         let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
-        // Only floats run several starts at once, and floats do not replay.
+        // Uniform inputs have a single number here: only floats run several starts at once, and floats do not replay.
         let shared: Vec<R> = (self.uniforms.iter())
             .map(|&array| values.get(array)[0])
             .collect();
@@ -179,7 +179,8 @@ impl<R: Real> Operation<R> for ReplayedKernel {
             let bar = &*bars.get_mut(output);
             match &self.places {
                 Places::Elements(_) => bar.to_vec(),
-                // A result was added at the tail and subtracted at the head.
+                // A result was added at the tail and subtracted at the head, so its cotangent is the tail's minus the
+                // head's.
                 Places::Edges { edges, .. } => edges
                     .iter()
                     .map(|edge| bar[edge.tail] - bar[edge.head])

@@ -11,22 +11,22 @@ use crate::elementary::{Elementary, functions};
 use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 
-/// A number without a value. Generic code over symbols records an operation for each call. Such code cannot
-/// branch on values, so one recording is valid for all values.
+/// A number without a value. Generic code over symbols records one operation for each call. It cannot branch on values,
+/// so one recording is valid for all values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Symbol(pub(crate) Place);
 
-/// The result of a comparison or of joined comparisons.
+/// The result of a comparison, or of a combination of comparisons.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SymbolMask(Place);
 
 impl Symbol {
-    /// An argument of the recorded code.
+    /// Returns argument number `number` of the recorded code.
     pub(crate) fn input(number: usize) -> Self {
         push(Op::Input(number as u32))
     }
 
-    /// An argument that all points share.
+    /// Returns shared argument number `number`. All points have the same value of it.
     pub(crate) fn shared(number: usize) -> Self {
         Symbol(Place::shared(number))
     }
@@ -48,7 +48,7 @@ fn logic(f: Logic, a: Place, b: Place) -> SymbolMask {
     SymbolMask(push(Op::Logic(f, [a, b])).0)
 }
 
-/// The longest run that a slice begins with, and its length.
+/// Returns the longest run at the beginning of a slice, and its length.
 fn run(slice: &[Symbol]) -> (Run, usize) {
     let first = slice[0].0;
     let step = slice.get(1).and_then(|second| first.distance(second.0));
@@ -57,7 +57,7 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
     };
     let run = Run { first, step };
     let mut len = 0;
-    // Whole chunks are compared in registers, because the rows of a network are long.
+    // Compares whole chunks in registers, because the rows of a network are long.
     for chunk in slice.chunks(CHUNK) {
         let places = chunk.iter().enumerate();
         let in_line = places.map(|(j, x)| x.0 == run.at(len + j));
@@ -70,14 +70,14 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
     (run, len)
 }
 
-/// The number of places that are compared at once.
+/// How many places are compared at once.
 const CHUNK: usize = 32;
 
-/// A run of each of two slices, and their length.
+/// A run in each of two slices, and their common length.
 type Stretch = ([Run; 2], u32);
 
-/// Divides two slices of one length into stretches that are runs in both. Returns `None` in a simplified recording,
-/// and if there would be as many operations as terms.
+/// Divides two slices of equal length into stretches in which both are runs. Returns `None` in a simplified recording,
+/// or if this would not give fewer operations than terms.
 fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[Stretch; 2]>> {
     if current(|recording| recording.is_simplified) {
         return None;
@@ -104,7 +104,7 @@ operators! {
     -a => unary(Unary::Neg, a),
     0 => Symbol::lit(0.0),
     1 => Symbol::lit(1.0),
-    // This asks for the value. Only a simplified recording, whose code is printed for all values, may answer it.
+    // This asks for a value. Only a simplified recording may answer, because its code is printed for all values.
     a == 0 => current(|recording| {
         recording.unfit = true;
         recording.is_simplified && recording.constant(a.0) == Some(0.0)
@@ -135,8 +135,8 @@ impl Mask for SymbolMask {
     fn splat(value: bool) -> Self {
         SymbolMask(push(Op::Always(value)).0)
     }
-    /// In a simplified recording `any` is always true and [`all`](Mask::all) is always false, as if lanes always
-    /// differed. Both sides of a choice are then printed.
+    /// In a simplified recording, `any` is always true and [`all`](Mask::all) is always false, as if the lanes
+    /// differed. So both sides of a choice are printed.
     fn any(self) -> bool {
         current(|recording| {
             recording.unfit = true;
@@ -145,7 +145,7 @@ impl Mask for SymbolMask {
     }
 }
 
-/// Methods that record one operation.
+/// Defines methods that record one operation each.
 macro_rules! recorded {
     (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
         $(
@@ -180,7 +180,7 @@ impl Real for Symbol {
     }
     fn primal(self) -> f64 {
         current(|recording| {
-            let refused = "a kernel with emitted derivatives cannot call `primal`";
+            let refused = "a kernel with emitted derivatives cannot call `primal`, because its recording has no values";
             assert!(!recording.is_simplified, "{refused}");
             recording.unfit = true;
         });
@@ -225,7 +225,7 @@ impl Real for Symbol {
         }
         terms.iter().fold(Self::zero(), |sum, &x| sum + x)
     }
-    /// The derivative of a fused function may differ from that of its `eval`.
+    /// Marks the recording as unfit, because a fused function may have another derivative than its `eval`.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         current(|recording| recording.unfit = true);
         function.eval(inputs)

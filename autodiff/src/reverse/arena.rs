@@ -1,4 +1,4 @@
-//! The entries of a recording, and the reverse sweep over them.
+//! The storage of a recording, and the reverse sweep over it.
 
 use super::careful::Careful;
 use super::entries::{Entry, LongEntries, Term, allocated};
@@ -7,14 +7,14 @@ use super::index::{FUSED, LINEAR, NONE, SELECT, STOPPED, index};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
 
-/// The contents of a recording.
+/// The entries of a recording.
 pub(super) struct Arena<R: Real> {
     pub(super) entries: Vec<Entry<R>>,
     long: LongEntries<R>,
 }
 
 impl<R: Real> Arena<R> {
-    /// An empty recording.
+    /// Returns an empty recording.
     pub(super) fn new() -> Self {
         Arena {
             entries: Vec::new(),
@@ -22,29 +22,29 @@ impl<R: Real> Arena<R> {
         }
     }
 
-    /// Clears the recording and makes room for inputs, which come first.
+    /// Clears the recording and makes room for the inputs, which are the first entries.
     pub(super) fn restart(&mut self, inputs: usize) {
         let entry = Entry {
             partials: [R::zero(), R::zero()],
             parents: [NONE, NONE],
         };
         if self.entries.capacity() == 0 {
-            // A vector that starts small would be moved several times by a short recording.
+            // Without this, a short recording would grow its vector several times.
             self.entries.reserve(2 * inputs + 32);
         }
-        // The entry of an input only takes up an index and is never read, so old entries may stay.
+        // The entries of inputs only reserve indices and are never read, so old entries may stay.
         self.entries.truncate(inputs);
         self.entries.resize(index(inputs) as usize, entry);
         self.long.clear();
     }
 
-    /// The number of bytes allocated, without the memory that fused entries own. There are no fused entries after a
-    /// [restart](Self::restart).
+    /// How many bytes are allocated, not counting the memory that fused entries own. After a [restart](Self::restart)
+    /// there are no fused entries.
     pub(super) fn bytes(&self) -> usize {
         allocated(&self.entries) + self.long.bytes()
     }
 
-    /// The number of entries that fit into the allocated memory and into the indices of variables.
+    /// How many entries fit into the allocated memory and into 32-bit indices.
     pub(super) fn room(&self) -> u32 {
         self.entries.capacity().min(FUSED as usize) as u32
     }
@@ -55,7 +55,7 @@ impl<R: Real> Arena<R> {
         self.entries.reserve(1);
     }
 
-    /// Appends an entry that refers to [`LongEntries`] and returns its index.
+    /// Appends an entry whose operands are in [`LongEntries`] and returns its index.
     fn push_mark(&mut self, parents: [u32; 2], zero: R) -> u32 {
         let index = index(self.entries.len());
         let partials = [zero, zero];
@@ -63,7 +63,7 @@ impl<R: Real> Arena<R> {
         index
     }
 
-    /// Appends an entry with any number of terms.
+    /// Appends a linear combination of any number of terms and returns its index.
     pub(super) fn push_linear(&mut self, terms: impl Iterator<Item = Term<R>>, zero: R) -> u32 {
         let LongEntries {
             linear,
@@ -83,15 +83,15 @@ impl<R: Real> Arena<R> {
         self.push_mark([LINEAR, entry], zero)
     }
 
-    /// Appends a choice between two parents in every lane. It does not use partials of 0 and 1, because an infinite
-    /// cotangent times 0 would be NaN in lanes where it must not pass.
+    /// Appends a select between two parents, lane by lane. It stores the mask instead of partials of 0 and 1: an
+    /// infinite cotangent times 0 would be NaN in lanes where nothing must pass.
     pub(super) fn push_select(&mut self, mask: R::Mask, parents: [u32; 2], zero: R) -> u32 {
         let select = index(self.long.selects.len());
         self.long.selects.push((mask, parents));
         self.push_mark([SELECT, select], zero)
     }
 
-    /// Appends a fused entry and one entry for each of its outputs. Returns the index of the first output.
+    /// Appends a fused function: one entry for each output. Returns the index of the first output.
     pub(super) fn push_fused(&mut self, fused: FusedEntry<R>, zero: R) -> u32 {
         let (first, outputs) = (index(self.long.fused.len()), fused.outputs);
         self.long.fused.push(fused);
@@ -102,8 +102,8 @@ impl<R: Real> Arena<R> {
         first
     }
 
-    /// Calls `visit` with each parent of the entry at place `at`, which has many parents or outputs. Every output
-    /// of a fused function counts as depending on all inputs.
+    /// Calls `visit` with each parent of the entry at index `at`, which must be a mark. Every output of a fused
+    /// function counts as depending on all inputs.
     pub(super) fn each_parent_of_long(&self, at: usize, mut visit: impl FnMut(u32)) {
         let LongEntries {
             stopped,
@@ -112,7 +112,7 @@ impl<R: Real> Arena<R> {
             ..
         } = &self.long;
         let marked = |at: &usize| self.entries[*at].parents != [NONE, NONE];
-        // The later outputs of a fused function follow the entry that has its mark.
+        // In a fused function only the first output has the mark; the others follow it.
         let Some([kind, place]) = (0..=at)
             .rev()
             .find(marked)
@@ -141,23 +141,24 @@ impl<R: Real> Arena<R> {
         }
     }
 
-    /// Pulls the cotangents of all entries back to the inputs, which come first.
+    /// Pulls the cotangents of all entries back to the inputs, which are the first entries.
     ///
-    /// The parent of an entry is often the entry before it. The cotangent of that entry stays in a register,
-    /// because a store to `bars` and a load in the next turn would cost the latency of both.
+    /// The parent of an entry is often the entry before it. That entry's cotangent stays in a register, because storing
+    /// it to `bars` and loading it in the next turn would cost the latency of both.
     pub(super) fn sweep(&mut self, bars: &mut [R], inputs: usize) {
-        // Slices of one length, so that the loop does not load vectors behind `self` again.
+        // As local slices of equal length, these need no bounds checks and no reloads through `self`.
         let (entries, long) = (self.entries.as_slice(), &mut self.long);
         let bars = &mut bars[..entries.len()];
         let Some(&(mut bar)) = bars.last() else {
             return;
         };
-        // Without inputs nothing is recorded. With `i >= 1` the entry `i - 1` exists, which saves bounds checks.
+        // Without inputs nothing is recorded. Starting at `i >= 1` ensures that the entry `i - 1` exists, which saves
+        // bounds checks.
         let inputs = inputs.max(1);
         for i in (inputs..entries.len()).rev() {
             let Entry { partials, parents } = entries[i];
             let before = i - 1;
-            // Marks are larger than every index, so one comparison finds the rare entries.
+            // Marks are larger than every index, so one comparison detects the rare entries.
             if parents[0] >= FUSED {
                 bars[i] = bar;
                 if long.is_doubtful(parents, bar) {
@@ -171,7 +172,8 @@ impl<R: Real> Arena<R> {
                 bars[i] = bar;
                 return Careful::sweep(entries, long, bars, inputs..i + 1);
             }
-            // A zero cotangent adds nothing through finite partials. Entries that no result depends on have one.
+            // A zero cotangent adds nothing if the partials are finite. Entries on which no result depends have a zero
+            // cotangent.
             let mut bar_before = bars[before];
             if !bar.is_zero() {
                 let mut give = |parent: u32, partial| {

@@ -1,4 +1,4 @@
-//! The arithmetic of variables.
+//! Implements [`Real`] for variables.
 
 use num_traits::Zero;
 
@@ -19,7 +19,7 @@ impl<R: Real> Real for Var<R> {
         |x, y, _, rule| x.apply2(y, rule),
     }
 
-    /// Records nothing unless lanes disagree.
+    /// Records an entry only if the mask differs between lanes.
     #[inline]
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
@@ -32,7 +32,7 @@ impl<R: Real> Real for Var<R> {
                     return Self::constant(value);
                 }
                 let (parents, zero) = ([if_true.index, if_false.index], R::zero());
-                // SAFETY: nothing foreign runs.
+                // SAFETY: `push_select` runs no code from outside `reverse`.
                 #[allow(unsafe_code)]
                 let index = unsafe {
                     current::with(generation, |arena| arena.push_select(mask, parents, zero))
@@ -63,13 +63,13 @@ impl<R: Real> Real for Var<R> {
         let product = self.product(factor, value);
         product.apply2(term, (value, [one, one]))
     }
-    /// The slope at zero is 0 by choice.
+    /// At zero the slope is 0, by convention.
     #[inline]
     fn abs(self) -> Self {
         let (value, partial) = rule::abs(self.value);
         self.times_constant(partial, value)
     }
-    /// The choice itself is not recorded.
+    /// Records no entry: the result is one of the two numbers.
     #[inline]
     fn max(self, bound: Self) -> Self {
         if rule::is_nan(self.value) {
@@ -92,7 +92,7 @@ impl<R: Real> Real for Var<R> {
     fn detach(self) -> Self {
         Self::constant(self.value.detach())
     }
-    /// Records nothing: the result is another value at the entry of `soft`.
+    /// Records no entry: the result has the value of `self` and the entry of `soft`.
     #[inline]
     fn straight_through(self, soft: Self) -> Self {
         Var {
@@ -111,7 +111,7 @@ impl<R: Real> Real for Var<R> {
         }
         partial.apply2(cotangent, (value, [cotangent.value, partial.value]))
     }
-    /// Records one entry.
+    /// Records a single entry.
     fn dot(a: &[Self], b: &[Self]) -> Self {
         let value = R::dot(&fused::values(a), &fused::values(b));
         let generation = a.iter().chain(b).fold(CONSTANT, Self::common);
@@ -124,7 +124,7 @@ impl<R: Real> Real for Var<R> {
         let by_b = a.iter().zip(b).map(|(x, y)| term(y, x));
         Self::push_linear(value, by_a.chain(by_b), generation)
     }
-    /// Records one entry.
+    /// Records a single entry.
     fn sum_of(terms: &[Self]) -> Self {
         let (value, one) = (R::sum_of(&fused::values(terms)), R::one());
         let generation = terms.iter().fold(CONSTANT, Self::common);
@@ -135,14 +135,14 @@ impl<R: Real> Real for Var<R> {
         };
         Self::push_linear(value, terms.iter().map(term), generation)
     }
-    /// Records one entry, plus one for each further output.
+    /// Records one entry for each output.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         fused::fused(function, inputs)
     }
 }
 
 impl<R: Real> Var<R> {
-    /// `self * factor + term` for a constant factor. `value` is the result.
+    /// `self * factor + term` for a constant `factor`; `value` is the result.
     #[inline(always)]
     fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
         let one = R::one();
@@ -152,7 +152,7 @@ impl<R: Real> Var<R> {
         self.apply2(term, (value, [factor, one]))
     }
 
-    /// `self / divisor`. A constant zero counts as a choice here too unless the quotient is NaN.
+    /// `self / divisor`. As in a product, a constant zero passes no derivative here, unless the quotient is NaN.
     #[inline(always)]
     fn quotient(self, divisor: Self) -> Self {
         let (value, partials) = rule::div(self.value, divisor.value);

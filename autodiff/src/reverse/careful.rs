@@ -1,9 +1,9 @@
-//! The rest of a reverse sweep after the first zero cotangent that meets an infinite partial.
+//! Continues a reverse sweep from the first zero cotangent that meets an infinite partial.
 //!
-//! Such a zero may have two causes. If no result depends on the entry, the zero comes from a choice and
-//! passes nothing on. If a result depends on the entry, the zero was computed. Its product with the infinity
-//! is unknown and therefore NaN. A partial of exactly zero further back stops the NaN, as it stops a tangent
-//! in forward mode. `sqrt(x * x)^2` at 0 has the derivative 0, and `1 / (1 / x)` has NaN.
+//! Such a zero has one of two causes. If no result depends on the entry, the zero comes from a choice, and the entry
+//! passes nothing on. If a result depends on the entry, the zero was computed. Its product with infinity is unknown, so
+//! it becomes NaN. If a later partial in the sweep is exactly zero, it stops the NaN, like it stops a tangent in
+//! forward mode. For example, the derivative of `sqrt(x * x)^2` at 0 is 0, but the derivative of `1 / (1 / x)` is NaN.
 
 use std::ops::Range;
 
@@ -14,15 +14,15 @@ use crate::rule::vanishes;
 
 pub(super) struct Careful<'a, R> {
     bars: &'a mut [R],
-    /// The unknown parts of the cotangents: zero, or NaN where the cotangent is unknown.
+    /// For each entry, NaN if its cotangent is unknown, otherwise zero.
     unknown: Vec<R>,
-    /// Whether a result depends on the entry. An entry that a choice did not take does not count.
+    /// For each entry, whether a result depends on it. An entry that a choice did not select does not count.
     reached: Vec<bool>,
 }
 
 impl<'a, R: Real> Careful<'a, R> {
-    /// Sweeps back over the entries in `range`. `bars` must hold complete cotangents of the last entry in
-    /// the range and of all later entries with several parents or outputs.
+    /// Sweeps back over the entries in `range`. `bars` must hold the complete cotangents of the last entry in the range
+    /// and of all later entries with several parents or outputs.
     #[cold]
     #[inline(never)]
     pub(super) fn sweep(
@@ -56,8 +56,8 @@ impl<'a, R: Real> Careful<'a, R> {
         }
     }
 
-    /// Whether a result depends on an entry. Seeds and cotangents from fused functions appear only
-    /// in the cotangent.
+    /// Whether a result depends on entry `i`. A nonzero cotangent also counts, because seeds and cotangents from fused
+    /// functions appear only there.
     fn is_reached(&mut self, i: usize) -> bool {
         self.reached[i] |= !self.bars[i].is_zero();
         self.reached[i]
@@ -73,13 +73,13 @@ impl<'a, R: Real> Careful<'a, R> {
                 self.bars[parent] = R::chain_add(partial, bar, self.bars[parent]);
             }
         }
-        // The partial acts like a tangent here: zero stops the unknown part.
+        // The partial acts like a tangent here: a zero stops the NaN.
         if !unknown.is_zero() {
             self.unknown[parent] += R::chain(unknown, partial);
         }
     }
 
-    /// Zeros that a fused function returns count as choices.
+    /// Zeros that a fused function returns count as choices, so they pass nothing on.
     fn reverse_fused(&mut self, i: usize, place: u32, long: &mut LongEntries<R>) {
         let fused = &mut long.fused[place as usize];
         let outputs = i..self.unknown.len().min(i + fused.outputs);
@@ -90,8 +90,7 @@ impl<'a, R: Real> Careful<'a, R> {
     }
 }
 
-/// Calls `visit` with each partial of an entry and the partial's parent. The entry must not be
-/// fused.
+/// Calls `visit` with each partial of an entry and the index of its parent. The entry must not be fused.
 fn each_partial<R: Real>(entry: Entry<R>, long: &LongEntries<R>, mut visit: impl FnMut(R, usize)) {
     match entry.parents {
         [LINEAR, place] => {
@@ -104,7 +103,7 @@ fn each_partial<R: Real>(entry: Entry<R>, long: &LongEntries<R>, mut visit: impl
                 visit(entry.partials[1], second as usize);
             }
         }
-        // Choices between lanes are never recorded here, and other choices pass nothing.
+        // A select between lanes is never recorded for number types that get here. Other choices pass nothing on.
         _ => {}
     }
 }

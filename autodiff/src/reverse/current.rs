@@ -1,11 +1,11 @@
-//! The recordings that are current on this thread.
+//! The recordings that are running on this thread.
 //!
-//! A variable is `Copy + 'static`, so it cannot hold its tape. It finds the tape through a stack of frames, one
-//! for each running [`enter`], innermost first. Rust has no generic thread-local, so the frames are type-erased.
-//! A generation identifies both the recording and its type.
+//! A variable is `Copy + 'static`, so it cannot hold a reference to its tape. It finds the tape through a stack of
+//! frames, innermost first: one frame for each running [`enter`]. Rust has no generic thread-locals, so the frames are
+//! type-erased. A generation number identifies both the recording and its number type.
 //!
-//! `cargo bench -p benches --bench tapes` justifies the unsafe code: with a `RefCell` around a
-//! `Box<dyn Any>` every push would cost twice as much.
+//! The unsafe code is worth it: with a `RefCell` around a `Box<dyn Any>`, every push would cost twice as much
+//! (`cargo bench -p benches --bench tapes`).
 #![allow(unsafe_code)]
 
 use std::any::TypeId;
@@ -19,14 +19,14 @@ use super::arena::Arena;
 use super::entries::Entry;
 use crate::real::Real;
 
-/// The generation of constants; no recording has it.
+/// The generation of constants. No recording has it.
 pub(super) const CONSTANT: u32 = 0;
 
-/// The low bits of a generation count the recordings of a number type. The other bits identify the type.
+/// How many low bits of a generation count the recordings of a number type. The other bits identify the type.
 const COUNT_BITS: u32 = 24;
 const TYPES: usize = 1 << (u32::BITS - COUNT_BITS);
 
-/// The number of a number type within generations, counted from 1. All tapes of the type share it.
+/// Returns the identifier of a number type in generations, counted from 1. All tapes of the type share it.
 pub(super) fn name_of<R: Real>() -> u32 {
     static NAMED: Mutex<Vec<TypeId>> = Mutex::new(Vec::new());
     let number = TypeId::of::<R>();
@@ -37,7 +37,7 @@ pub(super) fn name_of<R: Real>() -> u32 {
     let place = place.unwrap_or_else(|| {
         assert!(
             named.len() < TYPES - 1,
-            "a process cannot record on tapes of more than {} number types",
+            "this process has recorded on tapes of {} number types, which is the maximum",
             TYPES - 1
         );
         named.push(number);
@@ -46,30 +46,30 @@ pub(super) fn name_of<R: Real>() -> u32 {
     place as u32 + 1
 }
 
-/// A generation that the last 16 million recordings of this number type did not have.
+/// Returns a generation that none of the last 16 million recordings of this number type had.
 pub(super) fn next_generation(name: u32) -> u32 {
     static COUNTS: [AtomicU32; TYPES] = [const { AtomicU32::new(0) }; TYPES];
     let count = COUNTS[name as usize].fetch_add(1, Ordering::Relaxed);
     name << COUNT_BITS | count & ((1 << COUNT_BITS) - 1)
 }
 
-/// The recording that a frame refers to.
+/// The recording to which a frame refers.
 #[derive(Clone, Copy)]
 struct CurrentRecording {
-    /// `CONSTANT` if nothing is recorded.
+    /// `CONSTANT` if nothing is being recorded.
     generation: u32,
-    /// The capacity of `entries`.
+    /// How many entries fit before the arena must grow.
     room: u32,
-    /// The entries of the arena, `Entry<R>`, where the generation identifies `R`.
+    /// The entries of the arena, of type `Entry<R>`. The generation identifies `R`.
     entries: *mut (),
-    /// An `Arena<R>`.
+    /// The arena, of type `Arena<R>`.
     arena: *mut (),
-    /// The frame of the recording around this one; null around the outermost.
+    /// The frame of the enclosing recording; null for the outermost recording.
     outer: *const Frame,
 }
 
-/// A running recording. It counts the entries, so that an operation can write the next one without touching the
-/// arena. [`Frame::arena`] sets the length of the arena's vector.
+/// A running recording. It counts the entries itself, so that an operation can append one without accessing the arena.
+/// The length of the arena's vector is only updated by [`Frame::arena`].
 #[derive(Clone)]
 struct Frame {
     recording: Cell<CurrentRecording>,
@@ -77,8 +77,8 @@ struct Frame {
 }
 
 thread_local! {
-    /// The innermost frame itself, because its address would cost every operation another load. The outer frames
-    /// are on the stack, each in the [`enter`] that replaced it here.
+    /// The innermost frame. It is stored here by value, because reaching it through a pointer would cost every
+    /// operation another load. The outer frames are on the stack, each in the [`enter`] that replaced it here.
     static INNERMOST: Frame = const {
         Frame {
             recording: Cell::new(CurrentRecording {
@@ -94,7 +94,7 @@ thread_local! {
 }
 
 impl Frame {
-    /// Becomes a copy of another frame.
+    /// Copies another frame into this one.
     fn set(&self, other: &Frame) {
         self.recording.set(other.recording.get());
         self.len.set(other.len.get());
@@ -103,50 +103,50 @@ impl Frame {
     /// Appends an entry and returns its index.
     ///
     /// # Safety
-    /// The frame belongs to a recording of `R`, and no reference to its arena is alive.
+    /// The frame must belong to a recording of `R`, and no reference to its arena may be alive.
     #[inline(always)]
     unsafe fn push<R: Real>(&self, entry: Entry<R>) -> u32 {
         if self.len.get() == self.recording.get().room {
-            // SAFETY: the contract of this function.
+            // SAFETY: guaranteed by the caller.
             unsafe { self.grow::<R>() };
         }
         let len = self.len.get();
         let entries = self.recording.get().entries.cast::<Entry<R>>();
-        // SAFETY: `len < room`, and both `room` and `entries` are up to date, because entries are only moved
-        // through `Open`, which sets both when it is dropped.
+        // SAFETY: `len < room`. Both `room` and `entries` are up to date, because entries only move through `Open`,
+        // which updates both when it is dropped.
         unsafe { entries.add(len as usize).write(entry) };
         self.len.set(len + 1);
         len
     }
 
-    /// Makes room for one more entry.
+    /// Makes room for at least one more entry.
     ///
     /// # Safety
-    /// As for `push`.
+    /// The frame must belong to a recording of `R`, and no reference to its arena may be alive.
     #[cold]
     #[inline(never)]
     unsafe fn grow<R: Real>(&self) {
-        // SAFETY: the contract of this function.
+        // SAFETY: guaranteed by the caller.
         unsafe { self.arena::<R>() }.arena.make_room();
     }
 
-    /// The arena, after setting the length of its vector to the number of entries pushed.
+    /// Returns the arena, after setting the length of its vector to the number of entries pushed.
     ///
     /// # Safety
-    /// The frame belongs to a recording of `R`. While the result lives, there is no other reference to the arena
-    /// and no code from outside `reverse` runs.
+    /// The frame must belong to a recording of `R`. While the result lives, there must be no other reference to the
+    /// arena, and no code from outside `reverse` may run.
     unsafe fn arena<R: Real>(&self) -> Open<'_, R> {
-        // SAFETY: the generation identifies `R`, so this is an `Arena<R>`. `enter` holds the exclusive borrow of
-        // it and does not touch it. By the contract above no other reference to it is alive.
+        // SAFETY: the generation identifies `R`, so this is an `Arena<R>`. `enter` holds the exclusive borrow of it and
+        // does not touch it. The caller guarantees that no other reference to it is alive.
         let arena = unsafe { &mut *self.recording.get().arena.cast::<Arena<R>>() };
-        // SAFETY: `push` has written the entries up to `len`, within the capacity.
+        // SAFETY: `push` has written all entries up to `len`, which is within the capacity.
         unsafe { arena.entries.set_len(self.len.get() as usize) };
         Open { frame: self, arena }
     }
 }
 
-/// A borrow of a frame's arena. When it is dropped, even by the panic of a full tape, it updates the frame's
-/// pointer to the entries and their number.
+/// A borrow of a frame's arena. When it is dropped (even if a full tape panics), it updates the frame's pointer to the
+/// entries, their number, and the room.
 struct Open<'a, R: Real> {
     frame: &'a Frame,
     arena: &'a mut Arena<R>,
@@ -163,7 +163,7 @@ impl<R: Real> Drop for Open<'_, R> {
     }
 }
 
-/// Removes a frame from the stack, also when the closure panics.
+/// When dropped, removes the innermost frame from the stack. This also happens if the closure panics.
 struct Leave<'a, R: Real>(&'a Frame, PhantomData<R>);
 
 impl<R: Real> Drop for Leave<'_, R> {
@@ -176,7 +176,7 @@ impl<R: Real> Drop for Leave<'_, R> {
     }
 }
 
-/// Runs `function` while the variables of `generation` are recorded in `arena`.
+/// Runs `function` and records the variables of `generation` in `arena` meanwhile.
 pub(super) fn enter<R: Real, T>(
     arena: &mut Arena<R>,
     generation: u32,
@@ -194,7 +194,7 @@ pub(super) fn enter<R: Real, T>(
     INNERMOST.with(|innermost| {
         innermost.recording.set(recording);
         innermost.len.set(len);
-        // SAFETY: the frame belongs to a recording of `R`. Dropping this sets `entries` and `room`.
+        // SAFETY: the frame belongs to a recording of `R`. Dropping the result sets `entries` and `room`.
         drop(unsafe { innermost.arena::<R>() });
     });
     let _leave = Leave::<R>(&outer, PhantomData);
@@ -204,19 +204,19 @@ pub(super) fn enter<R: Real, T>(
 /// Appends an entry to the recording of `generation`, which must not be `CONSTANT`.
 ///
 /// # Safety
-/// `generation` belongs to a recording of `R`.
+/// `generation` must belong to a recording of `R`.
 ///
 /// # Panics
-/// If that recording is not current on this thread.
+/// If that recording is not running on this thread.
 #[inline(always)]
 pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
-    // Two calls, because with one call on a reference to either frame recording takes two thirds longer.
+    // Two calls of `push`: with one call on a reference to either frame, recording would take two thirds longer.
     INNERMOST.with(|innermost| {
         if innermost.recording.get().generation == generation {
             // SAFETY: the generation identifies `R`, and references to arenas live only in `with`.
             unsafe { innermost.push(entry) }
         } else {
-            // SAFETY: as above, for the frame of a running `enter`.
+            // SAFETY: the same holds for the frame of an outer `enter`.
             unsafe { (*further_out(generation)).push(entry) }
         }
     })
@@ -225,11 +225,11 @@ pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
 /// Calls `action` with the arena of `generation`, which must not be `CONSTANT`.
 ///
 /// # Safety
-/// `generation` belongs to a recording of `R`. `action` runs no code from outside `reverse`, so no second `with`
-/// starts inside it.
+/// `generation` must belong to a recording of `R`. `action` must not run code from outside `reverse`, so that no second
+/// `with` starts inside it.
 ///
 /// # Panics
-/// If that recording is not current on this thread.
+/// If that recording is not running on this thread.
 pub(super) unsafe fn with<R: Real, T>(
     generation: u32,
     action: impl FnOnce(&mut Arena<R>) -> T,
@@ -238,21 +238,21 @@ pub(super) unsafe fn with<R: Real, T>(
         let frame = if innermost.recording.get().generation == generation {
             innermost
         } else {
-            // SAFETY: the frame of a running `enter`.
+            // SAFETY: the frame belongs to an `enter` that is still running.
             unsafe { &*further_out(generation) }
         };
-        // SAFETY: the generation identifies `R`. The rest is the contract of this function.
+        // SAFETY: the generation identifies `R`. The caller guarantees the rest.
         action(unsafe { frame.arena() }.arena)
     })
 }
 
-/// The frame of a recording that is not the innermost one.
+/// Returns the frame of a recording that encloses the innermost one.
 #[cold]
 #[inline(never)]
 fn further_out(generation: u32) -> *const Frame {
     let mut place = INNERMOST.with(|innermost| innermost.recording.get().outer);
-    // SAFETY: a pointer in the list is null or points to a frame in an `enter` further up this thread's stack.
-    // However `enter` ends, `Leave` first removes the frame that points to it.
+    // SAFETY: each pointer is null or points to a frame in an `enter` further up this thread's stack. However that
+    // `enter` ends, `Leave` first removes the frame that points to it.
     while let Some(frame) = unsafe { place.as_ref() } {
         if frame.recording.get().generation == generation {
             return place;
@@ -260,8 +260,8 @@ fn further_out(generation: u32) -> *const Frame {
         place = frame.recording.get().outer;
     }
     panic!(
-        "a variable was used where its tape is not recording: on another thread, outside the \
-         closure of `Tape::record`, or after its tape recorded again"
+        "a variable was used where its tape is not recording; use it only on its own thread, inside the \
+         closure of the `Tape::record` call that created it"
     )
 }
 

@@ -1,14 +1,14 @@
-//! The inputs that the outputs of a recording depend on.
+//! Finds out which inputs the outputs of a recording depend on.
 
 use super::arena::Arena;
 use super::index::{FUSED, NONE};
 use crate::real::Real;
 
-/// A backward search through the entries, which visits each entry once for an output.
+/// A backward search through the entries. For each output it visits each entry at most once.
 pub(super) struct Dependence<'a, R: Real> {
     arena: &'a Arena<R>,
     inputs: usize,
-    /// The last search that visited each entry, counted from 1.
+    /// For each entry, the number of the last search that visited it, counted from 1.
     visited: Vec<u32>,
     searches: u32,
     pending: Vec<u32>,
@@ -25,7 +25,7 @@ impl<'a, R: Real> Dependence<'a, R> {
         }
     }
 
-    /// The inputs that the entry depends on, ascending. A partial of zero counts.
+    /// Returns the inputs that entry `output` depends on, in ascending order, even if their partial is zero.
     pub(super) fn of(&mut self, output: u32) -> Vec<usize> {
         self.searches += 1;
         let mut found = Vec::new();

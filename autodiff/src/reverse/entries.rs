@@ -1,46 +1,46 @@
-//! The entries of a recording, and the operands that do not fit into them.
+//! The entries of a recording, and the operands that are too many for an entry.
 
 use super::fused_entry::FusedEntry;
 use super::index::{FUSED, LINEAR, NONE, SELECT};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
 
-/// A recorded operation of at most two variables; 24 bytes for f64.
+/// A recorded operation on at most two variables; 24 bytes for f64.
 #[derive(Clone, Copy)]
 pub(super) struct Entry<R> {
     pub(super) partials: [R; 2],
     pub(super) parents: [u32; 2],
 }
 
-/// The operands that do not fit into an entry.
+/// The operands that are too many for an entry.
 pub(super) struct LongEntries<R: Real> {
-    /// The terms `(partial, parent)` of all linear entries, one entry after the other.
+    /// The terms `(partial, parent)` of all linear entries, in the order of the entries.
     pub(super) terms: Vec<(R, u32)>,
-    /// The first term of each linear entry.
+    /// For each linear entry, the index of its first term.
     pub(super) linear: Vec<usize>,
-    /// Linear entries, ascending, and parents to which they pass no derivative because the factor is a constant
-    /// zero.
+    /// Pairs of a linear entry (ascending) and a parent to which it passes no derivative, because the factor is a
+    /// constant zero.
     pub(super) stopped: Vec<(u32, u32)>,
-    /// Masks, and the parents that are chosen where the mask is true and where it is false.
+    /// For each select: the mask, the parent where it is true, and the parent where it is false.
     pub(super) selects: Vec<(R::Mask, [u32; 2])>,
     pub(super) fused: Vec<FusedEntry<R>>,
 }
 
-/// A term of a linear entry.
+/// A term of a linear entry: a factor times a parent.
 pub(super) struct Term<R> {
     pub(super) partial: R,
     pub(super) parent: u32,
-    /// Whether the partial is a constant zero, which passes no derivative.
+    /// Whether the partial is a constant zero, so that no derivative passes.
     pub(super) stops: bool,
 }
 
-/// The number of bytes that a vector has allocated.
+/// How many bytes a vector has allocated.
 pub(super) fn allocated<T>(vector: &Vec<T>) -> usize {
     vector.capacity() * size_of::<T>()
 }
 
 impl<R: Real> LongEntries<R> {
-    /// No operands.
+    /// Returns an empty list.
     pub(super) fn new() -> Self {
         Self {
             terms: Vec::new(),
@@ -51,7 +51,7 @@ impl<R: Real> LongEntries<R> {
         }
     }
 
-    /// Removes all operands and keeps the memory.
+    /// Removes all operands but keeps the memory.
     pub(super) fn clear(&mut self) {
         self.terms.clear();
         self.linear.clear();
@@ -60,7 +60,7 @@ impl<R: Real> LongEntries<R> {
         self.fused.clear();
     }
 
-    /// The number of bytes allocated, without the memory that fused entries own.
+    /// How many bytes are allocated, not counting the memory that fused entries own.
     pub(super) fn bytes(&self) -> usize {
         allocated(&self.terms)
             + allocated(&self.linear)
@@ -69,24 +69,24 @@ impl<R: Real> LongEntries<R> {
             + allocated(&self.fused)
     }
 
-    /// The terms of a linear entry.
+    /// Returns the terms of linear entry `place`.
     pub(super) fn terms_of(&self, place: u32) -> &[(R, u32)] {
         let place = place as usize;
         let end = self.linear.get(place + 1).copied();
         &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
     }
 
-    /// Whether this is an entry with many parents, a zero cotangent, and a partial that is not finite.
+    /// Whether this is a linear entry with a zero cotangent and a partial that is not finite.
     pub(super) fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
         let finite = |&(partial, _): &(R, u32)| partial.finite().all();
         kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
     }
 
-    /// Sweeps over the entry at place `i`, which has many parents or outputs, or no parents.
+    /// Pulls back the cotangent of entry `i`, which is a mark: it has many parents or outputs, or no parents.
     #[inline(never)]
     pub(super) fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
         match kind {
-            // The entries of the outputs follow this one, so their cotangents are complete.
+            // The entries of the other outputs follow this one, so all cotangents of outputs are complete.
             FUSED => self.fused[place as usize].reverse(i, bars),
             LINEAR if !bars[i].is_zero() => {
                 let bar = bars[i];

@@ -1,4 +1,4 @@
-//! Whole functions as one entry: [`Fused`] on the tape.
+//! Whole functions as one entry: [`Fused`] functions on the tape.
 
 use smallvec::SmallVec;
 
@@ -7,14 +7,14 @@ use super::fused_entry::{FusedEntry, Parents, SavedCall};
 use super::var::Var;
 use crate::real::{Fused, Real};
 
-/// [`Real::fused`] of the reverse variable.
+/// Implements [`Real::fused`] for variables.
 pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec<Var<R>> {
     let values = |slice: &&[Var<R>]| slice.iter().map(|x| x.value).collect();
     let values: SmallVec<[Vec<R>; 4]> = inputs.iter().map(values).collect();
     let values: SmallVec<[&[R]; 4]> = values.iter().map(Vec::as_slice).collect();
     let generation = inputs.iter().copied().flatten().fold(CONSTANT, Var::common);
     if generation == CONSTANT {
-        // `eval` would be wrong, because constants of this tape may carry a derivative of an inner mode.
+        // Calling `eval` would be wrong, because constants of this tape may carry a derivative of an inner mode.
         let outputs = R::fused(function, &values);
         return outputs.into_iter().map(Var::constant).collect();
     }
@@ -36,7 +36,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
             .collect(),
     };
     let zero = R::zero();
-    // SAFETY: `push_fused` moves a finished entry and runs no code of others.
+    // SAFETY: `push_fused` only moves a finished entry and runs no code from outside `reverse`.
     #[allow(unsafe_code)]
     let first = unsafe { current::with(generation, |arena| arena.push_fused(entry, zero)) };
     let variable = |(i, value)| Var {
@@ -47,7 +47,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// The inner values of a slice. Up to eight need no allocation.
+/// Returns the values of a slice of variables. Up to eight need no allocation.
 pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
     slice.iter().map(|x| x.value).collect()
 }

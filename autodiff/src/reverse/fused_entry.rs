@@ -1,25 +1,25 @@
-//! A whole function as one entry.
+//! The entry of a fused function.
 
 use smallvec::SmallVec;
 
 use super::index::NONE;
 use crate::real::{Fused, Real};
 
-/// A call of a [`Fused`] function on the tape.
+/// A call of a [`Fused`] function that was recorded on the tape.
 pub(super) struct FusedEntry<R> {
     pub(super) call: Box<dyn Call<R>>,
     pub(super) outputs: usize,
-    /// For each input slice, its length and whether it contains a variable. Functions take few slices, so these
-    /// lists need no allocation.
+    /// For each input slice, its length (`lengths`) and whether it contains a variable (`wanted`). Functions take few
+    /// slices, so these lists need no allocation.
     pub(super) lengths: SmallVec<[usize; 4]>,
     pub(super) wanted: SmallVec<[bool; 4]>,
-    /// The indices of the inputs of each slice.
+    /// For each input slice, the entries of its inputs.
     pub(super) parents: SmallVec<[Parents; 4]>,
 }
 
-/// The indices of a slice of inputs.
+/// The entries of the inputs in a slice.
 pub(super) enum Parents {
-    /// Consecutive indices from this one, such as the inputs of a recording.
+    /// Consecutive indices, beginning with this one, such as the inputs of a recording.
     Run(u32),
     Each(Vec<u32>),
 }
@@ -35,7 +35,7 @@ impl Parents {
         }
     }
 
-    /// Calls `visit` with the index of each of `len` inputs that is a variable.
+    /// Calls `visit` with the index of each input that is a variable. The slice has `len` inputs.
     pub(super) fn each(&self, len: usize, mut visit: impl FnMut(u32)) {
         match self {
             Self::Run(first) => (*first..*first + len as u32).for_each(visit),
@@ -47,7 +47,7 @@ impl Parents {
     }
 }
 
-/// A [`Fused`] function and the numbers that it saved, with erased types.
+/// A [`Fused`] function together with the numbers that it saved. The types are erased.
 pub(super) trait Call<R>: Send {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }
@@ -64,7 +64,7 @@ impl<F: Fused, R: Real> Call<R> for SavedCall<F, R> {
 }
 
 impl<R: Real> FusedEntry<R> {
-    /// Pulls the cotangents of the outputs back to the inputs. The outputs begin at place `first`.
+    /// Pulls the cotangents of the outputs back to the inputs. The outputs are the entries from `first` on.
     pub(super) fn reverse(&mut self, first: usize, bars: &mut [R]) {
         let y_bar = &bars[first..first + self.outputs];
         if y_bar.iter().all(R::is_zero) {

@@ -1,18 +1,18 @@
-//! Places in an arena as 32-bit indices of variables, and the marks beyond the last place.
+//! Converts positions in an arena to 32-bit indices, and defines marks: special values above all indices.
 
-/// In `Entry::parents`: no parent.
+/// In `Entry::parents`: there is no parent.
 pub(super) const NONE: u32 = u32::MAX;
-/// In `Entry::parents[0]`: an entry with many parents. `parents[1]` is an index into `LongEntries::linear`.
+/// In `Entry::parents[0]`: a linear entry with many parents. `parents[1]` is its index in `LongEntries::linear`.
 pub(super) const LINEAR: u32 = u32::MAX - 1;
-/// In `Entry::parents[0]`: a choice in each lane. `parents[1]` is an index into `LongEntries::selects`.
+/// In `Entry::parents[0]`: a select, lane by lane. `parents[1]` is its index in `LongEntries::selects`.
 pub(super) const SELECT: u32 = u32::MAX - 2;
-/// In `Entry::parents[0]`: a number that depends on `parents[1]` but passes no derivative because of a choice.
+/// In `Entry::parents[0]`: a number that depends on `parents[1]` but passes no derivative to it, because of a choice.
 pub(super) const STOPPED: u32 = u32::MAX - 3;
-/// In `Entry::parents[0]`: the first output of `LongEntries::fused[parents[1]]`. This is the smallest mark, and
-/// every index of a parent is smaller.
+/// In `Entry::parents[0]`: the first output of `LongEntries::fused[parents[1]]`. This is the smallest mark; every index
+/// of a parent is smaller.
 pub(super) const FUSED: u32 = u32::MAX - 4;
 
-/// A place in an arena as the index of a variable.
+/// Converts a position in an arena to the index of a variable. Panics if the tape is full.
 pub(super) fn index(place: usize) -> u32 {
     if place >= FUSED as usize {
         full();

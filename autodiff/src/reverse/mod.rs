@@ -1,4 +1,4 @@
-//! Reverse mode: a [`Tape`] records operations on [`Var`]s, and a sweep pulls cotangents back.
+//! Reverse mode: a [`Tape`] records operations on [`Var`]s, and a sweep pulls cotangents back to the inputs.
 
 mod index;
 mod fused_entry;

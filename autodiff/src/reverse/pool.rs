@@ -1,17 +1,17 @@
-//! A pool of tapes, one for each thread and number type.
+//! A pool of tapes: one for each thread and number type.
 //!
-//! A driver that is called in a loop reuses the memory of its last call. Fresh pages would cost as much as a long
-//! recording and its sweep.
+//! A driver that is called in a loop reuses the memory of its last call. Getting fresh pages from the system would cost
+//! as much as a long recording and its sweep.
 
 use super::tape::Tape;
 use crate::pool::{self, Pooled};
 use crate::real::Real;
 
-/// Runs `work` with the tape that the thread keeps. If `work` panics, the tape is dropped.
+/// Runs `work` with a tape that the thread keeps for later calls. If `work` panics, the tape is dropped.
 pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
     let mut tape = pool::take::<Tape<R>>().unwrap_or_default();
     let result = work(&mut tape);
-    // Fused entries may own data of the caller.
+    // Fused entries may own data of the caller, so they must not stay in the pool.
     tape.forget();
     pool::keep(tape);
     result

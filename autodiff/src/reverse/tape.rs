@@ -1,4 +1,4 @@
-//! The tape.
+//! The tape, which records a computation and differentiates it in reverse.
 
 use super::arena::Arena;
 use super::current::{self, CONSTANT};
@@ -7,14 +7,14 @@ use super::entries::allocated;
 use super::var::Var;
 use crate::real::Real;
 
-/// A record of one computation at a time, to be swept in reverse.
+/// Records a computation and differentiates it in reverse. It holds one recording at a time.
 ///
-/// A tape is an ordinary value. You can keep it and record again to reuse its memory, send it to another thread,
-/// or nest it (`Tape<Dual<f64, 1>>`, `Tape<Var<f64>>`). Its variables can only be used inside the closure of
+/// A tape is an ordinary value. You can reuse its memory by recording again, send it to another thread, or nest it
+/// (`Tape<Dual<f64, 1>>`, `Tape<Var<f64>>`). Its variables can only be used inside the closure of
 /// [`record`](Tape::record).
 ///
-/// An operation takes 24 bytes in f64 and 8 more in a reverse sweep. The memory is freed when the tape is
-/// dropped. If the system runs out of memory, the process ends, as with any collection. For long loops use a
+/// In f64, an operation takes 24 bytes, and 8 more in a reverse sweep. The memory is freed when the tape is dropped. If
+/// the system runs out of memory, the process ends, as with any collection. For long loops use a
 /// [`Rollout`](crate::Rollout), whose [`Memory`](crate::Memory) you can limit.
 ///
 /// ```
@@ -37,7 +37,7 @@ use crate::real::Real;
 /// ```
 pub struct Tape<R: Real> {
     arena: Arena<R>,
-    /// The number of `R` within generations, see [`current::name_of`].
+    /// The identifier of `R` in generations, see [`current::name_of`].
     name: u32,
     generation: u32,
     inputs: Vec<Var<R>>,
@@ -45,7 +45,7 @@ pub struct Tape<R: Real> {
 }
 
 impl<R: Real> Tape<R> {
-    /// An empty tape.
+    /// Returns an empty tape.
     pub fn new() -> Self {
         Tape {
             arena: Arena::new(),
@@ -56,9 +56,10 @@ impl<R: Real> Tape<R> {
         }
     }
 
-    /// Replaces the last recording by a recording of `function` at `inputs`, and reuses its memory.
+    /// Records `function` at `inputs`. This replaces the last recording and reuses its memory.
     ///
-    /// The variables that `function` returns are only for [`pullback`](Tape::pullback), until the next recording.
+    /// Pass variables that `function` returns to [`pullback`](Tape::pullback), before the next recording. They have no
+    /// other use.
     pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
         self.arena.restart(inputs.len());
         self.generation = current::next_generation(self.name);
@@ -79,7 +80,7 @@ impl<R: Real> Tape<R> {
     /// `sum_i cotangents_i d outputs_i / d inputs` (a VJP). It can be called any number of times after a recording.
     ///
     /// # Panics
-    /// If an output belongs to another recording, or the lengths differ.
+    /// If an output belongs to another recording, or there is not one cotangent for each output.
     pub fn pullback(&mut self, outputs: &[Var<R>], cotangents: &[R]) -> &[R] {
         assert_eq!(
             outputs.len(),
@@ -103,8 +104,8 @@ impl<R: Real> Tape<R> {
         &self.bars[..self.inputs.len()]
     }
 
-    /// For each output of the last recording, the inputs that it is computed from, ascending. Inputs with zero
-    /// derivatives are included.
+    /// For each output of the last recording, returns the inputs that it is computed from, in ascending order. Inputs
+    /// with a zero derivative are included.
     pub(crate) fn dependence(&self, outputs: &[Var<R>]) -> Vec<Vec<usize>> {
         let mut dependence = Dependence::new(&self.arena, self.inputs.len());
         let row = |output: &Var<R>| {
@@ -117,22 +118,22 @@ impl<R: Real> Tape<R> {
         outputs.iter().map(row).collect()
     }
 
-    /// The number of entries of the last recording, including one for each input.
+    /// The number of entries of the last recording. Each input counts as one entry.
     pub fn len(&self) -> usize {
         self.arena.entries.len()
     }
 
-    /// Removes the last recording and keeps its memory.
+    /// Removes the last recording but keeps its memory.
     pub(super) fn forget(&mut self) {
         self.arena.restart(0);
     }
 
-    /// The number of bytes allocated, without the memory that fused entries own.
+    /// How many bytes are allocated, not counting the memory that fused entries own.
     pub(super) fn bytes(&self) -> usize {
         self.arena.bytes() + allocated(&self.inputs) + allocated(&self.bars)
     }
 
-    /// Whether nothing is recorded.
+    /// Whether the tape has no entries.
     pub fn is_empty(&self) -> bool {
         self.arena.entries.is_empty()
     }

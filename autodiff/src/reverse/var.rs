@@ -1,4 +1,4 @@
-//! The reverse variable, and the recording of its operations.
+//! The reverse variable, and how its operations are recorded.
 
 use super::current::{self, CONSTANT};
 use super::entries::{Entry, Term};
@@ -6,26 +6,27 @@ use super::index::{NONE, STOPPED};
 use crate::operators::by_primal;
 use crate::real::{Mask, Real};
 
-/// A value whose history a [`Tape`](crate::Tape) records; 16 bytes for f64.
+/// A value whose history is recorded by a [`Tape`](crate::Tape); 16 bytes for f64.
 ///
-/// Constants and results of constants have no history and are never recorded. `==`, `<` and [`Real::less`] compare
-/// primals. [`Zero::is_zero`](num_traits::Zero::is_zero) is only true for a constant zero.
+/// Constants, and results of constants only, have no history and are never recorded. `==`, `<` and [`Real::less`]
+/// compare values, without derivatives. [`Zero::is_zero`](num_traits::Zero::is_zero) is only true for a constant zero.
 ///
 /// # Panics
-/// Every operation that records panics if the variable's tape is not recording or has begun another recording,
-/// and if variables of two recordings meet. Adding a constant records nothing, so it does not panic. After
+/// Every operation that records panics if the variable's tape is not recording or has begun another recording, and if
+/// its operands belong to different recordings. Adding a constant records nothing, so it does not panic. After 16
+/// million recordings of its number type, a stale variable may be mistaken for a current one.
 /// 16 million recordings of its number type a stale variable may be mistaken for a current one.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
-    /// The entry; `NONE` for a constant.
+    /// The index of the entry; `NONE` for a constant.
     pub(super) index: u32,
-    /// The recording; `CONSTANT` for a constant.
+    /// The generation, which identifies the recording; `CONSTANT` for a constant.
     pub(super) generation: u32,
 }
 
 impl<R: Real> Var<R> {
-    /// A number without history.
+    /// Makes a constant, which has no history.
     #[inline(always)]
     pub fn constant(value: R) -> Self {
         Var {
@@ -35,19 +36,20 @@ impl<R: Real> Var<R> {
         }
     }
 
-    /// The primal.
+    /// The value, without its derivative.
     #[inline(always)]
     pub fn value(self) -> R {
         self.value
     }
 
-    /// Whether the number has no history.
+    /// Whether the number is a constant, which has no history.
     #[inline(always)]
     pub fn is_constant(&self) -> bool {
         self.generation == CONSTANT
     }
 
-    /// The generation of a result of a number and of others, which have the generation `so_far`.
+    /// Combines the generation of a number with `so_far`, the generation of other operands. Panics if both belong to
+    /// different recordings.
     #[inline(always)]
     pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
@@ -59,10 +61,10 @@ impl<R: Real> Var<R> {
         }
     }
 
-    // Everything up to the operators is always inlined. A variable that is stored in one width and loaded in
-    // another stalls for longer than the rest of an operation takes.
+    // Everything up to the operators is always inlined. Otherwise a variable may be stored in one width and loaded in
+    // another, and that stall takes longer than the rest of an operation.
 
-    /// A function of one number, given its value and partial.
+    /// Records a function of one number, given its value and partial.
     #[inline(always)]
     pub(super) fn apply(self, (value, partial): (R, R)) -> Self {
         let entry = Entry {
@@ -72,7 +74,7 @@ impl<R: Real> Var<R> {
         Self::record(value, entry, self.generation)
     }
 
-    /// A function of two numbers, given its value and partials.
+    /// Records a function of two numbers, given its value and partials.
     #[inline(always)]
     pub(super) fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
         if self.generation == other.generation {
@@ -91,23 +93,23 @@ impl<R: Real> Var<R> {
         mixed()
     }
 
-    /// Whether both refer to the same entry. Their values may differ by added constants.
+    /// Whether both refer to the same entry. Their values may differ by constants that were added.
     #[inline(always)]
     pub(super) fn is(self, other: Self) -> bool {
         (self.index, self.generation) == (other.index, other.generation)
     }
 
-    /// The number plus a constant, which is another value at the same entry. Nothing is recorded.
+    /// Adds a constant, given the sum. The result has the same entry, so nothing is recorded.
     #[inline(always)]
     pub(super) fn moved_to(self, value: R) -> Self {
         Var { value, ..self }
     }
 
-    /// The product with a variable, given its value.
+    /// Records the product with a variable, given its value.
     #[inline(always)]
     pub(super) fn product(self, factor: Self, value: R) -> Self {
         if self.is(factor) {
-            // `(x + a) (x + b)`: one parent.
+            // `(x + a) (x + b)` has only one parent, `x`.
             return self.apply((value, self.value + factor.value));
         }
         if self.generation != factor.generation {
@@ -121,7 +123,7 @@ impl<R: Real> Var<R> {
         self.apply2(factor, (value, [factor.value, self.value]))
     }
 
-    /// The product with a constant, given its value. A constant zero counts as a choice.
+    /// Records the product with a constant, given its value. A constant zero passes no derivative.
     #[inline(always)]
     pub(super) fn times_constant(self, factor: R, value: R) -> Self {
         if is_choice(&factor) {
@@ -130,7 +132,7 @@ impl<R: Real> Var<R> {
         self.apply((value, factor))
     }
 
-    /// A value that depends on this number but passes no derivative to it, because of a choice.
+    /// Records a value that depends on this number but passes no derivative to it, because of a choice.
     pub(super) fn stopped(self, value: R) -> Self {
         let entry = Entry {
             partials: [R::zero(), R::zero()],
@@ -139,13 +141,13 @@ impl<R: Real> Var<R> {
         Self::record(value, entry, self.generation)
     }
 
-    /// Appends an entry for a value, unless it is a constant.
+    /// Records a value with its entry, unless it is a constant.
     #[inline(always)]
     fn record(value: R, entry: Entry<R>, generation: u32) -> Self {
         if generation == CONSTANT {
             return Self::constant(value);
         }
-        // SAFETY: the generations of variables of `R` belong to recordings of `R`.
+        // SAFETY: the generation of a `Var<R>` belongs to a recording of `R`.
         #[allow(unsafe_code)]
         let index = unsafe { current::push(generation, entry) };
         Var {
@@ -155,7 +157,7 @@ impl<R: Real> Var<R> {
         }
     }
 
-    /// A value with many terms. Terms of constants, whose parent is `NONE`, are skipped.
+    /// Records a value with many terms. Terms of constants, whose parent is `NONE`, are skipped.
     #[inline(always)]
     pub(super) fn push_linear(
         value: R,
@@ -167,7 +169,7 @@ impl<R: Real> Var<R> {
         }
         let terms = terms.filter(|term| term.parent != NONE);
         let zero = R::zero();
-        // SAFETY: the iterators of both callers read slices of `Copy` numbers and run no code of others.
+        // SAFETY: both callers pass iterators over slices of `Copy` numbers, which run no code from outside `reverse`.
         #[allow(unsafe_code)]
         let index = unsafe { current::with(generation, |arena| arena.push_linear(terms, zero)) };
         Var {
@@ -178,19 +180,19 @@ impl<R: Real> Var<R> {
     }
 }
 
-/// Whether a constant factor and all derivatives that it carries are zero. False for lanes, because each lane
-/// chooses separately and one entry cannot represent that.
+/// Whether a constant factor and all derivatives in it are zero. Always false for lanes, because each lane chooses
+/// separately and one entry cannot represent that.
 #[inline(always)]
 pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
     R::Mask::IS_SINGLE && factor.is_zero()
 }
 
-/// Has no arguments, because passing the two recordings would cost every operation instructions.
+/// Takes no arguments, because passing the two recordings would cost every operation instructions.
 #[cold]
 fn mixed() -> ! {
     panic!(
-        "variables of two recordings met in one operation: one of them belongs to an earlier recording, \
-         or two tapes are recording; to nest tapes, record `Var<Var<f64>>` in the inner one"
+        "an operation was given variables of two recordings: one belongs to an earlier recording, \
+         or they belong to two tapes; to nest tapes, record `Var<Var<f64>>` on the inner one"
     )
 }
 

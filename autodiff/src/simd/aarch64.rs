@@ -1,8 +1,9 @@
-//! The registers of aarch64 as lanes: NEON, for f64 and f32. Every processor of the target has NEON. Its
-//! multiply-add is fused.
-// `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
+//! The registers of aarch64 as lanes: NEON, for f64 and f32. Every aarch64 processor has NEON with a fused
+//! multiply-add.
+// `cargo bench -p benches --bench tapes` compares kernels in lanes with the scalar step.
 #![allow(unsafe_code)]
-// Instructions that every processor of the target has are safe to call, but the macro also serves others.
+// Most of these instructions are safe to call, because every aarch64 processor has them. But the macro wraps all calls
+// in `unsafe`, which other instruction sets need.
 #![allow(unused_unsafe)]
 
 use std::arch::aarch64::*;
@@ -17,28 +18,28 @@ use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
 use crate::real::{Lane, Mask, Real};
 
-/// A mask with all bits of a lane set or none.
+/// A mask: in each lane, all bits are set or none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LaneMask<M>(M);
 
-/// `a * b + c`, rounded once.
+/// Computes `a * b + c` with one rounding.
 #[inline(always)]
 fn fused_f64(a: float64x2_t, b: float64x2_t, c: float64x2_t) -> float64x2_t {
-    // SAFETY: every processor of the target has the instruction.
+    // SAFETY: every aarch64 processor has the instruction.
     unsafe { vfmaq_f64(c, a, b) }
 }
 
-/// `a * b + c`, rounded once.
+/// Computes `a * b + c` with one rounding.
 #[inline(always)]
 fn fused_f32(a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
-    // SAFETY: every processor of the target has the instruction.
+    // SAFETY: every aarch64 processor has the instruction.
     unsafe { vfmaq_f32(c, a, b) }
 }
 
-/// The bytes of `a` at these places.
+/// For each byte of the result, `places` holds the index of the byte of `a` to take; zero if it is out of range.
 #[inline(always)]
 fn looked_up(a: uint8x16_t, places: &[u8; 16]) -> uint8x16_t {
-    // SAFETY: the reference covers the register.
+    // SAFETY: `places` is as long as a register.
     unsafe { vqtbl1q_u8(a, vld1q_u8(places.as_ptr())) }
 }
 

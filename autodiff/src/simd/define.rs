@@ -1,8 +1,9 @@
-//! The code that all registers share, as lanes and as numbers.
+//! The code that the register types of all instruction sets share.
 
-/// Defines a register as a lane type. The instructions that are named first differ between instruction sets only
-/// in a prefix. To understand the expressions after them, look where they are used below. Expressions are pasted
-/// in. A closure that the compiler did not inline would be compiled without the instruction set.
+/// Defines a lane type that wraps a register. The first arguments name instructions, whose names differ between
+/// instruction sets only in a prefix. To understand the expressions that follow, look at how the macro uses them. The
+/// macro pastes expressions instead of calling closures: a closure that the compiler did not inline would be compiled
+/// without the instruction set.
 macro_rules! define_lanes {
     (
         $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
@@ -58,7 +59,7 @@ macro_rules! define_lanes {
             }
         }
 
-        // SAFETY, here and below: a value of this type exists only where its instructions do.
+        // SAFETY, here and below: a value of this type only exists if the processor has its instructions.
         operators! {
             #[inline(always)]
             impl[] $name:
@@ -86,26 +87,26 @@ macro_rules! define_lanes {
             #[inline(always)]
             fn load(from: &[$scalar]) -> Self {
                 let from: &[$scalar; $n] = from[..$n].try_into().expect("the length was taken");
-                // SAFETY: the reference covers all lanes.
+                // SAFETY: the reference has one number for each lane.
                 Self(unsafe { $load(from.as_ptr()) })
             }
             #[inline(always)]
             fn store(self, to: &mut [$scalar]) {
                 let to: &mut [$scalar; $n] =
                     (&mut to[..$n]).try_into().expect("the length was taken");
-                // SAFETY: the reference covers all lanes.
+                // SAFETY: the reference has one number for each lane.
                 unsafe { $store(to.as_mut_ptr(), self.0) }
             }
             #[inline(always)]
             fn load_part(from: &[$scalar]) -> Self {
                 debug_assert!(from.len() < $n);
-                // SAFETY: no lane beyond the slice is touched.
+                // SAFETY: only the lanes of the slice are touched.
                 Self(unsafe { $load_part(from) })
             }
             #[inline(always)]
             fn store_part(self, to: &mut [$scalar]) {
                 debug_assert!(to.len() < $n);
-                // SAFETY: no lane beyond the slice is touched.
+                // SAFETY: only the lanes of the slice are touched.
                 unsafe { $store_part(to, self.0) }
             }
             #[inline(always)]
@@ -129,7 +130,7 @@ macro_rules! define_lanes {
         }
 
         impl $name {
-            /// Calls a scalar function for each lane. For functions that have no SIMD version.
+            /// Calls a scalar function for each lane. Used for functions that have no SIMD version.
             #[inline(always)]
             fn each(self, other: Self, f: impl Fn($scalar, $scalar) -> $scalar) -> Self {
                 let (mut a, mut b) = ([0.0; $n], [0.0; $n]);
@@ -188,7 +189,7 @@ macro_rules! define_lanes {
                 let one = lanes
                     .iter()
                     .all(|lane| lane.to_bits() == lanes[0].to_bits());
-                assert!(one, "`primal` needs equal lanes, found {lanes:?}");
+                assert!(one, "`primal` was called on lanes with different values, {lanes:?}; all lanes must be equal");
                 lanes[0].into()
             }
             #[inline(always)]

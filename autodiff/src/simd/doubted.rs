@@ -1,26 +1,27 @@
-//! The hyperbolic tangent in lanes without a fused multiply-add. The result nearly always has the bits of fused
-//! multiply-adds, and it is known when the bits may differ.
+//! The hyperbolic tangent in lanes without a fused multiply-add. It detects the rare cases in which a result may not
+//! have the bits of fused multiply-adds.
 //!
-//! In software a fused multiply-add takes some sixty instructions, and a hyperbolic tangent needs seventeen of
-//! them. Here one takes twenty instructions for all lanes. The product and the sum are computed with their
-//! rounding errors (Dekker 1971). Then everything is rounded twice, with a slightly larger and a slightly smaller
-//! error (Ziv 1991). If both results are equal, they are the fused result. Otherwise, once in some ten thousand
-//! times, software computes all of it again. In WebAssembly this takes 21 ns instead of 190.
+//! A hyperbolic tangent needs seventeen fused multiply-adds. In software each takes some sixty instructions; here one
+//! takes twenty instructions for all lanes. The product and the sum are computed together with their rounding errors
+//! (Dekker 1971). Then the final sum is rounded twice, with a slightly larger and with a slightly smaller error (Ziv
+//! 1991). If both give the same result, it is the fused result. Otherwise, about once in ten thousand times, everything
+//! is computed again in software. In WebAssembly this takes 21 ns instead of 190.
 
 use std::ops::{Add, Div, Mul, Sub};
 
 use crate::math::{Primitive, tanh_abreast};
 use crate::real::{Mask, Real};
 
-/// Lanes without a fused multiply-add.
+/// Lanes without an instruction for a fused multiply-add.
 pub(super) trait Unfused: Real + Primitive {
-    /// `self * b + c`, rounded once, and a mask of the lanes in which it may differ from that. The mask is only
-    /// valid if the product is not larger than `c`, or `c` is zero, or the sum is exact, and nothing overflows.
+    /// Returns `self * b + c`, rounded once, and a mask of the lanes in which the rounding may be wrong. Nothing may
+    /// overflow. The mask is only valid if the product is not larger than `c`, or if `c` is zero, or if the sum is
+    /// exact.
     fn fused(self, b: Self, c: Self) -> (Self, Self::Mask);
 }
 
-/// The hyperbolic tangents of several registers with the bits of fused multiply-adds, or `None` if a result may
-/// differ. Here and below there are loops instead of closures, because some closures are not inlined.
+/// Returns the hyperbolic tangents of several registers with the bits of fused multiply-adds, or `None` if a bit may be
+/// wrong. Here and below there are loops instead of closures, because some closures are not inlined.
 #[inline(always)]
 pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<[L; N]> {
     let mut lanes = [Doubted::none(L::zero()); N];
@@ -36,18 +37,18 @@ pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<
     if doubt.any() { None } else { Some(x) }
 }
 
-/// Lanes, and a mask of those whose bits may differ from fused multiply-adds.
+/// Lanes, and a mask of the lanes whose bits may differ from those of fused multiply-adds.
 #[derive(Clone, Copy)]
 struct Doubted<L: Real> {
     value: L,
     doubt: L::Mask,
 }
 
-/// The relative amount by which the error is made larger and smaller. It is more than the error's own error. Sums
-/// that are so near the middle between two numbers are rare.
+/// The relative amount by which the rounding error is made larger and smaller. It is more than the inaccuracy of that
+/// error. Sums so close to the midpoint between two floats are rare.
 const MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
-/// A number as a sum of two with half the digits each (Veltkamp 1968).
+/// Splits a number into a sum of two numbers with half the digits each (Veltkamp 1968).
 #[inline(always)]
 fn halves<L: Real>(a: L) -> [L; 2] {
     let scaled = a * L::lit((1 << 27) as f64 + 1.0);
@@ -55,14 +56,16 @@ fn halves<L: Real>(a: L) -> [L; 2] {
     [high, a - high]
 }
 
-/// `a * b + c` in double precision, rounded once, for a slightly larger and a slightly smaller error. `upper` is
-/// `a` without the lower 27 of its 53 digits.
+/// Computes `a * b + c` in double precision, rounded once, with a slightly larger and with a slightly smaller rounding
+/// error. `upper` must be `a` with the lower 27 of its 53 digits set to zero.
 #[inline(always)]
 pub(super) fn around<L: Real>(a: L, upper: L, b: L, c: L) -> [L; 2] {
-    // Several products share `b` and its halves. The halves of `a` take fewer instructions.
+    // `b` is split here, because several products share it and its halves. For `a`, clearing digits takes fewer
+    // instructions.
     let [high, low] = halves(b);
     let product = a * b;
-    // At most 2^-53 of the product, with an error below 2^-75 of it. It is exact if `a` is short.
+    // The rounding error of the product: at most 2^-53 of the product, with an error below 2^-75 of it. It is exact if
+    // `a` is short.
     let lost = (upper * high - product + upper * low) + (a - upper) * b;
     let sum = c + product;
     let rest = (product - (sum - c)) + lost;
@@ -77,7 +80,7 @@ impl<L: Unfused> Doubted<L> {
         Self { value, doubt }
     }
 
-    /// A value that was computed from this one and others.
+    /// Makes a value that was computed from `self` and `others`. It is doubtful if any of them is.
     #[inline(always)]
     fn to<const N: usize>(mut self, value: L, others: [Self; N]) -> Self {
         self.value = value;
@@ -88,7 +91,7 @@ impl<L: Unfused> Doubted<L> {
     }
 }
 
-/// Operators with one rounding each.
+/// Operators that round once.
 macro_rules! operator {
     ($($operator:ident $method:ident),*) => {$(
         impl<L: Unfused> $operator for Doubted<L> {
@@ -147,15 +150,15 @@ mod tests {
         }
     }
 
-    /// Of 200 000 arguments of all sizes, at most 400 are doubtful. The others have the bits of fused
+    /// At most 400 of 200 000 arguments of all sizes may be doubtful. All others must have the bits of fused
     /// multiply-adds.
     #[test]
     fn results_are_fused_or_doubtful() {
         let mut doubts = 0;
         for k in 0..100_000 {
             let t = f64::from(k) / 100_000.0;
-            // `tanh` is 1 beyond 20. The other arguments are short numbers, whose sums are ties more often, and
-            // the smallest numbers.
+            // From 20 on `tanh` is 1. `other` has short numbers, whose sums are ties more often, and the smallest
+            // numbers.
             let spread = 24.0 * (2.0 * t - 1.0) + 0.37e-3;
             let other = match k % 3 {
                 0 => f64::from(k % 640) / 32.0,

@@ -1,6 +1,6 @@
-//! The only entry into code in lanes. On x86-64 that code is compiled for wider registers than the rest of the
-//! program.
-// `cargo bench -p benches --bench tapes` measures what it saves.
+//! The only way to enter code in lanes. On x86-64, code behind this entry is compiled for wider registers than the rest
+//! of the program.
+// `cargo bench -p benches --bench tapes` measures the speed-up.
 #![cfg_attr(lanes = "x86", allow(unsafe_code))]
 
 #[cfg(lanes = "neon")]
@@ -16,10 +16,10 @@ use crate::real::Vectorized;
 pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
     match level() {
         #[cfg(lanes = "x86")]
-        // SAFETY: the level says that the processor has the instructions.
+        // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx512 => unsafe { f64_avx512(work) },
         #[cfg(lanes = "x86")]
-        // SAFETY: as above.
+        // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx2 => unsafe { f64_avx2(work) },
         #[cfg(any(lanes = "neon", lanes = "simd128"))]
         level::Level::Neon | level::Level::Simd128 => work.run::<F64x2>(),
@@ -31,10 +31,10 @@ pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
 pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     match level() {
         #[cfg(lanes = "x86")]
-        // SAFETY: as above.
+        // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx512 => unsafe { f32_avx512(work) },
         #[cfg(lanes = "x86")]
-        // SAFETY: as above.
+        // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx2 => unsafe { f32_avx2(work) },
         #[cfg(any(lanes = "neon", lanes = "simd128"))]
         level::Level::Neon | level::Level::Simd128 => work.run::<F32x4>(),

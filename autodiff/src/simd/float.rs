@@ -1,4 +1,4 @@
-//! Plain floats as a [`Real`].
+//! Implements [`Real`] for plain floats.
 
 use crate::elementary::Elementary;
 use crate::math;

@@ -1,8 +1,8 @@
-//! Every number as a single lane, and the number of lanes of a type.
+//! Implements [`Lane`] with a single lane for every number, and counts the lanes of a number type.
 
 use crate::real::{Lane, Mask, Real, Vectorized};
 
-/// The most lanes of any type.
+/// The largest number of lanes of any type.
 pub(crate) const WIDEST: usize = 16;
 
 /// Every number is a register of one lane.
@@ -54,13 +54,13 @@ impl<R: Real> Vectorized<R> for LaneCount {
     }
 }
 
-/// The number of lanes of this number type on this machine.
+/// The number of lanes of the number type `R` on this machine.
 pub(crate) fn lanes<R: Real>() -> usize {
     let lanes = R::vectorize(LaneCount);
     let fits = lanes.is_power_of_two() && lanes <= WIDEST;
     assert!(
         fits,
-        "a number type has {lanes} lanes; the number must be a power of two, at most {WIDEST}"
+        "a number type has {lanes} lanes; the number of lanes must be a power of two, at most {WIDEST}"
     );
     lanes
 }

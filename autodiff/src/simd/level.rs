@@ -1,21 +1,21 @@
-//! The registers of this machine.
+//! Detects which SIMD registers this machine has.
 
-/// The registers that lanes use.
+/// The kind of registers that lanes use, from narrow to wide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Scalar code with the instructions that every processor of the target has.
+    /// No SIMD: scalar code with the instructions that every processor of the target has.
     Baseline,
-    /// The 128-bit registers of WebAssembly, if the crate is compiled for them.
+    /// The 128-bit registers of WebAssembly. The crate must be compiled for them.
     Simd128,
-    /// 128-bit registers and fused multiply-add of every aarch64 processor.
+    /// The 128-bit registers and the fused multiply-add that every aarch64 processor has.
     Neon,
-    /// 256-bit registers and fused multiply-add.
+    /// 256-bit registers with fused multiply-add (x86-64).
     Avx2,
-    /// 512-bit registers.
+    /// 512-bit registers (x86-64).
     Avx512,
 }
 
-/// The widest registers of this machine.
+/// Returns the widest registers of this machine.
 #[inline]
 pub fn level() -> Level {
     #[cfg(test)]
@@ -29,7 +29,7 @@ thread_local! {
     static CAP: std::cell::Cell<Level> = const { std::cell::Cell::new(Level::Avx512) };
 }
 
-/// Does work in registers that are at most this wide, on this thread.
+/// Runs `work` on this thread with registers no wider than `cap`.
 #[cfg(test)]
 pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
     let before = CAP.replace(cap);
@@ -40,8 +40,8 @@ pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
 
 #[inline]
 fn found() -> Level {
-    // Without optimisation every inlined intermediate has a stack slot. With wide registers a kernel would
-    // need megabytes.
+    // Without optimisation every intermediate value of inlined code has a stack slot. With wide registers a kernel
+    // would need megabytes of stack.
     if cfg!(unoptimised) {
         return Level::Baseline;
     }

@@ -1,11 +1,11 @@
 //! SIMD lanes as a [`Real`](crate::Real): many evaluations at once.
 //!
-//! On x86-64 lanes are the widest registers of the processor, chosen at run time. On aarch64 they are NEON
-//! registers. On wasm32 they are `simd128` registers if the crate is compiled with
-//! `-C target-feature=+simd128`. Elsewhere a lane is a scalar.
+//! On x86-64, lanes are the widest registers of the processor, chosen at run time. On aarch64 they are NEON registers.
+//! On wasm32 they are `simd128` registers if the crate is compiled with `-C target-feature=+simd128`. On all other
+//! targets a lane is a scalar.
 //!
-//! Each width of each float is a type, because the instructions differ. One macro, `define_lanes`, makes them
-//! numbers.
+//! Each register width has its own type for f64 and for f32, because the instructions differ. The macro `define_lanes`
+//! defines all of them.
 
 mod lane;
 mod unchecked;

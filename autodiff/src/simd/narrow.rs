@@ -1,10 +1,10 @@
-//! Operations that instruction sets with 128-bit registers lack: loads and stores of a part of a register, and
-//! tables of lanes as tables of bytes.
+//! Operations that instruction sets with 128-bit registers lack: loading and storing part of a register, and moving
+//! lanes by tables (here, tables of bytes).
 
 use super::places::{RANK, SET_BIT};
 use crate::real::Lane;
 
-/// Fewer than `N` numbers, followed by zeros.
+/// Fills fewer than `N` numbers up with zeros.
 #[inline(always)]
 pub(super) fn padded<S: Copy + Default, const N: usize>(part: &[S]) -> [S; N] {
     let mut numbers = [S::default(); N];
@@ -14,7 +14,7 @@ pub(super) fn padded<S: Copy + Default, const N: usize>(part: &[S]) -> [S; N] {
     numbers
 }
 
-/// Fills a slice of fewer than `N` numbers.
+/// Stores the first lanes to a slice of fewer than `N` numbers.
 #[inline(always)]
 pub(super) fn store_first<S: Copy + Default, const N: usize>(to: &mut [S], lanes: impl Lane<S>) {
     let mut numbers = [S::default(); N];
@@ -24,10 +24,10 @@ pub(super) fn store_first<S: Copy + Default, const N: usize>(to: &mut [S], lanes
     }
 }
 
-/// [`RANK`] for each byte of four lanes of 32 bits. It is 255 where the bit of a lane is not set. A register has
-/// no such byte, and table look-ups then give zero.
+/// For each mask of four 32-bit lanes, the byte indices that move lanes like [`RANK`]. The index is 255 where a mask
+/// bit is not set. No register has a byte 255, so the look-up gives zero.
 pub(super) static EXPANDED: [[u8; 16]; 16] = bytes(true);
-/// [`SET_BIT`] for each byte of four lanes of 32 bits.
+/// For each mask of four 32-bit lanes, the byte indices that move lanes like [`SET_BIT`].
 pub(super) static COMPRESSED: [[u8; 16]; 16] = bytes(false);
 
 const fn bytes(expand: bool) -> [[u8; 16]; 16] {

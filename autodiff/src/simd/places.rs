@@ -1,8 +1,8 @@
-//! Tables of the sources of lanes in `expand` and `compress`.
+//! Tables for `expand` and `compress`: from which lane each lane of the result comes.
 
-/// For each bit of every byte, the number of set bits below it: the source of a lane in `expand`.
+/// For each byte (a mask), and for each bit, the number of set bits below it. In `expand`, this is the source lane.
 pub(super) static RANK: [[u8; 8]; 256] = ranks_and_set_bits()[0];
-/// For every byte, its set bits in order: the sources of lanes in `compress`.
+/// For each byte (a mask), the positions of its set bits in ascending order. In `compress`, these are the source lanes.
 pub(super) static SET_BIT: [[u8; 8]; 256] = ranks_and_set_bits()[1];
 
 const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
@@ -23,10 +23,10 @@ const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
     both
 }
 
-/// Doubles each of four bits, so that lanes of 64 bits are moved as pairs of 32 bits.
+/// Doubles each of four bits. With the result, 64-bit lanes are moved as pairs of 32-bit lanes.
 #[inline(always)]
 pub(super) fn twice_each(bits: u16) -> u16 {
-    // Spread the bits to every other place. Multiplication by 3 makes a pair of each.
+    // Moves each bit to twice its position. Multiplying by 3 then doubles it.
     let apart = (bits | bits << 2) & 0b11_0011;
     ((apart | apart << 1) & 0b101_0101) * 3
 }

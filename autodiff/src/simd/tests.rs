@@ -1,4 +1,4 @@
-//! Every lane type is bit-identical to scalars.
+//! Every lane type must be bit-identical to scalars.
 
 #[cfg(lanes = "neon")]
 use super::aarch64::{F32x4, F64x2};
@@ -46,7 +46,7 @@ fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
     ]
 }
 
-/// All functions of all numbers. The last register is only partly filled.
+/// Applies all functions to all numbers. The last register is only partly filled.
 struct All<'a, S>(&'a [S], &'a mut [Vec<S>; FUNCTIONS]);
 
 impl<S: Real> Vectorized<S> for All<'_, S> {
@@ -65,7 +65,7 @@ impl<S: Real> Vectorized<S> for All<'_, S> {
     }
 }
 
-/// A prime number of arguments: numbers of all sizes and both signs, and special values.
+/// Returns the arguments: numbers of all sizes and both signs, and special values. Their count is prime.
 fn arguments() -> Vec<f64> {
     let spread = (0..4000).map(|k| 750.0 * (f64::from(k) / 2000.0 - 1.0) + 0.37e-3);
     let small = (0..4000).map(|k| 1e-30_f64.powf(f64::from(k) / 4000.0) * f64::from(1 - k % 2 * 2));
@@ -88,7 +88,10 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     let mut wide: [Vec<S>; FUNCTIONS] = std::array::from_fn(|_| vec![S::zero(); x.len()]);
     let mut narrow = wide.clone();
     let lanes = enter(All(&x, &mut wide));
-    assert!(!x.len().is_multiple_of(lanes), "no lane is partly filled");
+    assert!(
+        !x.len().is_multiple_of(lanes),
+        "the last register must be partly filled"
+    );
     All(&x, &mut narrow).run::<S>();
     for k in 0..FUNCTIONS {
         for (place, (w, n)) in wide[k].iter().zip(&narrow[k]).enumerate() {
@@ -102,7 +105,8 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     }
 }
 
-/// Runs in a thread with a large stack if there are threads: without optimisation every lane takes room on it.
+/// Without optimisation every register takes stack space, so the test runs in a thread with a large stack if threads
+/// exist.
 #[cfg(lanes)]
 #[test]
 fn every_register_has_the_bits_of_scalars() {
@@ -123,7 +127,7 @@ fn single_bits(x: f32) -> u64 {
 fn registers_have_the_bits_of_scalars() {
     #![allow(unsafe_code)]
     use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
-    // SAFETY: the processor has the instructions.
+    // SAFETY: the test checks that the processor has the instructions.
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         check(|all| unsafe { f64_avx2(all) }, f64::to_bits);
         check(|all| unsafe { f32_avx2(all) }, single_bits);
@@ -140,8 +144,8 @@ fn registers_have_the_bits_of_scalars() {
     check(|all| all.run::<F32x4>(), single_bits);
 }
 
-/// Masks, expands, compresses and interleaves the numbers 1, 2, ... with all bits, and compares each with the
-/// expected number.
+/// Masks, expands, compresses and interleaves the numbers 1, 2, ... with every combination of mask bits, and checks
+/// each result.
 struct MoveLanes;
 
 impl<S: Real> Vectorized<S> for MoveLanes {
@@ -192,7 +196,7 @@ fn is<S: Real>(number: S, expected: S) -> bool {
 fn lanes_move_to_set_bits_and_back() {
     #![allow(unsafe_code)]
     assert_eq!(MoveLanes.run::<f64>(), 1);
-    // SAFETY: the processor has the instructions.
+    // SAFETY: the test checks that the processor has the instructions.
     #[cfg(lanes = "x86")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         assert_eq!(unsafe { super::enter::f64_avx2(MoveLanes) }, 4);

@@ -2,39 +2,39 @@
 
 use crate::real::Lane;
 
-/// Loads and stores of registers without bounds checks.
+/// Adds loads and stores without bounds checks to registers.
 pub(crate) trait Unchecked<S>: Lane<S> {
-    /// [`load`](Lane::load) from place `at`, without a check.
+    /// Does [`load`](Lane::load) from index `at` on, without a bounds check.
     ///
     /// # Safety
-    /// The slice holds at least `at + N` scalars.
-    #[allow(unsafe_code)] // Checks were a seventh of a gradient's instructions (callgrind).
+    /// The slice must hold at least `at + N` scalars.
+    #[allow(unsafe_code)] // Bounds checks took a seventh of a gradient's instructions (callgrind).
     #[inline(always)]
     unsafe fn load_at(from: &[S], at: usize) -> Self {
         debug_assert!(at + Self::N <= from.len());
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         Self::load(unsafe { from.get_unchecked(at..at + Self::N) })
     }
-    /// [`store`](Lane::store) from place `at`, without a check.
+    /// Does [`store`](Lane::store) from index `at` on, without a bounds check.
     ///
     /// # Safety
-    /// The slice holds at least `at + N` scalars.
-    #[allow(unsafe_code)] // As above.
+    /// The slice must hold at least `at + N` scalars.
+    #[allow(unsafe_code)] // See `load_at`.
     #[inline(always)]
     unsafe fn store_at(self, to: &mut [S], at: usize) {
         debug_assert!(at + Self::N <= to.len());
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         self.store(unsafe { to.get_unchecked_mut(at..at + Self::N) });
     }
-    /// Loads `n` scalars from place `at`, followed by zeros, without a check.
+    /// Loads `n` scalars from index `at` on, without a bounds check. The other lanes are zero.
     ///
     /// # Safety
-    /// The slice holds at least `at + n` scalars, and `n` is at most `N`.
-    #[allow(unsafe_code)] // As above.
+    /// The slice must hold at least `at + n` scalars, and `n` must be at most `N`.
+    #[allow(unsafe_code)] // See `load_at`.
     #[inline(always)]
     unsafe fn load_n(from: &[S], at: usize, n: usize) -> Self {
         debug_assert!(n <= Self::N && at + n <= from.len());
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             if n == Self::N {
                 Self::load_at(from, at)
@@ -43,15 +43,15 @@ pub(crate) trait Unchecked<S>: Lane<S> {
             }
         }
     }
-    /// Writes the first `n` lanes from place `at`, without a check.
+    /// Stores the first `n` lanes from index `at` on, without a bounds check.
     ///
     /// # Safety
-    /// As for [`load_n`](Unchecked::load_n).
-    #[allow(unsafe_code)] // As above.
+    /// The slice must hold at least `at + n` scalars, and `n` must be at most `N`.
+    #[allow(unsafe_code)] // See `load_at`.
     #[inline(always)]
     unsafe fn store_n(self, to: &mut [S], at: usize, n: usize) {
         debug_assert!(n <= Self::N && at + n <= to.len());
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             if n == Self::N {
                 self.store_at(to, at)

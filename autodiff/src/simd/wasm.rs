@@ -1,12 +1,12 @@
 //! The registers of WebAssembly as lanes: `simd128`, for f64 and f32, if the crate is compiled with
 //! `-C target-feature=+simd128`. A module with these instructions only runs on engines that support them.
 //!
-//! There is no fused multiply-add. [`Real::fma`] rounds twice, as for scalars. Elementary functions need a single
-//! rounding to have the same bits everywhere, so software computes it for each lane. The hyperbolic tangent, which
-//! takes most of the time of controllers, avoids that; see `doubted.rs`.
+//! There is no fused multiply-add, so [`Real::fma`] rounds twice, also for scalars. Elementary functions must round
+//! once to give the same bits everywhere, so they compute it in software, lane by lane. The hyperbolic tangent takes
+//! most of the time of controllers, so it avoids the software in most cases; see `doubted.rs`.
 #![allow(unsafe_code)]
-// Loads and stores use pointers. Other instructions are safe to call, but the macro also serves instruction sets
-// in which they are not.
+// Only loads and stores, which use pointers, are unsafe here. But the macro wraps all calls in `unsafe`, which other
+// instruction sets need.
 #![allow(unused_unsafe)]
 
 use std::arch::wasm32::*;
@@ -22,43 +22,43 @@ use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
 use crate::real::{Lane, Mask, Real};
 
-/// A mask with all bits of a lane of 64 bits set or none.
+/// A mask: in each 64-bit lane, all bits are set or none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mask64(v128);
 
-/// A mask with all bits of a lane of 32 bits set or none.
+/// A mask: in each 32-bit lane, all bits are set or none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mask32(v128);
 
 /// # Safety
-/// `from` points to the numbers of a register.
+/// `from` must point to as many numbers as a register holds.
 #[inline(always)]
 unsafe fn load<S>(from: *const S) -> v128 {
-    // SAFETY: the caller's promise. The instruction needs no alignment.
+    // SAFETY: guaranteed by the caller. The instruction needs no alignment.
     unsafe { v128_load(from.cast()) }
 }
 
 /// # Safety
-/// `to` points to room for a register.
+/// `to` must point to room for as many numbers as a register holds.
 #[inline(always)]
 unsafe fn store<S>(to: *mut S, a: v128) {
-    // SAFETY: as above.
+    // SAFETY: guaranteed by the caller. The instruction needs no alignment.
     unsafe { v128_store(to.cast(), a) }
 }
 
-/// `a * b + c`, rounded twice.
+/// Computes `a * b + c` with two roundings.
 #[inline(always)]
 fn multiply_add_f64(a: v128, b: v128, c: v128) -> v128 {
     f64x2_add(f64x2_mul(a, b), c)
 }
 
-/// `a * b + c`, rounded twice.
+/// Computes `a * b + c` with two roundings.
 #[inline(always)]
 fn multiply_add_f32(a: v128, b: v128, c: v128) -> v128 {
     f32x4_add(f32x4_mul(a, b), c)
 }
 
-/// `a * b + c`, rounded once.
+/// Computes `a * b + c` with one rounding, in software.
 #[inline(always)]
 fn fused_f64(a: v128, b: v128, c: v128) -> v128 {
     let lane = |of| [f64x2_extract_lane::<0>(of), f64x2_extract_lane::<1>(of)];
@@ -66,7 +66,7 @@ fn fused_f64(a: v128, b: v128, c: v128) -> v128 {
     f64x2(a[0].mul_add(b[0], c[0]), a[1].mul_add(b[1], c[1]))
 }
 
-/// `a * b + c`, rounded once.
+/// Computes `a * b + c` with one rounding, in software.
 #[inline(always)]
 fn fused_f32(a: v128, b: v128, c: v128) -> v128 {
     let mut lanes = [[0.0_f32; 4]; 3];
@@ -78,10 +78,10 @@ fn fused_f32(a: v128, b: v128, c: v128) -> v128 {
     f32x4(fused(0), fused(1), fused(2), fused(3))
 }
 
-/// The bytes of `a` at these places.
+/// For each byte of the result, `places` holds the index of the byte of `a` to take; zero if it is out of range.
 #[inline(always)]
 fn looked_up(a: v128, places: &[u8; 16]) -> v128 {
-    // SAFETY: the reference covers the register.
+    // SAFETY: `places` is as long as a register.
     u8x16_swizzle(a, unsafe { load(places.as_ptr()) })
 }
 
@@ -157,8 +157,8 @@ impl Unfused for F64x2 {
 }
 
 impl Unfused for F32x4 {
-    /// In double precision, where the product is exact. The sum is rounded there already: its neighbours tell
-    /// whether that makes a difference.
+    /// Computes in double precision, where the product is exact but the sum may be rounded. If the two doubles next to
+    /// the sum become different singles, that rounding may matter.
     #[inline(always)]
     fn fused(self, b: Self, c: Self) -> (Self, Mask32) {
         let [low, high] = doubles(self.0);
@@ -171,7 +171,7 @@ impl Unfused for F32x4 {
     }
 }
 
-/// The first two lanes and the last two.
+/// Converts four singles to doubles: the first two lanes, then the last two.
 #[inline(always)]
 fn doubles(singles: v128) -> [v128; 2] {
     let high = i64x2_shuffle::<1, 1>(singles, singles);
@@ -181,7 +181,7 @@ fn doubles(singles: v128) -> [v128; 2] {
     ]
 }
 
-/// All four times this share.
+/// Multiplies four doubles by `share` and converts them to singles.
 #[inline(always)]
 fn singles(low: v128, high: v128, share: f64) -> v128 {
     let share = f64x2_splat(share);
@@ -190,8 +190,8 @@ fn singles(low: v128, high: v128, share: f64) -> v128 {
     i64x2_shuffle::<0, 2>(low, high)
 }
 
-/// The hyperbolic tangents of several registers. A function of its own: within the loops of a product, the
-/// engine would find no registers for either.
+/// The hyperbolic tangents of several registers. This function is not inlined: in the loops of a product, the engine
+/// would run out of registers.
 #[inline(never)]
 fn tanh<L: Unfused, const N: usize>(x: [L; N]) -> [L; N] {
     match tanh_unfused(x) {

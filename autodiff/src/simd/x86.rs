@@ -1,8 +1,8 @@
 //! The registers of x86-64 as lanes: AVX-512 and AVX2 with FMA, for f64 and f32.
 //!
-//! The types are private to the crate and named only in [`enter`](super::enter), which checks that the processor
-//! has their instructions. So a value of such a type exists only where its instructions do.
-// `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
+//! The types are private to the crate and named only in [`enter`](super::enter), which checks that the processor has
+//! their instructions. So a value of one of these types only exists if the processor has its instructions.
+// `cargo bench -p benches --bench tapes` compares kernels in lanes with the scalar step.
 #![allow(unsafe_code)]
 
 use std::arch::x86_64::*;
@@ -20,69 +20,69 @@ use crate::real::{Lane, Mask, Real};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BitMask<M>(M);
 
-/// A mask with all bits of a lane set or none (AVX2).
+/// A mask: in each lane, all bits are set or none (AVX2).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LaneMask<M>(M);
 
-/// The mask bits of the first `n` lanes.
+/// Returns mask bits that select the first `n` lanes.
 #[inline(always)]
 fn first_bits(n: usize) -> u16 {
     !(u16::MAX << n)
 }
 
-/// A mask of the first `n` of four lanes: all bits set there, none elsewhere.
+/// Returns a mask of four lanes: all bits set in the first `n` lanes, none in the others.
 #[inline(always)]
 fn first_i64(n: usize) -> __m256i {
     const ONES: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
-    // A window with `n` of the ones in it.
+    // The window of four numbers that begins with `n` ones.
     let window: &[i64; 4] = ONES[4 - n..8 - n].try_into().expect("the length was taken");
-    // SAFETY: the reference covers the register.
+    // SAFETY: the reference is as long as a register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
-/// A mask of the first `n` of eight lanes: all bits set there, none elsewhere.
+/// Returns a mask of eight lanes: all bits set in the first `n` lanes, none in the others.
 #[inline(always)]
 fn first_i32(n: usize) -> __m256i {
     const ONES: [i32; 16] = [-1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0];
     let window: &[i32; 8] = ONES[8 - n..16 - n]
         .try_into()
         .expect("the length was taken");
-    // SAFETY: the reference covers the register.
+    // SAFETY: the reference is as long as a register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
-/// Lane `k` is lane `places[k]` of `a`, or zero where bit `k` is not set.
+/// Lane `k` of the result is lane `places[k]` of `a`, or zero if bit `k` is not set.
 ///
 /// # Safety
-/// The processor has AVX2.
+/// The processor must have AVX2.
 #[inline(always)]
 unsafe fn permuted(a: __m256, places: &[u8; 8], bits: u16) -> __m256 {
     let mask = <F32x8 as Lane<f32>>::mask(bits);
-    // SAFETY: the caller's promise; eight bytes are read.
+    // SAFETY: guaranteed by the caller; `places` has the eight bytes that are read.
     unsafe {
         let places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(places.as_ptr().cast()));
         _mm256_and_ps(mask.0, _mm256_permutevar8x32_ps(a, places))
     }
 }
 
-/// [`Lane::expand`].
+/// Implements [`Lane::expand`].
 ///
 /// # Safety
-/// The processor has AVX2.
+/// The processor must have AVX2.
 #[inline(always)]
 unsafe fn expanded(a: __m256, bits: u16) -> __m256 {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { permuted(a, &RANK[usize::from(bits)], bits) }
 }
 
-/// [`Lane::compress`].
+/// Implements [`Lane::compress`].
 ///
 /// # Safety
-/// The processor has AVX2.
+/// The processor must have AVX2.
 #[inline(always)]
 unsafe fn compressed(a: __m256, bits: u16) -> __m256 {
     let first = first_bits(bits.count_ones() as usize);
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { permuted(a, &SET_BIT[usize::from(bits)], first) }
 }
 
@@ -97,7 +97,7 @@ define_lanes!(
     |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
     |mask: BitMask<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
     |a, b| {
-        // A test of the bits below the sign. Unlike a comparison it is folded for constants.
+        // Tests the bits below the sign. Unlike a comparison, this is evaluated at compile time for constants.
         let bits = _mm512_set1_epi64(i64::MAX);
         _mm512_maskz_mov_pd(_mm512_test_epi64_mask(_mm512_castpd_si512(a), bits), b)
     },
@@ -137,7 +137,7 @@ define_lanes!(
     |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
     |mask: BitMask<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
     |a, b| {
-        // A test of the bits below the sign. Unlike a comparison it is folded for constants.
+        // Tests the bits below the sign. Unlike a comparison, this is evaluated at compile time for constants.
         let bits = _mm512_set1_epi32(i32::MAX);
         _mm512_maskz_mov_ps(_mm512_test_epi32_mask(_mm512_castps_si512(a), bits), b)
     },

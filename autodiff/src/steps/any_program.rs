@@ -9,14 +9,14 @@ use crate::real::{ByType, Real};
 use crate::record::replay::Plan;
 use crate::record::{Places, ReplayedKernel, recorded};
 
-/// A [`Program`] whose number type is not known: a parameter of methods of a trait object, which cannot be
-/// generic. [`Program::any`] makes one.
+/// A [`Program`] for code that does not know the number type. Methods of a trait object cannot be generic, so they take
+/// this type instead. [`Program::any`] creates it.
 ///
-/// Operations are those of [`Program`]. A kernel is compiled for `f64` and `f32`, in the crate that calls
-/// this type. All other number types replay a recording of the kernel, which gives the same numbers but is
-/// several times slower. A kernel cannot be recorded if it asks whether a number
-/// [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane's mask holds, or if it calls
-/// a [custom rule](crate::custom) or another [fused](Real::fused) function. Other number types panic on it.
+/// It has some of the operations of [`Program`]. A kernel is compiled for `f64` and `f32`, in the crate that calls this
+/// type. All other number types replay a recording of the kernel, which gives the same numbers but is several times
+/// slower. They panic if the kernel cannot be recorded. A kernel cannot be recorded if it asks whether a number [is
+/// zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane of a mask is true, or if it calls a [custom
+/// rule](crate::custom) or another [fused](Real::fused) function.
 ///
 /// ```
 /// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient};
@@ -65,13 +65,13 @@ enum Numbers<'a> {
 }
 
 impl<R: Real> Program<R> {
-    /// This program, for code that does not know the number type.
+    /// Borrows this program for code that does not know the number type.
     pub fn any(&mut self) -> AnyProgram<'_> {
         R::by_type(Any(PhantomData), self)
     }
 }
 
-/// Makes an [`AnyProgram`] of a program that is borrowed for `'a`.
+/// Converts a program that is borrowed for `'a` to an [`AnyProgram`].
 struct Any<'a>(PhantomData<&'a ()>);
 
 impl<'a> ByType for Any<'a> {
@@ -89,10 +89,10 @@ impl<'a> ByType for Any<'a> {
 }
 
 impl AnyProgram<'_> {
-    /// As [`Program::map`].
+    /// Like [`Program::map`].
     ///
     /// # Panics
-    /// As that, and for kernels that [cannot be recorded](AnyProgram).
+    /// Like [`Program::map`]. Also if the number type is not a float and the kernel [cannot be recorded](AnyProgram).
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Kernel<I, O>,
@@ -100,10 +100,11 @@ impl AnyProgram<'_> {
         self.map_with(kernel, x, &[])
     }
 
-    /// As [`Program::map_with`].
+    /// Like [`Program::map_with`].
     ///
     /// # Panics
-    /// As [`map`](AnyProgram::map).
+    /// Like [`Program::map_with`]. Also if the number type is not a float and the kernel [cannot be
+    /// recorded](AnyProgram).
     pub fn map_with<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
@@ -120,10 +121,11 @@ impl AnyProgram<'_> {
         }
     }
 
-    /// As [`Program::map_edges`].
+    /// Like [`Program::map_edges`].
     ///
     /// # Panics
-    /// As [`map_edges_with`](AnyProgram::map_edges_with).
+    /// Like [`Program::map_edges`]. Also if the number type is not a float and the kernel [cannot be
+    /// recorded](AnyProgram).
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -137,10 +139,11 @@ impl AnyProgram<'_> {
         self.map_edges_with(graph, kernel, ends, per_edge, &[])
     }
 
-    /// As [`Program::map_edges_with`].
+    /// Like [`Program::map_edges_with`].
     ///
     /// # Panics
-    /// As that, and for kernels that [cannot be recorded](AnyProgram).
+    /// Like [`Program::map_edges_with`]. Also if the number type is not a float and the kernel [cannot be
+    /// recorded](AnyProgram).
     pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -166,10 +169,10 @@ impl AnyProgram<'_> {
         }
     }
 
-    /// As [`Program::gather`].
+    /// Like [`Program::gather`].
     ///
     /// # Panics
-    /// As that.
+    /// Like [`Program::gather`].
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         match &mut self.0 {
             Numbers::Double(program) => program.gather(x, indices),
@@ -179,12 +182,12 @@ impl AnyProgram<'_> {
     }
 }
 
-/// As many arrays as the kernel has results.
+/// Converts the outputs to an array. There is one output for each result of the kernel.
 fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
     outputs.try_into().expect("one array for each result")
 }
 
-/// A program of a number type that replays kernels.
+/// A program whose number type replays kernels. This trait hides the number type.
 trait Replaying {
     fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array>;
     fn map_edges_recorded(

@@ -1,7 +1,7 @@
-//! Rollouts from one start or from several at once, in lanes.
+//! Rollouts from one or several starts (initial states), in SIMD lanes.
 //!
-//! The starts are divided into groups. The starts of a group run interleaved in one
-//! [`Program`](crate::Program): one for each lane of a register, or two, or one alone.
+//! The starts are divided into groups. Each group runs interleaved in one [`Program`](crate::Program) and has one start
+//! for each lane of a register, or two starts, or one.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -12,19 +12,19 @@ use crate::real::{Fused, Real};
 use crate::simd::lanes;
 
 impl<M: Model> Rollout<M> {
-    /// Runs all steps. Returns the observed states one after the other, or the chosen
+    /// Runs all steps from one start. Returns the observed states one after the other, or only the chosen
     /// [`entries`](Rollout::entries) of each.
     ///
-    /// `start` is the initial state: its parts in the order in which the model declares them. `parameters` has
-    /// one slice for each parameter, in the order of their declarations: an array, a matrix row by row, or a
-    /// [control](crate::Program::control) step by step.
+    /// `start` is the initial state: its parts in the order in which the model declares them. `parameters` has one
+    /// slice for each parameter, in the order of declaration. It holds an array, a matrix in row-major order, or the
+    /// values of a [control](crate::Program::control) step by step.
     ///
     /// On the tape the whole rollout is one fused entry.
     ///
     /// # Panics
     /// - If a length differs from the model's declaration, or there are too few inputs for all steps.
-    /// - If an observed step or an entry is out of range, or the observed steps do not ascend.
-    /// - If a bound is negative or NaN, or is checked every 0 steps.
+    /// - If an observed step or an entry is out of range, or the observed steps are not in ascending order.
+    /// - If a bound is negative or NaN, or [`CotangentBound::every`](crate::CotangentBound::every) is 0.
     /// - On a tape, if the [`Memory`](crate::Memory) budget is too small for a step.
     /// - If the model does not advance a part of its state, or a method of [`Program`](crate::Program) panics.
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
@@ -32,20 +32,20 @@ impl<M: Model> Rollout<M> {
         R::fused(Batched::of_one(self, parameters.len()), &inputs)
     }
 
-    /// [`run`](Rollout::run), except that on a tape every operation of every step is an entry.
+    /// Like [`run`](Rollout::run), but on a tape every operation of every step is a separate entry.
     pub fn unrolled<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let one = Starts { count: 1, own: &[] };
         self.recorded(one, &[&[start], parameters].concat(), false)
             .0
     }
 
-    /// Runs a batch of starts. All starts share the matrices. Each may have its own values of the other
-    /// parameters. The results are bit-identical to those of [`run`](Rollout::run), but faster: the starts of a
-    /// register run together and share each weight that is read.
+    /// Runs a batch of starts. All starts share the matrices; each may have its own values of the other parameters. The
+    /// results are bit-identical to those of [`run`](Rollout::run), but faster: starts run together, one per lane, and
+    /// share each weight that is read.
     ///
-    /// On the tape a batch is one fused entry too. The cotangents of starts, and of the parameters that each
-    /// start has for itself, are bit-identical to those of `run`. The cotangents of shared parameters are
-    /// summed over steps and starts in another order. They differ by rounding from a sum over calls of `run`.
+    /// On the tape a batch is also one fused entry. The cotangents of the starts and of [`Given::Each`] parameters are
+    /// bit-identical to those of `run`. The cotangents of shared parameters are summed over steps and starts in a
+    /// different order, so they differ by rounding from a sum over calls of `run`.
     ///
     /// ```
     /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient};
@@ -77,7 +77,7 @@ impl<M: Model> Rollout<M> {
     /// let both = rollout.run_batch(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
     /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
     /// assert_eq!(both, [soft, stiff]);
-    /// // The sum of both positions, differentiated by a stiffness that they share.
+    /// // The sum of both positions, differentiated with respect to a shared stiffness.
     /// let sum = |stiffness: &[Var<f64>]| {
     ///     let [low, high] = [1.0, 2.0].map(|x| [Var::lit(x), Var::lit(0.0)]);
     ///     let ends = rollout.run_batch(&[&low, &high], &[Given::Shared(stiffness)]);
@@ -87,7 +87,8 @@ impl<M: Model> Rollout<M> {
     /// ```
     ///
     /// # Panics
-    /// As [`run`](Rollout::run). Also if a [`Given::Each`] is for a matrix or does not have one slice per start.
+    /// Like [`run`](Rollout::run). Also if a [`Given::Each`] belongs to a matrix or does not have one slice for each
+    /// start.
     pub fn run_batch<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
         if starts.is_empty() {
             return Vec::new();
@@ -120,18 +121,18 @@ impl<M: Model> Rollout<M> {
     }
 }
 
-/// A rollout as a fused function. Its inputs are the starts, then for each parameter either the shared one or
-/// one for each start. Its outputs are the observed states, one start after the other.
+/// A batch of rollouts as a fused function. Its inputs are the starts, then for each parameter either one shared slice
+/// or one slice for each start. Its outputs are the observed states, one start after the other.
 #[derive(Clone)]
 pub(super) struct Batched<M> {
     pub(super) rollout: Rollout<M>,
     pub(super) starts: usize,
-    /// Whether each start has its own value, for every parameter.
+    /// For each parameter, whether each start has its own values.
     pub(super) own: Vec<bool>,
 }
 
-/// Starts that run interleaved: one for each lane of a register, or two, or one alone. Unused lanes repeat
-/// the last start.
+/// Starts that run interleaved: one for each lane of a register, or two, or one. If there are fewer starts than lanes,
+/// the last start is repeated.
 #[derive(Clone)]
 pub(super) struct StartGroup {
     pub(super) starts: Range<usize>,
@@ -139,7 +140,7 @@ pub(super) struct StartGroup {
 }
 
 impl StartGroup {
-    /// Interleaves the numbers of all lanes. Missing numbers are zero.
+    /// Interleaves the numbers of all lanes. Lanes with fewer numbers get zeros.
     fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
         let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
         for lane in 0..self.lanes {
@@ -151,7 +152,8 @@ impl StartGroup {
         interleaved
     }
 
-    /// The interleaved values of the starts of this group.
+    /// Returns the slices that belong to the starts of this group, interleaved. `of_starts` has one slice for each
+    /// start of the batch.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
         let len = of_starts[0].len();
         let of_starts = &of_starts[self.starts.clone()];
@@ -159,15 +161,15 @@ impl StartGroup {
             assert_eq!(
                 own.len(),
                 len,
-                "the starts of a batch, or their own parameters, differ in length: expected {len} numbers \
-                 as for the first start, found {}",
+                "all starts of a batch must have equally many numbers, and so must their own parameters: \
+                 the first start has {len} numbers, but another has {}",
                 own.len()
             );
         }
         self.interleaved(|lane| of_starts[lane.min(of_starts.len() - 1)])
     }
 
-    /// The numbers of each start, taken from the interleaved ones.
+    /// Splits interleaved numbers into one list for each start.
     fn parted<R: Real>(&self, interleaved: &[R]) -> Vec<Vec<R>> {
         let of_lane = |lane| interleaved.iter().skip(lane).step_by(self.lanes).copied();
         (0..self.starts.len())
@@ -177,7 +179,7 @@ impl StartGroup {
 }
 
 impl<M: Model> Batched<M> {
-    /// A single start, which shares its parameters with no other.
+    /// A batch of a single start. All parameters count as shared.
     pub(super) fn of_one(rollout: &Rollout<M>, parameters: usize) -> Self {
         Self {
             rollout: rollout.clone(),
@@ -186,8 +188,8 @@ impl<M: Model> Batched<M> {
         }
     }
 
-    /// Divides the starts into whole registers. The rest is one more register if it fills more than three
-    /// quarters of it, because that pays from there on, and pairs otherwise.
+    /// Divides the starts into groups of one start per lane. The remaining starts also run as such a group if they fill
+    /// more than three quarters of the lanes, because that is faster then. Otherwise they run in pairs.
     pub(super) fn groups<R: Real>(&self) -> Vec<StartGroup> {
         let (mut groups, mut first) = (Vec::new(), 0);
         let widest = lanes::<R>();
@@ -212,8 +214,8 @@ impl<M: Model> Batched<M> {
         }
     }
 
-    /// Sorts the items of the inputs by parameter: a shared parameter has one item, others have one for each
-    /// start.
+    /// Returns for each parameter its part of a list with one item for each input: one item if the parameter is shared,
+    /// otherwise one for each start.
     fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
         let mut rest = &of_inputs[self.starts..];
         let mut take = |&own: &bool| {
@@ -224,7 +226,7 @@ impl<M: Model> Batched<M> {
         self.own.iter().map(&mut take).collect()
     }
 
-    /// Calls `run` with the inputs of a group: the interleaved starts, then each parameter.
+    /// Calls `run` with the inputs of a group: its interleaved starts, then one slice for each parameter.
     fn with_inputs<'a, R: Real, T>(
         &self,
         group: &StartGroup,

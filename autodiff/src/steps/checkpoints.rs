@@ -1,14 +1,13 @@
-//! Which states a rollout keeps, and from which of them the reverse sweep runs forward again.
+//! Decides which states a rollout keeps as checkpoints, from which the reverse sweep runs forward again.
 //!
-//! With fewer checkpoints than steps, the steps are divided by the binomial rule: A. Griewank,
-//! "Achieving logarithmic growth of temporal and spatial complexity in reverse automatic
-//! differentiation", Optimization Methods and Software 1 (1992). A leaf is a stretch of steps whose rows
-//! are all kept at once. With `s` checkpoints and at most `(s + t)! / (s! t!)` leaves, no step is run again
-//! more than `t` times.
+//! With fewer checkpoints than steps, the steps are divided by the binomial rule: A. Griewank, "Achieving logarithmic
+//! growth of temporal and spatial complexity in reverse automatic differentiation", Optimization Methods and Software 1
+//! (1992). A leaf is a range of steps whose rows are all kept at once. With `s` checkpoints and at most
+//! `(s + t)! / (s! t!)` leaves, each step is run again at most `t` times.
 
 use std::ops::Range;
 
-/// The memory that a rollout uses for its reverse sweep. The gradient does not depend on it.
+/// How much memory a rollout uses for its reverse sweep. The gradient does not depend on it.
 ///
 /// ```
 /// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient};
@@ -36,29 +35,29 @@ use std::ops::Range;
 ///     let rollout = Rollout { memory, ..Rollout::new(Cooling, 1000) };
 ///     gradient(|x: &[Var<f64>]| Var::sum_of(&rollout.run(x, &[])), &[1.1; 16])
 /// };
-/// // Ten states in place of a thousand.
+/// // Ten states instead of a thousand give the same gradient.
 /// assert_eq!(gradient(Memory::States(10)), gradient(Memory::All));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Memory {
-    /// Every step: the fastest.
+    /// Keep every step. This is the fastest.
     #[default]
     All,
-    /// As many numbers as this many states have. The sweep then runs parts of the rollout again. The smallest
-    /// budget is the row of one step, which is its state and the outputs of its operations, plus two states.
-    /// It is enough for any number of steps. With a larger budget fewer steps are run again.
+    /// A budget: as many numbers as this many states have. The sweep then runs parts of the rollout again; the larger
+    /// the budget, the fewer. The smallest possible budget is two states plus the row of one step, which holds its
+    /// state and the outputs of its operations. It is enough for any number of steps.
     ///
-    /// Ten states are enough if the outputs of a step have at most seven times the numbers of a state. Outputs
-    /// are rounded up to whole registers of up to 16 numbers, so small states need more. A budget that is
-    /// enough for one start is enough for several. If the budget is too small, recording the rollout on a tape
-    /// panics with a message that says how many states are needed.
+    /// Ten states are enough if the outputs of a step have at most seven times as many numbers as a state. Outputs are
+    /// rounded up to whole registers of up to 16 numbers, so small states need more. A budget that is enough for one
+    /// start is enough for several. If the budget is too small, recording the rollout on a tape panics with a message
+    /// that says how many states are needed.
     States(usize),
-    /// As [`States`](Memory::States), with the budget in bytes. A budget that is too small is raised to the
-    /// smallest possible.
+    /// Like [`States`](Memory::States), but in bytes. A budget that is too small is raised to the smallest possible
+    /// one.
     Bytes(usize),
 }
 
-/// The schedule of a reverse sweep.
+/// When the forward run and the reverse sweep set checkpoints.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct CheckpointSchedule {
     /// The number of steps whose rows are kept at once.
@@ -68,19 +67,19 @@ pub(super) struct CheckpointSchedule {
 }
 
 impl CheckpointSchedule {
-    /// Keeps one step at a time and no checkpoints.
+    /// For runs without a reverse sweep: keeps one row and no checkpoints.
     pub(super) const NOTHING: Self = Self {
         leaf: 1,
         checkpoints: 0,
     };
 
-    /// From the lengths of a state and of a row, in numbers of type `R`.
+    /// Takes the lengths of a state and of a row, in numbers of type `R`.
     pub(super) fn new<R>(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
             leaf: steps,
             checkpoints: 1,
         };
-        // The row of a step, the start, and one more checkpoint if there are several steps.
+        // The row of a step, the start state, and one more checkpoint if there are several steps.
         let least = steps.min(2) + row.div_ceil(state.max(1));
         let budget = match memory {
             Memory::All => return all,
@@ -95,22 +94,22 @@ impl CheckpointSchedule {
         let checkpoints = budget.saturating_sub(leaf * row) / state;
         assert!(
             checkpoints >= 2,
-            "a memory of {} states is too small: it must hold two states and the row of a step, \
-             {row} numbers; give it {least} states",
+            "`Memory::States({})` is too small: it must hold two states and the row of one step \
+             ({row} numbers); use at least {least} states",
             budget / state
         );
         Self { leaf, checkpoints }
     }
 
-    /// The step at which a stretch of steps gets its next checkpoint; `None` if the stretch is a leaf or all
-    /// checkpoints are held.
+    /// Returns the step at which to set the next checkpoint within `steps`, which begins at a checkpoint. Returns
+    /// `None` if `steps` is a leaf or all checkpoints are in use. `held` is the number of checkpoints in use.
     pub(super) fn split(&self, steps: Range<usize>, held: usize) -> Option<usize> {
         let leaves = steps.len().div_ceil(self.leaf);
         let free = self.checkpoints.saturating_sub(held);
         if leaves <= 1 || free == 0 {
             return None;
         }
-        // The fewest repetitions that are possible with the checkpoint below and the free ones.
+        // The smallest number of repetitions that is possible with the checkpoint at `steps.start` and the free ones.
         let repeats = (1..)
             .find(|&t| binomial(free + 1, t) >= leaves)
             .unwrap_or(1);
@@ -118,13 +117,13 @@ impl CheckpointSchedule {
         Some(steps.start + (leaves - upper) * self.leaf)
     }
 
-    /// The first step of the last leaf of a stretch.
+    /// Returns the first step of the last leaf in `steps`.
     pub(super) fn leaf_start(&self, steps: Range<usize>) -> usize {
         steps.end.saturating_sub(self.leaf).max(steps.start)
     }
 }
 
-/// `(s + t)! / (s! t!)`, or the largest integer on overflow.
+/// Returns `(s + t)! / (s! t!)`, or the largest integer on overflow.
 fn binomial(s: usize, t: usize) -> usize {
     (1..=t)
         .try_fold(1_usize, |product, k| Some(product.checked_mul(s + k)? / k))
@@ -135,14 +134,15 @@ fn binomial(s: usize, t: usize) -> usize {
 mod tests {
     use super::{CheckpointSchedule, Memory};
 
-    /// Runs the schedule on step numbers only. Returns the number of forward steps and the most numbers held.
+    /// Runs the schedule on step numbers only. Returns how many steps are run in total, and the most
+    /// numbers held at once.
     fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
         let schedule = CheckpointSchedule::new::<f64>(memory, steps, [state, row]);
         let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);
         while schedule.leaf < steps && end > 0 {
-            let top = *stack.last().expect("the start is below all");
+            let top = *stack.last().expect("the start is always on the stack");
             let to = schedule.split(top..end, stack.len());
-            // The first descent is part of the forward run.
+            // The first descent happens during the forward run.
             done += if end == steps {
                 0
             } else {
@@ -173,8 +173,8 @@ mod tests {
                 done as f64 / 4096.0
             );
             assert!(most <= states * 144, "{most} numbers for {states} states");
-            // The binomial bound for 10 states: two steps' rows and five checkpoints, so 2048 leaves
-            // and 12 repetitions.
+            // The binomial bound for a budget of 10 states: it holds the rows of two steps and five checkpoints, so
+            // there are 2048 leaves and at most 12 repetitions.
             assert!(done <= 13 * 4096, "{done} steps for {states} states");
         }
         assert_eq!(simulate(Memory::All, 4096, [144, 358]), (4096, 0));
@@ -183,7 +183,7 @@ mod tests {
             bytes(40 * 144 * 8),
             simulate(Memory::States(40), 4096, [144, 358])
         );
-        // Two states and a record, which is three states rounded up.
+        // The smallest budget: two states and a row of 358 numbers, which is three states rounded up.
         assert_eq!(bytes(0), simulate(Memory::States(5), 4096, [144, 358]));
         assert_eq!(
             simulate(Memory::States(11_000), 4096, [144, 358]),
@@ -193,8 +193,8 @@ mod tests {
 
     #[test]
     #[should_panic(
-        expected = "a memory of 3 states is too small: it must hold two states and the row of a \
-                               step, 25 numbers; give it 5 states"
+        expected = "`Memory::States(3)` is too small: it must hold two states and the row of one \
+                               step (25 numbers); use at least 5 states"
     )]
     fn a_budget_that_is_too_small_panics() {
         CheckpointSchedule::new::<f64>(Memory::States(3), 100, [10, 25]);

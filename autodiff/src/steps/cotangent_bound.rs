@@ -2,10 +2,10 @@
 
 use crate::real::{Mask, Real};
 
-/// Gradient clipping: a bound on the norm of the state's cotangent in the reverse sweep. A cotangent with a
-/// larger norm is scaled down to the bound. The result is then no longer the exact gradient. The norm does
-/// not overflow. A cotangent with an infinite number or NaN in it becomes NaN. Derivatives of a clipped
-/// gradient treat the scaling factor as a constant, so Hessians are not exact and may not be symmetric.
+/// Gradient clipping: a bound on the norm of the state's cotangent in the reverse sweep. A cotangent with a larger norm
+/// is scaled down to the bound, so the result is no longer the exact gradient. Computing the norm does not overflow. If
+/// a number of the cotangent is infinite or NaN, the whole cotangent becomes NaN. Derivatives of a clipped gradient
+/// treat the scaling factor as a constant, so Hessians are not exact and may not be symmetric.
 ///
 /// ```
 /// use autodiff::{CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient};
@@ -37,14 +37,15 @@ use crate::real::{Mask, Real};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CotangentBound {
-    /// The largest Euclidean norm; 0 or more.
+    /// The largest allowed Euclidean norm; 0 or more.
     pub norm: f64,
-    /// The cotangent is checked at the start and after every `every` steps from there; 1 or more.
+    /// The cotangent is checked before step 0 and then after every `every` steps; 1 or more.
     pub every: usize,
 }
 
 impl CotangentBound {
-    /// Scales the cotangent of each start down if it exceeds the bound, after `step` steps.
+    /// Scales down the cotangent of each start whose norm exceeds the bound. `state_bar` is the cotangent of the state
+    /// after `step` steps.
     pub(super) fn clip<R: Real>(self, step: usize, starts: usize, state_bar: &mut [R]) {
         if !step.is_multiple_of(self.every) || state_bar.is_empty() {
             return;
@@ -56,7 +57,7 @@ impl CotangentBound {
             let (squared, unit) = measure(&mut of_start);
             let in_units = limit / unit;
             let exceeds = (in_units * in_units).less(squared) | !squared.finite();
-            // If a number is infinite, a factor of zero would hide the other numbers.
+            // If a number is infinite, the factor would be 0 and hide the other numbers. So it is set to NaN.
             let factor = limit * squared.rsqrt();
             let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
             let bars = state_bar[start..].iter_mut().step_by(starts);
@@ -67,11 +68,11 @@ impl CotangentBound {
     }
 }
 
-/// Divides numbers by a unit, which is 1 or the largest magnitude, so that their squares neither overflow nor
-/// underflow noticeably. Returns the sum of squares and the unit.
+/// Divides `numbers` in place by a unit. Returns the sum of their squares, and the unit. The unit is 1 or the
+/// largest magnitude, so that the squares neither overflow nor underflow noticeably.
 fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
     let squared = R::dot(numbers, numbers).detach();
-    // Squares that underflow, even in single precision, are below 1e-38 and so negligible.
+    // Squares that underflow, even in single precision, are below 1e-38 and therefore negligible.
     let fits = R::lit(1e-30).less_equal(squared) & squared.finite();
     if fits.all() {
         return (squared, R::one());

@@ -1,4 +1,4 @@
-//! A run forward and its reverse sweep, from one start or several interleaved ones.
+//! Runs one start or several interleaved starts forward, and sweeps back.
 
 use super::progress::running;
 use super::settings::{Model, Rollout};
@@ -6,14 +6,14 @@ use super::sweep::{Recorded, Starts};
 use crate::real::Real;
 
 impl<M: Model> Rollout<M> {
-    /// The places of the returned numbers in a state of `len` numbers that interleaves `starts` starts.
+    /// Returns the indices of the returned numbers in a state of `len` numbers, which interleaves `starts` starts.
     fn places(&self, starts: usize, len: usize) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
         };
         assert!(
             entries.iter().all(|entry| *entry < len / starts),
-            "entries {entries:?} are out of range: a state of the rollout has {} numbers",
+            "entries {entries:?} are out of range: each must be less than {}, the length of a state",
             len / starts
         );
         let interleaved = |&entry: &usize| entry * starts..(entry + 1) * starts;
@@ -21,7 +21,7 @@ impl<M: Model> Rollout<M> {
     }
 
     /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the record for the
-    /// reverse sweep. Without a reverse sweep no steps need to be kept.
+    /// reverse sweep. If `keeps` is false, no reverse sweep follows and no steps are kept.
     pub(super) fn recorded<R: Real>(
         &self,
         starts: Starts,
@@ -45,7 +45,7 @@ impl<M: Model> Rollout<M> {
         (seen, recorded)
     }
 
-    /// Returns the cotangents of the (interleaved) starts, then those of each parameter.
+    /// Returns the cotangents of the (interleaved) starts, then the cotangents of each parameter.
     pub(super) fn reversed<R: Real>(
         &self,
         starts: usize,

@@ -1,19 +1,19 @@
-//! Steps and rollouts. A [`Program`] is the record of one step of a simulation. A [`Rollout`] runs it many
-//! times, forward and in reverse.
+//! Steps and rollouts. A [`Program`] is the recording of one step of a simulation. A [`Rollout`] runs it many times,
+//! forward and in reverse.
 //!
-//! A step is a generic function over `R: Real` that calls the methods of [`Program`]. A program has no control
-//! flow: kernels select, and a model records only the operations that it needs.
+//! A step is a generic function over `R: Real` that calls the methods of [`Program`]. A program has no control flow:
+//! kernels select between values, and a model records only the operations that it needs.
 //!
-//! A step keeps its arrays, except for the parameters, one after the other in a **row**. If the state comes
-//! first, the next row begins at the new state of this one. A rollout that keeps all rows then copies nothing.
-//! The reverse sweep reads the rows. It goes back one step at a time and recomputes the values inside
-//! operations. The memory is `steps` rows, or less with a [`Memory`] budget.
+//! All arrays of a step, except for the parameters, lie one after the other in a **row**. If the state comes first in
+//! the row, the next row begins at this row's new state. A rollout that keeps all rows then copies nothing. The reverse
+//! sweep reads the rows from the last to the first and recomputes the values inside operations. The memory is `steps`
+//! rows, or less with a [`Memory`] budget.
 //!
-//! A program can run from several **starts** at once: two, or one for each lane of a register. Two starts have
-//! code of their own because most design gradients run two, and it saves a tenth of their time. The numbers of
-//! the starts are interleaved. An array is then two (or `lanes`) times as long, and so is a graph. Most
-//! operations treat a longer array like any other. Only matrix products differ, because all starts share
-//! the matrices. Other parameters may differ from start to start.
+//! A program can run from several **starts** (initial states) at once: two, or one for each lane of a register. Two
+//! starts have their own code path, because most design gradients run two and it saves a tenth of their time. The
+//! numbers of the starts are interleaved, so arrays and graphs become two (or `lanes`) times as long. Most operations
+//! treat a longer array like any other. Only matrix products differ, because all starts share the matrices. Other
+//! parameters may differ between starts.
 
 mod operation;
 mod program;

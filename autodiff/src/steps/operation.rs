@@ -1,22 +1,22 @@
-//! The operations of a step.
+//! The kinds of operations in a step.
 
 use crate::arrays::{Array, Bars, DenseLayer, Gather, InLanes, Operation, StepValues, Weighted};
 use crate::real::Real;
 use crate::record::ReplayedKernel;
 
-/// An operation of a step. The kinds are an enum, because a trait object would compile the reverse sweep of
-/// every operation also for number types that only run forward, such as duals.
+/// An operation of a step. This is an enum, because a trait object would also compile the reverse sweep of every
+/// operation for number types that only run forward, such as duals.
 pub(crate) enum StepOperation<R: Real> {
     /// A kernel that runs in lanes.
     Kernel(Box<dyn Operation<R>>),
-    /// A kernel that is replayed.
+    /// A kernel that is recorded once and replayed.
     Replayed(ReplayedKernel),
     Gather(InLanes<Gather>),
     Weighted(InLanes<Weighted>),
     Dense(Box<DenseLayer<R>>),
 }
 
-/// Does the same with an operation of any kind; boxes are opened by `as_ref` or `as_mut`.
+/// Runs the same expression for every kind of operation. `as_ref` or `as_mut` opens boxes.
 macro_rules! each {
     ($of:expr, $open:ident, $operation:ident => $work:expr) => {
         match $of {
@@ -36,34 +36,34 @@ macro_rules! each {
 }
 
 impl<R: Real> StepOperation<R> {
-    /// [`Operation::outputs`].
+    /// See [`Operation::outputs`].
     pub(super) fn outputs(&self) -> Vec<Array> {
         each!(self, as_ref, of => Operation::<R>::outputs(of))
     }
 
-    /// [`Operation::forward`].
+    /// See [`Operation::forward`].
     pub(super) fn forward(&mut self, parameters: &[R], row: &mut [R]) {
         each!(self, as_mut, of => of.forward(parameters, row));
     }
 
-    /// [`Operation::reverse`].
+    /// See [`Operation::reverse`].
     pub(super) fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
         each!(self, as_mut, of => of.reverse(values, bars));
     }
 
-    /// [`Operation::set_active`].
+    /// See [`Operation::set_active`].
     pub(super) fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) {
         each!(self, as_mut, of => Operation::<R>::set_active(of, arrays, parameters));
     }
 
-    /// [`DenseLayer::load`].
+    /// See [`DenseLayer::load`]. Does nothing for other operations.
     pub(super) fn load(&mut self, parameters: &[&[R]]) {
         if let Self::Dense(layer) = self {
             layer.load(parameters);
         }
     }
 
-    /// [`DenseLayer::matrix_bars`].
+    /// See [`DenseLayer::matrix_bars`]. Does nothing for other operations.
     pub(super) fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
         if let Self::Dense(layer) = self {
             layer.matrix_bars(parameter_bars);

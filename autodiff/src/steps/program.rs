@@ -1,44 +1,44 @@
-//! The recording of a step.
+//! The program of a step: declarations and memory layout.
 
 use super::operation::StepOperation;
 use crate::arrays::{Array, Matrix, Parameter, RowLayout, TOO_LONG, checked_sum};
 use crate::real::Real;
 use crate::simd::lanes;
 
-/// An array with different values in every step, and their cotangents.
+/// An array whose values differ from step to step, and its cotangents.
 pub(super) struct Control<R> {
     pub(super) array: Array,
-    /// `array.len` numbers for each step, one step after the other.
+    /// The values: `array.len` numbers for each step, one step after the other.
     pub(super) values: Vec<R>,
     /// The cotangents in the same order; `None` if they are not needed.
     pub(super) bars: Option<Vec<R>>,
 }
 
-/// A recorded step. See the [module](super).
+/// A recorded step. See the [module](super) for its memory layout.
 ///
-/// Parameters, states, inputs and controls are declared in any order, before the operations that read them. Arrays
-/// may be empty.
+/// Parameters, states, inputs and controls can be declared in any order, but before the operations that read them.
+/// Arrays may be empty.
 pub struct Program<R: Real> {
     pub(super) arrays: Vec<Array>,
     pub(super) parameters: Vec<Parameter>,
-    /// Whether every start has its own value, for each parameter; set by `load`.
+    /// For each parameter, whether each start has its own values. Set by `load`.
     pub(super) own: Vec<bool>,
     pub(super) states: Vec<Array>,
-    /// The new value of each part of the state.
+    /// For each part of the state, the array of its new value.
     pub(super) next: Vec<Option<Array>>,
     pub(super) inputs: Vec<Array>,
     pub(super) controls: Vec<Control<R>>,
-    /// The number of inputs of a step. All starts share them.
+    /// How many inputs a step takes. All starts share them.
     pub(crate) inputs_len: usize,
     pub(super) operations: Vec<StepOperation<R>>,
     /// The number of starts that run at once, with interleaved numbers.
     pub(crate) starts: usize,
-    /// The numbers in the parameters' arrays and in a row so far.
+    /// How many numbers are allocated so far: for the parameters, and for a row.
     pub(super) ends: [usize; 2],
     pub(super) layout: RowLayout,
-    /// The numbers of a later row that each operation prefetches, in whole cache lines.
+    /// How many numbers of a later row each operation prefetches; a multiple of a cache line.
     pub(super) prefetch_len: usize,
-    /// How far past the arrays lanes may reach, in addition to their own width.
+    /// How many numbers past the end of an array lanes may touch, in addition to their own width.
     pub(super) margin: usize,
 }
 
@@ -65,12 +65,12 @@ impl<R: Real> Default for Program<R> {
 
 /// Declarations of parameters, states, inputs and controls.
 impl<R: Real> Program<R> {
-    /// A program for this many starts at once: one, two, or one for each lane.
+    /// Creates a program that runs this many starts at once: one, two, or one for each lane.
     pub(crate) fn side_by_side(starts: usize) -> Self {
         let most = lanes::<R>();
         assert!(
             starts == 1 || starts == most || starts == 2 && most > 2,
-            "a program cannot run {starts} starts at once; it runs one, two, or one for each lane"
+            "a program cannot run {starts} starts at once; the number must be 1, 2 or {most} (one for each lane)"
         );
         Self {
             starts,
@@ -78,7 +78,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Declares a parameter: an array of `len` numbers that is the same for all steps.
+    /// Declares a parameter: an array of `len` numbers that is the same in all steps.
     pub fn parameter(&mut self, len: usize) -> Array {
         self.align(true);
         let array = self.allocate(true, len);
@@ -86,7 +86,7 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// Declares a matrix parameter for [`dense`](Program::dense) layers. It is given row by row.
+    /// Declares a matrix parameter for [`dense`](Program::dense) layers. Its values are given in row-major order.
     pub fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
         let matrix = Matrix {
             parameter: self.parameters.len(),
@@ -97,8 +97,8 @@ impl<R: Real> Program<R> {
         matrix
     }
 
-    /// Declares a part of the state: an array of `len` numbers that each step passes to the next, see
-    /// [`advance`](Program::advance).
+    /// Declares a part of the state: an array of `len` numbers that each step passes to the next. The step must call
+    /// [`advance`](Program::advance) for it.
     pub fn state(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.states.push(array);
@@ -106,18 +106,18 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// Declares an input: `len` constants for every step, from [`Rollout::inputs`](crate::Rollout::inputs). Inputs
+    /// Declares an input: `len` constants for each step, taken from [`Rollout::inputs`](crate::Rollout::inputs). Inputs
     /// carry no derivatives. If you need derivatives, declare a [control](Program::control).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
-        // This cannot overflow, because `allocate` has checked the row, which holds the inputs too.
+        // This cannot overflow: the row also holds the inputs, and `allocate` has checked its length.
         self.inputs_len += len;
         array
     }
 
-    /// Declares a control: an array of `len` numbers with different values in every step, which carry derivatives. In
-    /// a rollout it is one parameter of `steps * len` numbers, one step after the other.
+    /// Declares a control: an array of `len` numbers whose values differ from step to step and carry derivatives. A
+    /// rollout takes it as one parameter of `steps * len` numbers, one step after the other.
     ///
     /// ```
     /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
@@ -166,38 +166,39 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// Sets the array that a part of the state becomes at the end of the step: the output of an operation, a part of
-    /// the state at the beginning of the step, a parameter, an input or a control.
+    /// Sets the new value of a part of the state, which it has at the end of the step. `next` can be the output of an
+    /// operation, the old value of a part of the state, a parameter, an input or a control.
     ///
     /// # Panics
-    /// If `state` is not a part of the state or was advanced before, if the lengths differ, or if `next` belongs to
+    /// If `state` is not a part of the state or was already advanced, if the lengths differ, or if `next` belongs to
     /// another program.
     pub fn advance(&mut self, state: Array, next: Array) {
         let part = self.states.iter().position(|s| *s == state);
-        let part = part.expect("advance: the first array must be a part of the state");
+        let part = part.expect("advance: `state` must be a part of the state");
         self.assert_known(&[next]);
         assert_eq!(
             state.len, next.len,
-            "advance: the arrays must have the same length"
+            "advance: `state` and `next` must have the same length"
         );
         let before = self.next[part].replace(next);
         assert!(
             before.is_none(),
-            "advance: this part of the state was advanced before"
+            "advance: this part of the state was already advanced; call `advance` once for each part"
         );
     }
 
     /// # Panics
-    /// If an array does not belong to this program. Steps read the inputs of operations without checks.
+    /// If an array does not belong to this program. This matters because steps read the inputs of operations without
+    /// checks.
     pub(super) fn assert_known(&self, arrays: &[Array]) {
         let known = |array: &Array| self.arrays.get(array.id) == Some(array);
         assert!(
             arrays.iter().all(known),
-            "an array belongs to another program"
+            "an array belongs to another program; use only arrays that this program returned"
         );
     }
 
-    /// A new array behind all other parameters, or behind all other arrays of the row.
+    /// Allocates an array after all other parameters, or after all other arrays of the row.
     fn allocate(&mut self, parameter: bool, len: usize) -> Array {
         let starts = self.starts;
         let len = len.checked_mul(starts).expect(TOO_LONG);
@@ -214,24 +215,24 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// Lets the next array begin at a multiple of the lanes.
+    /// Makes the next array begin at a multiple of the lane count.
     pub(super) fn align(&mut self, parameter: bool) {
         let end = &mut self.ends[usize::from(!parameter)];
         *end = checked_sum(0, end.next_multiple_of(lanes::<R>()));
     }
 
-    /// New adjacent arrays for the outputs of an operation.
+    /// Allocates adjacent arrays for the outputs of an operation.
     pub(super) fn outputs(&mut self, len: usize, count: usize) -> Vec<Array> {
         self.align(false);
         (0..count).map(|_| self.allocate(false, len)).collect()
     }
 
-    /// A new array directly behind the last one of the row.
+    /// Allocates an array directly after the last one of the row.
     pub(super) fn unaligned_output(&mut self, len: usize) -> Array {
         self.allocate(false, len)
     }
 
-    /// A new array for the output of an operation.
+    /// Allocates an array for the output of an operation.
     pub(super) fn output(&mut self, len: usize) -> Array {
         self.align(false);
         self.allocate(false, len)

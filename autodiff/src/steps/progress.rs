@@ -1,4 +1,4 @@
-//! The step that is running. [`trace`](crate::trace) reports in which step a NaN arose.
+//! Keeps track of the step that is running, so that [`trace`](crate::trace) can report in which step a NaN arose.
 
 use std::cell::RefCell;
 
@@ -8,7 +8,7 @@ thread_local! {
     static STEP: RefCell<Option<usize>> = const { RefCell::new(None) };
 }
 
-/// The step of the innermost rollout that runs on this thread, or `None` outside of rollouts.
+/// Returns the step of the innermost rollout that runs on this thread, or `None` outside of rollouts.
 pub(crate) fn step() -> Option<usize> {
     STEP.with_borrow(|step| *step)
 }
@@ -17,7 +17,8 @@ pub(super) fn begin_step(step: usize) {
     STEP.set(Some(step));
 }
 
-/// Marks the run of a rollout. When it ends, the step of the enclosing rollout is current again.
+/// Call this at the start of a rollout. When the result is dropped, the step of the enclosing rollout becomes current
+/// again.
 pub(super) fn running() -> Restored<Option<usize>> {
     Restored::set(&STEP, step())
 }

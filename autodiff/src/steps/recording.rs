@@ -8,18 +8,22 @@ use crate::arrays::{
 };
 use crate::real::Real;
 
-/// The operations. Each panics if it is given an array or a matrix of another program, unless this program has one
-/// of the same shape in the same place, which cannot be distinguished.
+/// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
+/// program has an array or matrix of the same shape in the same position.
 impl<R: Real> Program<R> {
     fn assert_known_matrix(&self, matrix: Matrix) {
         let known = self.parameters.get(matrix.parameter);
         let is_known = matches!(known, Some(Parameter::Matrix(m)) if *m == matrix);
-        assert!(is_known, "this matrix belongs to another program");
+        assert!(
+            is_known,
+            "this matrix belongs to another program; use only matrices that this program returned"
+        );
     }
 
-    /// Maps a kernel over arrays of one length: element `k` of the outputs is the kernel at the elements `k` of `x`.
+    /// Maps a kernel over arrays of equal length: element `k` of each output is a result of the kernel at elements `k`
+    /// of `x`.
     ///
-    /// Numbers that all elements share are [uniform inputs](Program::map_with).
+    /// For numbers that all elements share, see [`map_with`](Program::map_with).
     ///
     /// # Panics
     /// If the arrays differ in length, if one belongs to another program, or if the kernel has no inputs or no
@@ -31,13 +35,13 @@ impl<R: Real> Program<R> {
         self.map_with(kernel, x, &[])
     }
 
-    /// [`map`](Program::map) for a kernel with [uniform inputs](UniformKernel): arrays of one number, which
-    /// all elements share. The cotangent of a uniform input is the sum over all elements, in their order. It is only
-    /// computed for inputs that carry derivatives.
+    /// Like [`map`](Program::map), but for a kernel with [uniform inputs](UniformKernel), which all elements share.
+    /// `uniforms` are arrays of one number, one for each uniform input. The cotangent of a uniform input is the sum
+    /// over all elements, in their order. It is only computed for inputs that carry derivatives.
     ///
     /// # Panics
-    /// As [`map`](Program::map). Also if the number of uniform inputs is not that of the kernel, or one of them does
-    /// not have one number.
+    /// Like [`map`](Program::map). Also if `uniforms` does not have one array for each uniform input of the kernel, or
+    /// one of these arrays does not have exactly one number.
     pub fn map_with<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
@@ -58,10 +62,11 @@ impl<R: Real> Program<R> {
     pub(crate) fn assert_uniform(&self, arrays: &[Array]) {
         self.assert_known(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
-        assert!(is_one, "a uniform input must be an array of one number");
+        assert!(is_one, "each uniform input must be an array of one number");
     }
 
-    /// Maps by the operation that `map` makes for the outputs, one for each of the results.
+    /// Records the operation that `map` creates from its output arrays. There is one output for each of the `results`
+    /// of the kernel.
     pub(crate) fn map_by(
         &mut self,
         x: &[Array],
@@ -69,40 +74,44 @@ impl<R: Real> Program<R> {
         map: impl FnOnce(&[Array]) -> StepOperation<R>,
     ) -> Vec<Array> {
         self.assert_known(x);
-        let len = x.first().expect("map: the kernel must have inputs").len();
-        assert!(results > 0, "map: the kernel must have results");
+        let len = x
+            .first()
+            .expect("map: the kernel must have at least one input")
+            .len();
+        assert!(results > 0, "map: the kernel must have at least one result");
         assert!(
             x.iter().all(|a| a.len() == len),
-            "map: the arrays must have the same length"
+            "map: all input arrays must have the same length"
         );
         let outputs = self.outputs(len, results);
         self.operations.push(map(&outputs));
         outputs
     }
 
-    /// `matrix * (x_0, x_1, ...) + bias`, where the arrays of `x` are one vector.
+    /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined to one vector.
     ///
     /// # Panics
-    /// If the columns of the matrix are not as many as the numbers of all arrays, if its rows are not as many as the
-    /// numbers of the bias, or if one of them belongs to another program.
+    /// If the arrays of `x` together are not as long as the matrix has columns, if `bias` is not as long as it has
+    /// rows, or if an array or the matrix belongs to another program.
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
     }
 
-    /// `tanh(matrix * (x_0, x_1, ...) + bias)`. Its slope is that of [`layer_tanh`](Real::layer_tanh), `1 - y^2`, in
-    /// all modes, where `y` is the result.
+    /// Records a dense layer with an activation, `y = tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes of
+    /// differentiation, the slope of `tanh` is computed from the result as `1 - y^2`, like that of
+    /// [`layer_tanh`](Real::layer_tanh).
     ///
     /// # Panics
-    /// As [`dense`](Program::dense).
+    /// Like [`dense`](Program::dense).
     pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], true)
     }
 
-    /// `tanh(matrix * (x_0, x_1, ...) + bias)` among zeros. The result is as long as `places` and has the entries of
-    /// the layer, in order, where `places` is true.
+    /// Records a [`dense_tanh`](Program::dense_tanh) layer whose entries are spread over a longer vector: they go, in
+    /// order, where `places` is true; zeros go elsewhere. The result is as long as `places`.
     ///
     /// # Panics
-    /// As [`dense`](Program::dense). Also if the number of true places is not the number of rows.
+    /// Like [`dense`](Program::dense). Also if `places` is not true as often as the matrix has rows.
     pub fn dense_tanh_spread(
         &mut self,
         matrix: Matrix,
@@ -127,20 +136,20 @@ impl<R: Real> Program<R> {
         let columns: usize = x.iter().map(|a| a.len()).sum();
         assert_eq!(
             columns, matrix.columns,
-            "dense: the inputs together must be as long as the matrix has columns"
+            "dense: the arrays of `x` together must have one number for each column of the matrix"
         );
         assert_eq!(
             bias.len(),
             matrix.rows,
-            "dense: the bias must be as long as the matrix has rows"
+            "dense: `bias` must have one number for each row of the matrix"
         );
         let rows = places.iter().filter(|row| **row).count();
         assert_eq!(
             rows, matrix.rows,
-            "dense: as many places must be true as the matrix has rows"
+            "dense: `places` must be true as often as the matrix has rows"
         );
         let output = self.output(places.len());
-        // The last register of a spread output is written whole, so nothing else may follow in it.
+        // The last register of a spread output is written whole, so no other array may begin in it.
         self.align(false);
         let places = repeated(places, self.starts);
         let layer = Layer {
@@ -156,17 +165,17 @@ impl<R: Real> Program<R> {
         output
     }
 
-    /// Maps a kernel over the edges of a graph and sums its results at the nodes, as springs pull on masses.
+    /// Maps a kernel over the edges of a graph and sums its results at the nodes, like springs that pull on masses.
     ///
-    /// For each edge, the inputs of the kernel are first the differences of `ends`, which are arrays over the nodes:
-    /// the value at the head minus the value at the tail. Then follow the values of `per_edge`, which are arrays in
-    /// the slot layout of the [`Graph`]. Each result is added at the tail of the edge and subtracted at its head, so
-    /// the outputs are arrays over the nodes.
+    /// The first inputs of the kernel are differences. For each array of `ends`, which has one number per node, the
+    /// input is the value at the edge's head minus the value at its tail. The other inputs are the edge's values in the
+    /// arrays of `per_edge`, which have the slot layout of the [`Graph`]. Each result is added at the tail of the edge
+    /// and subtracted at its head, so the outputs are arrays over the nodes.
     ///
     /// ```
     /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
-    /// /// The heat that flows from head to tail in a step.
+    /// /// The heat that flows from the head to the tail of an edge in one step.
     /// #[derive(Clone, Copy)]
     /// struct Conduction;
     ///
@@ -187,7 +196,7 @@ impl<R: Real> Program<R> {
     ///     }
     /// }
     ///
-    /// /// Temperatures of bodies in a row.
+    /// /// The temperatures of three bodies in a row.
     /// #[derive(Clone)]
     /// struct Bar(Graph);
     ///
@@ -205,7 +214,7 @@ impl<R: Real> Program<R> {
     /// let bar = Rollout::new(Bar(graph.clone()), 1);
     /// let conductivity = graph.to_slots(&[0.5, 0.25]);
     /// assert_eq!(bar.run(&[0.0, 4.0, 8.0], &[&conductivity]), [2.0, 3.0, 7.0]);
-    /// // The derivative of the middle temperature by the conductivities of both edges.
+    /// // The derivatives of the middle temperature with respect to the two conductivities.
     /// let middle = |k: &[Var<f64>]| {
     ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
     ///     bar.run(&t, &[&graph.to_slots(k)])[1]
@@ -214,9 +223,10 @@ impl<R: Real> Program<R> {
     /// ```
     ///
     /// # Panics
-    /// If an array of `ends` is not as long as the graph has nodes, if an array of `per_edge` is not as long as it has
-    /// slots, if both together are not as many as the kernel's inputs, if an array belongs to another program, or if
-    /// the kernel has no results.
+    /// - If an array of `ends` does not have one number for each node.
+    /// - If an array of `per_edge` does not have one number for each slot.
+    /// - If the kernel has no results, or its inputs are not as many as the arrays of `ends` and `per_edge`.
+    /// - If an array belongs to another program.
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -230,10 +240,11 @@ impl<R: Real> Program<R> {
         self.map_edges_with(graph, kernel, ends, per_edge, &[])
     }
 
-    /// [`map_edges`](Program::map_edges) for a kernel with [uniform inputs](Program::map_with).
+    /// Like [`map_edges`](Program::map_edges), but for a kernel with [uniform inputs](Program::map_with).
     ///
     /// # Panics
-    /// As these two methods.
+    /// Like [`map_edges`](Program::map_edges). Also if `uniforms` does not have one array for each uniform input of the
+    /// kernel, or one of these arrays does not have exactly one number.
     pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -253,8 +264,8 @@ impl<R: Real> Program<R> {
         arrays(&outputs)
     }
 
-    /// Maps over edges by the operation that `map` makes for the graph of all starts and the outputs, one for each of
-    /// the results.
+    /// Records the operation that `map` creates from the graph of all starts and its output arrays. There is one output
+    /// for each of the `results` of the kernel.
     pub(crate) fn map_edges_by(
         &mut self,
         graph: &Graph,
@@ -268,12 +279,12 @@ impl<R: Real> Program<R> {
         let fits = ends.iter().all(|a| a.len() == graph.nodes());
         assert!(
             fits,
-            "map_edges: an array of `ends` needs one value for each node"
+            "map_edges: each array of `ends` must have one number for each node"
         );
         let fits = per_edge.iter().all(|a| a.len() == graph.slots());
         assert!(
             fits,
-            "map_edges: an array of `per_edge` needs one value for each slot"
+            "map_edges: each array of `per_edge` must have one number for each slot"
         );
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
@@ -282,7 +293,8 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    /// `x[index]` for every index, and zero for `None`. `&[Some(0); 8]` makes eight copies of a single number.
+    /// Returns an array of `x[index]` for every index, with zero for `None`. For example, `&[Some(0); 8]` makes eight
+    /// copies of the first number.
     ///
     /// # Panics
     /// If an index is out of range, or the array belongs to another program.
@@ -290,7 +302,7 @@ impl<R: Real> Program<R> {
         self.assert_known(&[x]);
         assert!(
             indices.iter().flatten().all(|&i| i < x.len()),
-            "gather: an index is out of range"
+            "gather: each index must be less than the length of `x`"
         );
         let output = self.output(indices.len());
         self.operations
@@ -300,16 +312,17 @@ impl<R: Real> Program<R> {
         output
     }
 
-    /// Weights arrays entry by entry. The first result is one array: the `weights` times the offset of each array of
-    /// `offsets` from its weighted mean, then the `weights` times each array of `values`, then `others` unchanged. The
-    /// second result is the means of the arrays of `offsets`.
+    /// Multiplies arrays by weights, element by element. The arrays of `offsets` are first centred: their weighted mean
+    /// is subtracted. Returns two arrays:
+    /// - one that joins the weighted arrays of `offsets`, the weighted arrays of `values`, and `others` unchanged,
+    /// - the weighted means of the arrays of `offsets`, one after the other.
     ///
-    /// The mean is `sum w x / sum w`, so an entry with weight 0 does not count. The mean is NaN if all weights are 0.
+    /// The mean is `sum w x / sum w`, so elements with weight 0 do not count. The mean is NaN if all weights are 0.
     ///
     /// ```
     /// use autodiff::{Model, Program, Real, Rollout};
     ///
-    /// /// Moves every point by its weighted offset from the mean.
+    /// /// Replaces every number by its weighted offset from the mean.
     /// #[derive(Clone)]
     /// struct Spread;
     ///
@@ -338,7 +351,7 @@ impl<R: Real> Program<R> {
         self.assert_known(&[&[weights][..], &weighed, others].concat());
         assert!(
             weighed.iter().all(|array| array.len() == weights.len()),
-            "weighted: an array needs one number for each weight"
+            "weighted: each array of `offsets` and `values` must be as long as `weights`"
         );
         let appended: usize = others.iter().map(|array| array.len()).sum();
         self.align(false);
@@ -351,7 +364,7 @@ impl<R: Real> Program<R> {
     }
 }
 
-/// As many handles as the kernel has results.
+/// Converts the handles to an array. There is one handle for each result of the kernel.
 fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
     std::array::from_fn(|k| handles[k])
 }

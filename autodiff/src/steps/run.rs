@@ -1,60 +1,60 @@
-//! Running a recorded program, forward and in reverse.
+//! Runs a recorded program, forward and in reverse.
 
 use super::program::{Control, Program};
 use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repeated};
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
-/// The numbers that are set to zero at once.
+/// How many numbers are set to zero at a time.
 const ZEROED: usize = 128;
 
 impl<R: Real> Program<R> {
-    /// Ends the recording and lays out the rows.
+    /// Ends the recording and decides how rows lie in memory.
     ///
     /// # Panics
     /// If a part of the state was not advanced.
     pub(crate) fn finish(mut self) -> Self {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
-        let next =
-            next.expect("a part of the state is never advanced: call `Program::advance` for it");
+        let next = next
+            .expect("a part of the state is never advanced; call `Program::advance` for each part");
         self.layout = RowLayout::new(&self.states, &next, self.ends[1]);
         let share = self.layout.stride.div_ceil(self.operations.len().max(1));
         self.prefetch_len = share.next_multiple_of(Aligned::<R>::LINE);
         self
     }
 
-    /// Zeros for the parameters' arrays and for reads past the last of them.
+    /// Returns zeros for the arrays of the parameters, with room for reads past the last array.
     pub(crate) fn parameters(&self) -> Aligned<R> {
         Aligned::zeros(self.ends[0] + self.padding())
     }
 
-    /// Zeros for the cotangents of the parameters and of a row.
+    /// Returns zeros for the cotangents of the parameters and of a row.
     pub(crate) fn bars(&self) -> [Aligned<R>; 2] {
         [self.parameters(), Aligned::zeros(self.row_len())]
     }
 
-    /// The number of places past the last array that registers may touch.
+    /// How many numbers past the last array registers may touch.
     fn padding(&self) -> usize {
         2 * WIDEST * self.starts + self.margin
     }
 
-    /// The number of places that a step may touch, from the start of its row.
+    /// How many numbers a step may touch, counted from the start of its row.
     pub(crate) fn row_len(&self) -> usize {
         self.layout.reach.max(self.ends[1]) + self.padding()
     }
 
-    /// The distance from the start of a row to the start of the next.
+    /// The distance from the start of a row to the start of the next row.
     pub(crate) fn stride(&self) -> usize {
         self.layout.stride
     }
 
-    /// The number of scalars in a state, all starts together.
+    /// The number of scalars in the state, for all starts together.
     pub(crate) fn state_len(&self) -> usize {
         self.states.iter().map(|a| a.len).sum()
     }
 
-    /// Loads the parameters of a rollout over `steps` steps and checks their lengths. Where `own` is true, the
-    /// values of the starts are given interleaved. Other parameters are shared.
+    /// Loads the parameters of a rollout over `steps` steps and checks their lengths. Where `own` is true, `parameters`
+    /// has the values of all starts, interleaved. Other parameters are shared by all starts.
     pub(crate) fn load(
         &mut self,
         values: &mut [R],
@@ -76,7 +76,9 @@ impl<R: Real> Program<R> {
                 Parameter::Array(a) => a.len(),
                 Parameter::Control(k) => steps.saturating_mul(self.controls[*k].array.len()),
                 Parameter::Matrix(_) if own => {
-                    panic!("parameter {at} of the program is a matrix: all starts must share it")
+                    panic!(
+                        "parameter {at} is a matrix, which all starts must share: use `Given::Shared`"
+                    )
                 }
                 Parameter::Matrix(m) => m.len(),
             };
@@ -103,7 +105,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Marks the arrays that carry derivatives, given which parameters do. The state always does.
+    /// Marks the arrays that carry derivatives. `parameters` says which parameters do. The state always does.
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
         let mut active = vec![false; self.arrays.len()];
         for (declared, &wanted) in self.parameters.iter().zip(parameters) {
@@ -137,14 +139,14 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Appends the state of a row.
+    /// Appends the state that is in a row to `to`.
     pub(crate) fn push_state(&self, row: &[R], to: &mut Vec<R>) {
         for part in &self.layout.state {
             to.extend_from_slice(&row[part.range()]);
         }
     }
 
-    /// Writes the inputs and the controls of a step into its row. `all` holds the inputs of all steps.
+    /// Writes the inputs and controls of a step into its row. `all` holds the inputs of all steps.
     pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
         let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
         for part in &self.inputs {
@@ -158,7 +160,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Stores the cotangents of a step's controls after the reverse of that step.
+    /// Stores the cotangents of a step's controls. Call it after the reverse of that step.
     pub(crate) fn note_controls(&mut self, row_bars: &[R], step: usize) {
         for Control { array, bars, .. } in &mut self.controls {
             if let Some(bars) = bars {
@@ -167,8 +169,8 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Prefetches a part of a row that is needed soon, one part before every operation. If the whole row were
-    /// requested at once, the operation's own loads would have to wait.
+    /// Prefetches a part of a row that will be needed soon. Each operation of a step prefetches another part: if the
+    /// whole row were requested at once, the operation's own loads would have to wait.
     #[inline(always)]
     fn prefetch(&self, operation: usize, row: *const R) {
         let first = operation * self.prefetch_len;
@@ -176,8 +178,8 @@ impl<R: Real> Program<R> {
         prefetch(row.wrapping_add(first), self.prefetch_len.min(left));
     }
 
-    /// Computes a step. The new state is written where the next row begins. `soon` is the row of the next step,
-    /// to be prefetched, unless it is the same row.
+    /// Computes a step. The new state is written to where the next row begins. `soon` is the row of the next step,
+    /// which is prefetched; `None` if the next step uses the same row.
     pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
         for k in 0..self.operations.len() {
             if let Some(soon) = soon {
@@ -195,21 +197,21 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Moves the new state to the start of the row, for a rollout that does not keep its rows.
+    /// Moves the new state to the start of the row. Used by rollouts that do not keep their rows.
     pub(crate) fn rewind(&self, row: &mut [R]) {
         let RowLayout { stride, reach, .. } = self.layout;
         row.copy_within(stride..reach, 0);
     }
 
-    /// The place in the state where one of its parts begins.
+    /// The index in the state at which one of its parts begins.
     fn place_in_state(&self, part: Array) -> usize {
         let before = self.states.iter().take_while(|state| **state != part);
         before.map(|state| state.len).sum()
     }
 
-    /// The reverse of a step, from its row. `state_bar` is the cotangent of the new state and becomes that of
-    /// the old state. The step's part is added to the parameters' cotangents. `soon` is the row of the step
-    /// before, to be prefetched, because the processor does not predict rows that are read backwards.
+    /// Computes the reverse of a step from its row. `state_bar` is the cotangent of the new state and becomes the
+    /// cotangent of the old state. The step's contribution is added to the cotangents of the parameters. `soon` is the
+    /// row of the step before. It is prefetched, because the processor does not predict rows that are read backwards.
     pub(crate) fn reverse_step(
         &mut self,
         parameters: &[R],
@@ -222,14 +224,14 @@ impl<R: Real> Program<R> {
             parameters: &mut parameter_bars[..],
             row: &mut row_bars[..],
         };
-        // Only up to the next row: the new state's cotangents, which lie past that, are set below.
+        // Zeros only the cotangents before the next row. Those of the new state, which follow, are set below.
         let RowLayout { stride, state, .. } = &self.layout;
-        // Piece by piece, because `memset` starts more slowly for longer ranges.
+        // In pieces, because `memset` starts more slowly for long ranges.
         for piece in bars.row[..self.ends[1].min(*stride)].chunks_mut(ZEROED) {
             piece.fill(R::zero());
         }
         if self.layout.moves.is_empty() {
-            // The new state begins the next row.
+            // The new state is at the beginning of the next row.
             let mut given = &state_bar[..];
             for part in state {
                 let (here, rest) = given.split_at(part.len);
@@ -252,8 +254,8 @@ impl<R: Real> Program<R> {
         self.push_state(bars.row, state_bar);
     }
 
-    /// The cotangents of all parameters after the last reverse step. They are interleaved where each start has
-    /// its own values, and otherwise summed over the starts from first to last.
+    /// Returns the cotangents of all parameters after the last reverse step. If each start has its own values, the
+    /// cotangents are interleaved. Otherwise they are summed over the starts, from first to last.
     pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
         let sum = |of_starts: &[R]| {
             of_starts[1..]

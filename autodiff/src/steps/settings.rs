@@ -7,24 +7,24 @@ use super::cotangent_bound::CotangentBound;
 use super::program::Program;
 use crate::real::{ByType, Real};
 
-/// A system that steps. Its step is recorded as a program for any number type. A model must own its data or
-/// share them through an `Arc`, because the tape keeps the model.
+/// A dynamical system, whose step is recorded as a program for any number type. A model must own its data or share it
+/// through an `Arc`, because the tape keeps the model.
 pub trait Model: Clone + Send + Sync + 'static {
-    /// Declares parameters, states, inputs and controls, records one step, and advances every state.
+    /// Declares parameters, states, inputs and controls, records one step, and advances each part of the state.
     fn record<R: Real>(&self, program: &mut Program<R>);
-    /// [`record`](Self::record) for `f64`. Every crate that uses generic code compiles it again. To compile the
-    /// kernels of a model for floats only once, in the crate of the model, override this method and
-    /// [`record_f32`](Self::record_f32) there with the same line as the default.
+    /// Calls [`record`](Self::record) for `f64`. Every crate that uses generic code compiles it again. To compile a
+    /// model's kernels for floats only once, in the model's own crate, override this method and
+    /// [`record_f32`](Self::record_f32) there, with the same line as the default.
     fn record_f64(&self, program: &mut Program<f64>) {
         self.record(program);
     }
-    /// [`record`](Self::record) for `f32`; see [`record_f64`](Self::record_f64).
+    /// Calls [`record`](Self::record) for `f32`; see [`record_f64`](Self::record_f64).
     fn record_f32(&self, program: &mut Program<f32>) {
         self.record(program);
     }
 }
 
-/// Records a model by the method for the number type.
+/// Records a model with its method for the number type.
 pub(super) struct RecordModel<'a, M>(pub(super) &'a M);
 
 impl<'a, M: Model> ByType for RecordModel<'a, M> {
@@ -41,44 +41,44 @@ impl<'a, M: Model> ByType for RecordModel<'a, M> {
     }
 }
 
-/// `steps` steps of a model. [`Rollout::new`] sets defaults; other values are set by name:
+/// A simulation: `steps` steps of a model. [`Rollout::new`] sets defaults. Override them like this:
 /// `Rollout { observed: vec![10, 20], ..Rollout::new(model, 20) }`.
 #[derive(Clone, Debug)]
 pub struct Rollout<M> {
-    /// The system that is stepped.
+    /// The system that is simulated.
     pub model: M,
     /// The number of steps.
     pub steps: usize,
-    /// The [inputs](Program::input) of all steps, one step after the other. Numbers past the last step are
-    /// ignored.
+    /// The [inputs](Program::input) of all steps, one step after the other. Additional numbers are ignored.
     pub inputs: Arc<[f64]>,
-    /// The steps after which the state is observed, in ascending order; 0 is the start.
+    /// After which steps the state is observed, in ascending order; 0 is the start.
     pub observed: Vec<usize>,
-    /// The indices of the numbers of an observed state that are returned; `None` returns all. On a tape each
-    /// returned number is a variable, which costs more than its computation.
+    /// Which numbers of each observed state are returned, by their indices; `None` returns all. On a tape each returned
+    /// number is a variable, which costs more than computing it.
     pub entries: Option<Vec<usize>>,
-    /// The bound on all numbers of all states after the start, in magnitude; 0 or more. If a number is NaN or
-    /// not below the bound, all outputs are NaN, even if the rollout recovers later. Derivatives do not depend
-    /// on the bound.
+    /// The bound on the magnitude of every number in every state after the start; 0 or more. If a number is NaN or not
+    /// below the bound, all outputs are NaN, even if the rollout recovers later. Derivatives do not depend on the
+    /// bound.
     pub state_bound: Option<f64>,
-    /// Clips the cotangent; `None` gives the exact gradient.
+    /// Clips the state's cotangent in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
-    /// The memory for the reverse sweep.
+    /// How much memory to use for the reverse sweep.
     pub memory: Memory,
 }
 
-/// A parameter of a batch of rollouts.
+/// The values of one parameter in a batch of rollouts.
 #[derive(Clone, Copy, Debug)]
 pub enum Given<'a, R> {
-    /// The same values for all starts.
+    /// All starts share these values.
     Shared(&'a [R]),
-    /// Values for each start. The parameter is an array or a control, not a matrix.
+    /// Each start has its own values: one slice for each start. The parameter must be an array or a control, not a
+    /// matrix.
     Each(&'a [&'a [R]]),
 }
 
 impl<M: Model> Rollout<M> {
-    /// Returns a rollout of `steps` steps without inputs. It observes the whole last state, has no bounds, and
-    /// keeps every step for the reverse sweep.
+    /// Returns a rollout of `steps` steps without inputs. It observes the whole last state, has no bounds, and keeps
+    /// every step for the reverse sweep.
     pub fn new(model: M, steps: usize) -> Self {
         Self {
             model,
@@ -92,11 +92,11 @@ impl<M: Model> Rollout<M> {
         }
     }
 
-    /// Checks the settings that steps rely on, for a step that takes this many inputs.
+    /// Checks the settings. `inputs` is the number of inputs of a step.
     pub(super) fn check(&self, inputs: usize) {
         assert!(
             self.observed.is_sorted(),
-            "the observed steps of a rollout must ascend: {:?}",
+            "`observed` is {:?}; the steps must be in ascending order",
             self.observed
         );
         let last = self.observed.last().copied().unwrap_or(0);
@@ -108,7 +108,7 @@ impl<M: Model> Rollout<M> {
         let numbers = self.steps.saturating_mul(inputs);
         assert!(
             self.inputs.len() >= numbers,
-            "{} steps with {inputs} inputs each need {numbers} numbers: the rollout has {}",
+            "{} steps with {inputs} inputs each need {numbers} numbers, but `inputs` has only {}",
             self.steps,
             self.inputs.len()
         );
@@ -121,8 +121,8 @@ impl<M: Model> Rollout<M> {
         if let Some(CotangentBound { norm, every }) = self.cotangent_bound {
             assert!(
                 norm >= 0.0 && every > 0,
-                "`cotangent_bound` has the norm {norm} and is checked every {every} steps; \
-                 the norm must be 0 or more, and the steps 1 or more"
+                "`cotangent_bound` has `norm` = {norm} and `every` = {every}; \
+                 `norm` must be 0 or more, and `every` 1 or more"
             );
         }
     }

@@ -12,26 +12,27 @@ use crate::arrays::Aligned;
 use crate::pool;
 use crate::real::Real;
 
-/// Starts that run interleaved.
+/// How many starts run interleaved, and which parameters they share.
 #[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub(super) count: usize,
-    /// Whether each start has its own values, for the first parameters. Other parameters are shared.
+    /// For each parameter, whether each start has its own values. Parameters that are not in the list are shared.
     pub(super) own: &'a [bool],
 }
 
-/// A program with its parameters.
+/// A program together with the values of its parameters and inputs.
 pub(super) struct Stepper<R: Real> {
     program: Program<R>,
     parameters: Aligned<R>,
     /// The inputs of all steps, one step after the other.
     inputs: Arc<[f64]>,
-    /// Checks every state except the start, if there is a bound.
+    /// Checks every state except the start. `None` if there is no bound.
     watch: Option<Watch<R>>,
 }
 
 impl<R: Real> Stepper<R> {
-    /// Records the program and loads the inputs: the start or the interleaved starts, then the parameters.
+    /// Records the program and loads its numbers. `inputs` are the starts (interleaved if there are several), then the
+    /// parameters.
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
         R::by_type(RecordModel(&rollout.model), &mut program);
@@ -42,7 +43,7 @@ impl<R: Real> Stepper<R> {
         assert_eq!(
             start.len(),
             program.state_len(),
-            "the start of a rollout has {} numbers, but the parts of the model's state have {} together",
+            "the start of a rollout has {} numbers, but the model's state has {}",
             start.len() / starts.count,
             program.state_len() / starts.count
         );
@@ -59,33 +60,33 @@ impl<R: Real> Stepper<R> {
         self.program.state_len()
     }
 
-    /// A row that begins with this state.
+    /// Returns a row that begins with this state.
     pub(super) fn row(&self, state: &[R]) -> Aligned<R> {
         let mut row = Aligned::zeros(self.program.row_len());
         self.program.set_state(&mut row, state);
         row
     }
 
-    /// The state of a row.
+    /// Returns the state that is in a row.
     pub(super) fn state(&self, row: &[R]) -> Vec<R> {
         let mut state = Vec::with_capacity(self.state_len());
         self.program.push_state(row, &mut state);
         state
     }
 
-    /// Does a step and prefetches the row `soon`. The new state is written where the next row begins.
+    /// Runs a step and prefetches the row `soon`. The new state is written to where the next row begins.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
         begin_step(step);
         self.program.set_inputs(row, &self.inputs, step);
         self.program.step(&self.parameters, row, soon);
-        // The old state is checked: loads of the new one would wait for the stores just made.
+        // The old state is checked, because loading the new one would wait for its stores.
         if let (Some(watch), true) = (&mut self.watch, step > 0) {
             watch.look(&self.program, row);
         }
     }
 
-    /// Replaces a start's observations by NaN if one of its states was not below the bound. `row` holds the
-    /// last state, after `steps` steps, which is checked here.
+    /// Replaces the observations of a start by NaN if one of its states was not below the bound. `row` holds the last
+    /// state, after `steps` steps; it is checked here.
     pub(super) fn apply_state_bound(&self, steps: usize, row: &[R], seen: &mut [R]) {
         let Some(mut watch) = self.watch else {
             return;
@@ -99,36 +100,36 @@ impl<R: Real> Stepper<R> {
         }
     }
 
-    /// Does a step within one row.
+    /// Runs a step that keeps the new state in the same row.
     pub(super) fn step_in_place(&mut self, step: usize, row: &mut [R]) {
         self.step(step, row, None);
         self.program.rewind(row);
     }
 }
 
-/// A state and the number of steps before it.
+/// A state, and the number of steps that lead to it.
 #[derive(Clone)]
 struct Checkpoint<R> {
     step: usize,
     state: Vec<R>,
 }
 
-/// A forward run, and its record for the reverse sweep.
+/// A forward run, with everything that its reverse sweep needs.
 pub(super) struct Recorded<R: Real> {
     stepper: Stepper<R>,
     schedule: CheckpointSchedule,
     steps: usize,
-    /// States from which the reverse sweep runs forward again. The start is the first.
+    /// The states from which the reverse sweep runs forward again. The first is the start.
     checkpoints: Vec<Checkpoint<R>>,
-    /// The rows of the last steps, one after the other; of all steps if memory allows.
+    /// The rows of the last steps, one after the other. If memory allows, these are all steps.
     rows: Aligned<R>,
-    /// The row of steps whose rows are not kept.
+    /// The row for steps that are not kept.
     row: Aligned<R>,
 }
 
 impl<R: Real> Recorded<R> {
-    /// Prepares a forward run. The arguments are those of [`Stepper::new`], and whether the run keeps what a reverse
-    /// sweep needs.
+    /// Prepares a forward run. `keeps` says whether to keep what a reverse sweep needs. The other arguments are those
+    /// of [`Stepper::new`].
     pub(super) fn new<M: Model>(
         rollout: &Rollout<M>,
         starts: Starts,
@@ -148,7 +149,7 @@ impl<R: Real> Recorded<R> {
         let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
         let Some(kept) = kept else {
             panic!(
-                "the rows of {leaf} steps do not fit into memory: give the rollout a budget, `Memory::Bytes`"
+                "the rows of {leaf} steps do not fit into memory; set the rollout's `memory` to a smaller budget"
             );
         };
         let mut rows = match keeps {
@@ -173,8 +174,8 @@ impl<R: Real> Recorded<R> {
         self.stepper.state_len()
     }
 
-    /// [`Stepper::apply_state_bound`] after the forward run. Steps that the reverse sweep repeats are not
-    /// checked again.
+    /// Calls [`Stepper::apply_state_bound`] after the forward run. Steps that the reverse sweep repeats are not checked
+    /// again.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
         let last = self.row_after(self.steps);
         self.stepper.apply_state_bound(self.steps, last, seen);
@@ -186,7 +187,7 @@ impl<R: Real> Recorded<R> {
         self.schedule.leaf >= self.steps
     }
 
-    /// During the forward run: the row that begins with the state after `step` steps.
+    /// Returns the row that begins with the state after `step` steps. Only valid during the forward run.
     fn row_after(&self, step: usize) -> &[R] {
         if self.keeps_all() {
             &self.rows[step * self.stepper.program.stride()..]
@@ -195,12 +196,12 @@ impl<R: Real> Recorded<R> {
         }
     }
 
-    /// During the forward run: the state after `step` steps.
+    /// Returns the state after `step` steps. Only valid during the forward run.
     pub(super) fn state(&self, step: usize) -> Vec<R> {
         self.stepper.state(self.row_after(step))
     }
 
-    /// Does a step of the forward run. Keeps its row, or the checkpoint that the schedule sets before it.
+    /// Runs a step of the forward run. Keeps its row, or a checkpoint before it if the schedule asks for one.
     pub(super) fn step(&mut self, step: usize) {
         if self.keeps_all() {
             return self.step_to_row(step, step);
@@ -213,7 +214,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step_in_place(step, &mut self.row);
     }
 
-    /// Does a step in the row with this index and prefetches the next row.
+    /// Runs a step in row number `row` and prefetches the next row.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (
             self.stepper.program.stride(),
@@ -224,7 +225,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step(step, &mut row[..len], Some(next));
     }
 
-    /// A checkpoint of the state in [`row`](Self::row).
+    /// Returns a checkpoint of the state that is in [`row`](Self::row).
     fn checkpoint(&self, step: usize) -> Checkpoint<R> {
         Checkpoint {
             step,
@@ -233,8 +234,8 @@ impl<R: Real> Recorded<R> {
     }
 
     /// Sweeps back from the last step to the first and returns the cotangents of the parameters. Calls
-    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, for every step from the last
-    /// down to 0, the start. The callback may add to the cotangent and clip it.
+    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, for every step from the last down to
+    /// 0, the start. `at` may add to the cotangent and clip it.
     pub(super) fn reverse(
         &mut self,
         wanted: &[bool],
@@ -246,7 +247,7 @@ impl<R: Real> Recorded<R> {
         let mut stack = self.checkpoints.clone();
         let mut end = self.steps;
         at(end, state_bar);
-        // Each turn sets a checkpoint in the last stretch of steps, or reverses the last leaf of the stretch.
+        // Each turn either sets a checkpoint after the last one, or reverses the last leaf.
         while end > 0 {
             let top = stack.last().expect("the start is never removed");
             let first = self.schedule.leaf_start(top.step..end);
@@ -267,13 +268,13 @@ impl<R: Real> Recorded<R> {
             }
             self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
             end = first;
-            // Checkpoints of reversed steps are no longer needed.
+            // Drops the checkpoints whose steps are reversed.
             stack.retain(|checkpoint| checkpoint.step < end);
         }
         self.stepper.program.parameter_bars(&bars[0])
     }
 
-    /// Runs from a checkpoint to a later step in [`row`](Self::row).
+    /// Runs forward from a checkpoint to step `to`, in [`row`](Self::row).
     fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
         self.stepper.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {
@@ -301,12 +302,12 @@ impl<R: Real> Recorded<R> {
     }
 }
 
-/// A buffer of at least `len` numbers with arbitrary values. It is the buffer of the thread's last sweep if
+/// Returns a buffer of at least `len` numbers with arbitrary values. It reuses the buffer of the thread's last sweep if
 /// that is long enough.
 fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
     match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
-        // A quarter more, for longer sweeps to come. Pages that are never touched use no memory.
+        // A quarter more than needed, for later sweeps that are longer. Pages that are never touched use no memory.
         _ => Aligned::zeros(len + len / 4),
     }
 }

@@ -1,4 +1,4 @@
-//! Several starts at once give the results of single starts, in all registers of the machine.
+//! Several starts at once must give the results of single starts, for all register widths of the machine.
 
 #[path = "../../tests/net/mod.rs"]
 mod net;
@@ -13,11 +13,11 @@ use crate::{
     Var, gradient,
 };
 
-/// Starts that are near each other, and their parameters.
+/// A batch: starts that are close to each other, and their parameters.
 struct Several<R> {
     loss: Loss,
     starts: Vec<Vec<R>>,
-    /// The stiffness of each start, which replaces the first parameter. Empty if all starts share that.
+    /// The stiffnesses of each start, which replace parameter 0. Empty if all starts share parameter 0.
     own: Vec<Vec<R>>,
     parameters: Vec<Vec<R>>,
 }
@@ -43,7 +43,7 @@ impl<R: Real> Several<R> {
         }
     }
 
-    /// Gives each start another stiffness.
+    /// Gives each start its own stiffnesses.
     fn with_own(mut self) -> Self {
         let times = |factor: f64| {
             let stiffness = self.parameters[0].iter();
@@ -75,7 +75,7 @@ impl<R: Real> Several<R> {
         self.loss.rollout.run_batch(&starts, &given)
     }
 
-    /// The number of values that belong to single starts.
+    /// How many values belong to single starts: the starts and their own parameters.
     fn of_starts(&self) -> usize {
         [&self.starts, &self.own]
             .iter()
@@ -83,12 +83,13 @@ impl<R: Real> Several<R> {
             .sum()
     }
 
-    /// The gradient of a weighted sum over all observed numbers. The values of single starts come first.
+    /// Returns the gradient of a weighted sum of squares of all observed numbers. The derivatives with respect to
+    /// starts and own parameters come first. `together` runs the starts as a batch.
     fn gradient(&self, together: bool) -> Vec<R> {
         self.gradient_of(together, |seen| seen)
     }
 
-    /// The gradient of a sum over some of the observed numbers.
+    /// Like [`gradient`](Self::gradient), but only for the observed numbers that `choice` selects.
     fn gradient_of(&self, together: bool, choice: impl Fn(Vec<Var<R>>) -> Vec<Var<R>>) -> Vec<R> {
         let x = [&self.starts, &self.own, &self.parameters]
             .map(|of| of.concat())
@@ -121,19 +122,20 @@ fn slices<R>(of: &[Vec<R>]) -> Vec<&[R]> {
     of.iter().map(Vec::as_slice).collect()
 }
 
-/// The number of steps, which is smaller under Miri.
+/// Returns the number of steps; Miri runs fewer.
 fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
 }
 
-/// Runs `check` in the registers of every level of the machine.
+/// Runs `check` once for each register width of the machine.
 fn at_every_level(check: impl Fn()) {
     for cap in [Level::Baseline, Level::Avx2, level()] {
         at_most(cap, &check);
     }
 }
 
-/// Whole registers, then one register if more than three quarters of it is used, otherwise pairs and a single start.
+/// Starts must fill whole registers first. The rest must be one more register if it fills more than three quarters of
+/// it, otherwise pairs and a single start.
 #[test]
 fn starts_fill_registers() {
     at_every_level(|| {
@@ -161,7 +163,8 @@ fn starts_fill_registers() {
     });
 }
 
-/// From no starts to more than three registers of starts, whole registers and parts.
+/// Each start of a batch must give the same bits as alone, for batches that fill registers exactly, partly or not at
+/// all.
 #[test]
 fn states_have_the_bits_of_each_start_alone() {
     fn check<R: Real + PartialEq>() {
@@ -184,8 +187,8 @@ fn states_have_the_bits_of_each_start_alone() {
     assert_eq!(together, alone);
 }
 
-/// The cotangents of starts and of their own parameters are bit-identical. Those of shared parameters differ by the
-/// order of sums.
+/// The cotangents of starts and own parameters must be bit-identical to single runs. Those of shared parameters may
+/// differ, because they are summed in another order.
 #[test]
 fn gradients_are_the_sums_of_single_ones() {
     fn check<R: Real + PartialEq>(tolerance: f64) {
@@ -197,7 +200,7 @@ fn gradients_are_the_sums_of_single_ones() {
             (more, false),
             (more, true),
         ] {
-            // With 37 steps, batches of outer products end full and partly filled.
+            // 37 steps is not a multiple of the 16 outer products of a batch, so the last batch is only partly filled.
             let mut several = Several::<R>::new(count, steps(37));
             if own {
                 several = several.with_own();
@@ -213,12 +216,12 @@ fn gradients_are_the_sums_of_single_ones() {
             }
         }
     }
-    // Sums of about 1e3 terms, of which some may be larger than the sum.
+    // Each is a sum of about 1e3 terms, some of which may be larger than the sum.
     at_every_level(|| check::<f64>(1e-12));
     at_every_level(|| check::<f32>(1e-4));
 }
 
-/// Chosen entries and their gradients are bit-identical to those of whole states.
+/// Chosen entries and their gradients must be bit-identical to those of whole states.
 #[test]
 fn entries_are_those_of_whole_states() {
     let entries = vec![1, NODES, 2 * NODES - 1];
@@ -244,7 +247,7 @@ fn entries_are_those_of_whole_states() {
 
 #[test]
 #[should_panic(
-    expected = "entries [3, 24] are out of range: a state of the rollout has 24 numbers"
+    expected = "entries [3, 24] are out of range: each must be less than 24, the length of a state"
 )]
 fn an_entry_that_is_out_of_range_panics() {
     let mut several = Several::<f64>::new(1, 1);
@@ -254,7 +257,9 @@ fn an_entry_that_is_out_of_range_panics() {
 }
 
 #[test]
-#[should_panic(expected = "parameter 2 of the program is a matrix: all starts must share it")]
+#[should_panic(
+    expected = "parameter 2 is a matrix, which all starts must share: use `Given::Shared`"
+)]
 fn a_matrix_for_each_start_panics() {
     let several = Several::<f64>::new(2, 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
@@ -273,7 +278,7 @@ fn a_start_without_its_own_value_panics() {
     several.loss.rollout.run_batch(&starts, &given);
 }
 
-/// The message counts the numbers of a single start.
+/// The message must count the numbers of a single start.
 #[test]
 #[should_panic(expected = "parameter 0 of the program has 48 numbers, but 47 were given")]
 fn too_few_numbers_of_each_start_are_counted() {
@@ -285,7 +290,8 @@ fn too_few_numbers_of_each_start_are_counted() {
     several.loss.rollout.run_batch(&starts, &given);
 }
 
-/// Checkpoints hold all starts, and the cotangent of each start is bounded separately.
+/// With checkpoints a batch must give the same gradient. With a bound, the cotangent of each start must be clipped
+/// separately.
 #[test]
 fn memory_and_bounds_are_as_for_one() {
     let mut several = Several::<f64>::new(lanes::<f64>(), steps(61));
@@ -302,8 +308,8 @@ fn memory_and_bounds_are_as_for_one() {
     assert!(together[of_starts] != all[of_starts]);
 }
 
-/// The bound is the largest number of one start after its beginning. Starts with this number or larger ones return
-/// NaN. Other starts are bit-identical to runs without a bound.
+/// The bound is the largest number that one of the starts reaches. Starts that reach this number or a larger one must
+/// return NaN. All others must be bit-identical to runs without a bound.
 #[test]
 fn a_state_that_is_not_below_its_bound_gives_nan() {
     fn largest(of: &[f64]) -> f64 {
@@ -343,7 +349,7 @@ fn a_state_that_is_not_below_its_bound_gives_nan() {
     at_every_level(check::<f32>);
 }
 
-/// Derivatives do not depend on the bound, with any memory. The outputs are NaN in every mode.
+/// With any memory, derivatives must not depend on the bound. Outputs that exceed it must be NaN in every mode.
 #[test]
 fn a_bound_on_the_state_leaves_derivatives_alone() {
     let mut several = Several::<f64>::new(3, steps(23));
@@ -367,7 +373,7 @@ fn a_bound_on_the_state_leaves_derivatives_alone() {
     assert!(value.is_nan());
 }
 
-/// This many numbers that do not change.
+/// A model whose state, this many numbers, never changes.
 #[derive(Clone, Copy)]
 struct Still(usize);
 
@@ -394,11 +400,12 @@ impl Still {
     }
 }
 
-/// One number that exceeds the bound is enough, at any place and in a rollout of any length. The start is not checked.
+/// One number that exceeds the bound must give NaN, wherever it is and however short the rollout. The start must not be
+/// checked.
 #[test]
 fn every_number_of_every_state_is_looked_at() {
     at_every_level(|| {
-        // Three pairs of the widest registers, and some more numbers.
+        // Three pairs of the widest registers, then five more numbers.
         let numbers = 6 * lanes::<f32>() + 5;
         for place in 0..numbers {
             let mut start = vec![0.1f32; numbers];
@@ -412,7 +419,7 @@ fn every_number_of_every_state_is_looked_at() {
     });
 }
 
-/// Checking variables records nothing.
+/// The check of a bound must record nothing on a tape.
 #[test]
 fn a_bound_leaves_no_trace_on_a_tape() {
     let entries = |bound| {

@@ -5,11 +5,11 @@ use crate::arrays::Array;
 use crate::real::{Mask, Real};
 use crate::simd::{Lane, Vectorized, WIDEST};
 
-/// Whether every number of every state so far is below a bound in magnitude.
+/// Remembers for each start whether all numbers of its states so far were below a bound in magnitude.
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<R> {
     bound: R,
-    /// Zero, or NaN once a number was not below the bound. Place `k` belongs to start `k % starts`.
+    /// Zero, or NaN after a number was not below the bound. Element `k` belongs to start `k % starts`.
     verdict: [R; WIDEST],
 }
 
@@ -21,7 +21,7 @@ impl<R: Real> Watch<R> {
         }
     }
 
-    /// Checks the state at the beginning of a row.
+    /// Checks the state of a row.
     pub(crate) fn look(&mut self, program: &Program<R>, row: &[R]) {
         R::vectorize(Look {
             watch: self,
@@ -30,7 +30,7 @@ impl<R: Real> Watch<R> {
         });
     }
 
-    /// For each start: zero, or NaN if one of its numbers was not below the bound.
+    /// Returns for each start zero, or NaN if one of its numbers was not below the bound.
     pub(crate) fn verdicts(&self, starts: usize) -> Vec<R> {
         let mut verdicts = vec![R::zero(); starts];
         for (place, &seen) in self.verdict.iter().enumerate() {
@@ -42,7 +42,8 @@ impl<R: Real> Watch<R> {
 
 struct Look<'a, R> {
     watch: &'a mut Watch<R>,
-    /// The parts of the state. Each begins with a number of the first start, so lanes correspond to starts.
+    /// The parts of the state. Each begins with a number of the first start, so each lane always belongs to the same
+    /// start.
     parts: &'a [Array],
     row: &'a [R],
 }
@@ -52,7 +53,7 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let bound = L::splat(self.watch.bound);
-        // Only in SIMD lanes: a tape would record the products.
+        // Only in SIMD lanes, because a tape would record the products.
         if L::N > 1 && self.is_small::<L>(bound * bound) {
             return;
         }
@@ -60,7 +61,7 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
         for part in self.parts {
             let numbers = &self.row[part.range()];
             for i in (0..numbers.len()).step_by(L::N) {
-                // False for NaN.
+                // Both comparisons are false for NaN.
                 let x = L::load_up_to(&numbers[i..]);
                 below = below & x.less(bound) & (-bound).less(x);
             }
@@ -72,8 +73,8 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
 }
 
 impl<R: Real> Look<'_, R> {
-    /// Whether the sum of all squares in each lane is below the bound's square. Then every number is below the
-    /// bound, rounding included. This is cheaper than comparing each number.
+    /// Returns whether in each lane the sum of all squares is below the square of the bound. Then every number is below
+    /// the bound, even with rounding. This is cheaper than comparing each number.
     #[inline(always)]
     fn is_small<L: Lane<R>>(&self, square: L) -> bool {
         let mut sums = [L::zero(); 2];

@@ -297,7 +297,7 @@ impl Kernel<1, 1> for Rounded {
 }
 
 #[test]
-#[should_panic(expected = "does it loop until")]
+#[should_panic(expected = "if it loops until")]
 fn a_loop_that_values_end_is_refused() {
     adjoint("Rounded", &[], |_| Rounded);
 }

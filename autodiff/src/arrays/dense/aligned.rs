@@ -1,14 +1,14 @@
-//! Arrays that begin at a cache line, so that no register straddles two lines.
+//! Arrays that begin at the start of a cache line, so that no register straddles two lines.
 
 use std::ops::{Deref, DerefMut};
 
 use crate::pool::Pooled;
 use crate::real::Real;
 
-/// The bytes of a cache line and of the widest register.
+/// The number of bytes of a cache line, which is also that of the widest register.
 const LINE: usize = 64;
 
-/// An array of fixed length.
+/// An array of fixed length that begins at the start of a cache line, if possible.
 pub(crate) struct Aligned<R> {
     numbers: Vec<R>,
     first: usize,
@@ -16,7 +16,7 @@ pub(crate) struct Aligned<R> {
 }
 
 impl<R: Real> Aligned<R> {
-    /// The numbers in a cache line, at least 1.
+    /// How many numbers fit into a cache line; at least 1.
     pub(crate) const LINE: usize = match LINE.checked_div(size_of::<R>()) {
         Some(numbers @ 1..) => numbers,
         _ => 1,
@@ -24,7 +24,7 @@ impl<R: Real> Aligned<R> {
 
     pub(crate) fn zeros(len: usize) -> Self {
         let numbers = vec![R::zero(); len + LINE / size_of::<R>().min(LINE)];
-        // Alignment only saves time. Some types cannot be aligned because of their size.
+        // Alignment only saves time, so it is fine that types of some sizes cannot be aligned.
         let first = numbers.as_ptr().align_offset(LINE);
         let first = if first <= numbers.len() - len {
             first
@@ -38,7 +38,7 @@ impl<R: Real> Aligned<R> {
         }
     }
 
-    /// Makes the array at least this long. Its values are then arbitrary.
+    /// Replaces the array by a longer one if it is shorter than `len`. The values are then unspecified.
     pub(crate) fn make_room(&mut self, len: usize) {
         if self.len < len {
             *self = Self::zeros(len);

@@ -1,19 +1,20 @@
-//! The last operations on a product: bias, activation, and the places of its rows.
+//! The last steps of a matrix product: add the bias, apply the activation, and write each row to its position in `y`.
 
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// The last operations on a product, and where the result goes.
+/// The last steps of a matrix product, and the vector `y` that receives the result.
 pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
-    /// The registers of `y` that are rows, if `y` also has others. Only used where each lane is a start.
+    /// For each row of the product, the register of `y` that receives it; empty if row `k` goes to register `k`. Only
+    /// used if each lane is a start.
     pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
 
 impl<'a, R: Real> Epilogue<'a, R> {
-    /// Adds the product to `y`.
+    /// Adds the product to `y`, without bias and activation.
     pub(super) fn plain(y: &'a mut [R]) -> Self {
         Self {
             bias: None,
@@ -23,8 +24,8 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
     }
 
-    /// Takes the sums of `H` registers of rows, beginning with row `first`, for each of `K` vectors. The output
-    /// interleaves the vectors.
+    /// Finishes `H` registers of rows, beginning with row `first`, for each of `K` vectors. `sums` are the rows of the
+    /// product. In the output the vectors are interleaved.
     #[inline(always)]
     pub(super) fn add_rows<L: Lane<R>, const H: usize, const K: usize>(
         &mut self,
@@ -41,7 +42,7 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
         self.add(at, at, even);
         if K > 1 {
-            // The second register may lie wholly past the last rows.
+            // The second register may lie entirely past the last row.
             for h in 0..H {
                 at[h] += L::N;
             }
@@ -49,8 +50,8 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
     }
 
-    /// Takes the sums of `N` rows, beginning with row `first`. Each sum is a register of starts. Rows past the
-    /// last of `rows` are dropped.
+    /// Finishes `N` rows, beginning with row `first`. Each sum is a register with one lane per start. Rows from `rows`
+    /// on do not exist and are dropped.
     #[inline(always)]
     pub(super) fn add_starts<L: Lane<R>, const N: usize>(
         &mut self,
@@ -69,8 +70,8 @@ impl<'a, R: Real> Epilogue<'a, R> {
         self.add(from, to, sums);
     }
 
-    /// Adds registers to the bias at places `from`, or to `y` if there is no bias, and writes them to `y` at
-    /// places `to`. Numbers past the end of either are dropped.
+    /// Adds `sums` to the bias at positions `from` (or to `y` at positions `to`, if there is no bias) and writes the
+    /// result to `y` at positions `to`. Numbers past the end of `bias` or `y` are dropped.
     #[inline(always)]
     fn add<L: Lane<R>, const N: usize>(
         &mut self,
@@ -78,7 +79,7 @@ impl<'a, R: Real> Epilogue<'a, R> {
         to: [usize; N],
         mut sums: [L; N],
     ) {
-        // Bias and `tanh` are applied while the complete sum is still in a register.
+        // Bias and `tanh` are applied here because the complete sum is still in a register.
         for n in 0..N {
             let before = match self.bias {
                 Some(bias) => L::load_up_to(&bias[from[n].min(bias.len())..]),

@@ -1,7 +1,7 @@
 //! The dense layer as one operation, with two copies of its weights.
 //!
-//! The forward product `W x` and the reverse product `W^T y_bar` each read the weights once, from first to last.
-//! They need different orders of the weights, so both orders are stored.
+//! The forward product `W x` and the reverse product `W^T y_bar` each read all weights once, in memory order. They need
+//! the weights in different orders, so both orders are stored.
 
 use super::super::array::{Array, Matrix};
 use super::super::operation::Operation;
@@ -19,44 +19,44 @@ pub(crate) struct Layer<'a> {
     pub(crate) x: &'a [Array],
     pub(crate) bias: Array,
     pub(crate) output: Array,
-    /// Whether each place of the output is a row of the matrix. Other places are zero.
+    /// For each element of the output, whether it is a row of the matrix. The other elements are zero.
     pub(crate) places: &'a [bool],
     pub(crate) tanh: bool,
 }
 
 pub(crate) struct DenseLayer<R> {
     matrix: Matrix,
-    /// The inputs; adjacent arrays are joined. A single array is read in place.
+    /// The inputs, with adjacent arrays joined. If one array remains, it is read in place.
     inputs: Vec<Array>,
     inputs_active: Vec<usize>,
     bias: Array,
     output: Array,
-    /// The zeros among the rows of the output, if there are any.
+    /// Where the rows go in the output, if the output also has elements that are always zero.
     spread: Option<Spread<R>>,
     tanh: bool,
-    /// `W`, for `W x`.
+    /// `W`, stored for the product `W x`.
     weights: PackedMatrix<R>,
-    /// `W^T`, for `W^T y_bar`.
+    /// `W^T`, stored for the product `W^T y_bar`.
     transposed: PackedMatrix<R>,
-    /// The cotangent of `W`, row by row.
+    /// The cotangent of `W`, in row-major order.
     weights_bar: Vec<R>,
-    /// The inputs and output cotangents of the last steps, which are not yet part of `weights_bar`.
+    /// The inputs and output cotangents of recent steps that have not been added to `weights_bar` yet.
     batch: Pending<R>,
-    /// Several inputs as one array, or their cotangents.
+    /// A buffer that joins several inputs, or their cotangents, into one array.
     packed: Vec<R>,
     active: Active,
 }
 
-/// An output with zeros among its rows.
+/// An output in which zeros lie between the rows of the matrix.
 struct Spread<R> {
     lanes: Vec<LaneOfRows>,
-    /// If a register holds all starts of one row: the registers of the output that are rows.
+    /// Used if a register holds all starts of one row: for each row, its register in the output.
     places: Vec<usize>,
-    /// Otherwise: the values of the rows without the zeros, with room for a register past the last.
+    /// Used otherwise: the rows without the zeros. There is room for one more register after the last row.
     y: Aligned<R>,
 }
 
-/// A register of the output: its first row, and a bit for each place that is a row.
+/// A register of the output: the first row in it, and a bit for each lane that holds a row.
 #[derive(Clone, Copy)]
 struct LaneOfRows {
     first: usize,
@@ -71,7 +71,7 @@ struct Active {
 }
 
 impl<R: Real> Spread<R> {
-    /// `None` if every place is a row.
+    /// Returns `None` if every element of the output is a row.
     fn new(places: &[bool], starts: usize) -> Option<Self> {
         let count = |places: &[bool]| places.iter().filter(|row| **row).count();
         let (width, rows) = (lanes::<R>(), count(places));
@@ -120,7 +120,7 @@ impl<R: Real> DenseLayer<R> {
         }
     }
 
-    /// Loads the matrix from the parameters, row by row.
+    /// Copies the matrix, which is row-major in the parameters, into both packed copies.
     pub(crate) fn load(&mut self, parameters: &[&[R]]) {
         let given = parameters[self.matrix.parameter];
         let columns = self.matrix.columns;
@@ -136,7 +136,7 @@ impl<R: Real> DenseLayer<R> {
         });
     }
 
-    /// Adds the cotangent of the matrix, row by row, after the last step of a sweep.
+    /// Adds the cotangent of the matrix, in row-major order, to `parameter_bars`. Call it after the last reverse step.
     pub(crate) fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
         self.batch.flush(&mut self.weights_bar);
         R::vectorize(AddTo {
@@ -156,7 +156,7 @@ impl<R: Real> DenseLayer<R> {
             product.output.y = bars.get_mut(input);
             return product.run();
         }
-        // The whole product comes first, because an input may occur twice.
+        // The whole product is computed before any part of it is added, because an input may occur twice.
         self.packed.clear();
         self.packed
             .resize(self.inputs.iter().map(|input| input.len).sum(), R::zero());
@@ -171,7 +171,7 @@ impl<R: Real> DenseLayer<R> {
         }
     }
 
-    /// Keeps this step's outer product for later, and adds up the batch when it is full.
+    /// Stores this step's inputs for the outer product. When the batch is full, adds it to `weights_bar`.
     fn reverse_weights(&mut self, values: StepValues<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
         if self.batch.keep(x) {
@@ -180,7 +180,7 @@ impl<R: Real> DenseLayer<R> {
     }
 }
 
-/// The inputs as one slice: in place if they are adjacent, otherwise copied to `packed`.
+/// Returns the inputs as one slice: in place if they are adjacent, otherwise copied to `packed`.
 #[inline(always)]
 fn input<'a, R: Real>(
     inputs: &[Array],
@@ -264,13 +264,13 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
             weights: parameters[self.matrix.parameter],
             bias: arrays[self.bias.id],
         };
-        // A new sweep begins.
+        // `set_active` is called at the beginning of each sweep.
         self.weights_bar.fill(R::zero());
         self.batch.clear();
     }
 }
 
-/// Writes rows and zeros to the output, up to the end of its last register.
+/// Writes the rows and the zeros to the output, one whole register at a time.
 struct SetOut<'a, R> {
     lanes: &'a [LaneOfRows],
     y: &'a [R],
@@ -288,7 +288,7 @@ impl<R: Real> Vectorized<R> for SetOut<'_, R> {
     }
 }
 
-/// Writes the zeros among the rows if a register holds all starts of one row.
+/// Writes the zeros to the output, if a register holds all starts of one row.
 struct Gaps<'a, R> {
     lanes: &'a [LaneOfRows],
     output: &'a mut [R],
@@ -306,16 +306,16 @@ impl<R: Real> Vectorized<R> for Gaps<'_, R> {
     }
 }
 
-/// Computes the cotangent of `W x + bias`, row by row, from the output's cotangent.
+/// Computes the cotangent of `W x + bias` from the cotangent of the output.
 struct BeforeTanh<'a, R> {
     y: &'a [R],
     bar: &'a [R],
-    /// The length of an output without gaps.
+    /// The length of the output, if every element is a row.
     rows: usize,
-    /// The registers of an output with gaps.
+    /// The registers of the output, if zeros lie between the rows.
     lanes: Option<&'a [LaneOfRows]>,
     tanh: bool,
-    /// The result, with room for a register past the last.
+    /// The result, without the zeros. There is room for one more register after the last row.
     y_bar: &'a mut [R],
 }
 
@@ -331,7 +331,7 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
                     before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
                 }
             }
-            // Whole registers are written. The next register overwrites the numbers past the rows of this one.
+            // Each turn writes a whole register. The next turn overwrites the lanes that hold no row.
             Some(lanes) => {
                 for (lane, (y, bar)) in lanes.iter().zip(both) {
                     let rows = before_tanh::<R, L>(self.tanh, y, bar).compress(lane.bits);
@@ -342,8 +342,8 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
     }
 }
 
-/// The cotangent of the argument of `tanh`, from the output `y` and its cotangent. Without `tanh` it is the
-/// output's cotangent.
+/// Returns the cotangent of the argument of `tanh`, given the output `y` and the output's cotangent `bar`. Without
+/// `tanh` the result is `bar`.
 #[inline(always)]
 fn before_tanh<R: Real, L: Lane<R>>(tanh: bool, y: &[R], bar: &[R]) -> L {
     let (y, bar) = (L::load(y), L::load(bar));

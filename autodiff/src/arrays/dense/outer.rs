@@ -1,29 +1,30 @@
 //! Sums of outer products: the cotangents of a layer's weights.
 //!
-//! The factors of several steps are collected and then added as one matrix product. So the memory of the
-//! gradient is touched only once in [`BATCH`] steps.
+//! The factors of several steps are collected and then added as one matrix product. So the gradient's memory is touched
+//! only once in [`BATCH`] outer products.
 
 use super::aligned::Aligned;
 use crate::product::{Product, Strided, Transpose};
 use crate::real::Real;
 use crate::simd::lanes;
 
-/// The number of outer products that are added together, one for each step and start.
+/// The number of outer products that are added together. Each step and start contributes one.
 const BATCH: usize = 16;
 
-/// Inputs and output cotangents of the last steps, one start after the other.
+/// The inputs and output cotangents of recent steps. The starts of a step follow each other.
 pub(super) struct Pending<R> {
     x: Vec<R>,
-    /// Padded to whole registers. With one start, the cotangents of the current step follow the last ones.
+    /// Each start's cotangents are padded to whole registers. With one start, the current step is written after the
+    /// steps that are kept.
     y_bar: Aligned<R>,
-    /// With several starts: the interleaved cotangents of the current step.
+    /// With several starts: the cotangents of the current step, interleaved.
     interleaved: Aligned<R>,
     starts: usize,
     rows: usize,
     columns: usize,
-    /// The distance from one start's cotangents to the next's.
+    /// The distance between the cotangents of consecutive starts in `y_bar`.
     stride: usize,
-    /// The number of outer products that are kept.
+    /// The number of outer products that are kept so far.
     len: usize,
 }
 
@@ -33,7 +34,7 @@ impl<R: Real> Pending<R> {
         let stride = rows.next_multiple_of(lanes::<R>());
         Self {
             x: vec![R::zero(); BATCH * columns],
-            // Both have room for a register past the last.
+            // Each has room for one register past its end.
             y_bar: Aligned::zeros(BATCH * stride + lanes::<R>()),
             interleaved: Aligned::zeros(numbers + lanes::<R>()),
             starts,
@@ -44,7 +45,7 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// The cotangents of the current step.
+    /// The output cotangents of the current step.
     pub(super) fn current(&self) -> &[R] {
         match self.starts {
             1 => &self.y_bar[self.len * self.stride..][..self.rows],
@@ -52,7 +53,7 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// The place for the cotangents of the current step, with room for a register past the last.
+    /// Where to write the output cotangents of the current step. There is room for one register past the end.
     pub(super) fn current_mut(&mut self) -> &mut [R] {
         match self.starts {
             1 => &mut self.y_bar[self.len * self.stride..],
@@ -60,7 +61,7 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// Keeps the current step, whose inputs are `x`. Returns whether the batch is full.
+    /// Keeps the current step, whose inputs are `x`. Returns true if the batch is now full.
     pub(super) fn keep(&mut self, x: &[R]) -> bool {
         let (starts, stride, columns) = (self.starts, self.stride, self.columns);
         let to = &mut self.x[self.len * columns..][..columns * starts];
@@ -89,7 +90,7 @@ impl<R: Real> Pending<R> {
         self.len == BATCH
     }
 
-    /// Adds the batch's sum of `y_bar x^T` to a matrix and empties the batch.
+    /// Adds the sum of the outer products `y_bar x^T` to the matrix `to` and empties the batch.
     pub(super) fn flush(&mut self, to: &mut [R]) {
         let product = Product {
             a: Strided::by_rows(&self.y_bar, self.stride).transposed(),

@@ -1,4 +1,5 @@
-//! A matrix in panels, and its product with a vector. A panel has as many rows as registers can sum at once.
+//! A matrix in panels, and its product with a vector. A panel is a few registers of rows, as many as can be summed at
+//! once.
 
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
@@ -6,28 +7,28 @@ use crate::product::{Factors, Strided, fits_registers};
 use crate::real::Real;
 use crate::simd::{Lane, lanes};
 
-/// The most registers of rows in a panel. Their sums stay in registers.
+/// The largest number of row registers in a panel. Their sums all fit into the processor's registers.
 const PANEL: usize = 4;
 /// The number of independent sums per row. Phase `p` sums the columns `p`, `p + 4`, `p + 8`, …, so that
 /// consecutive additions do not wait for each other.
 pub(super) const PHASES: usize = 4;
 
-/// A matrix in panels of a few registers of rows. Within a panel it is stored column by column.
+/// A matrix in panels of up to [`PANEL`] registers of rows. Each panel is stored column by column.
 pub(super) struct Panels<R> {
     entries: Aligned<R>,
     rows: usize,
     columns: usize,
 }
 
-/// A few registers of rows.
+/// Up to [`PANEL`] registers of rows.
 struct Panel<'a, R> {
     first_row: usize,
-    /// Column by column.
+    /// The entries, column by column.
     entries: &'a [R],
 }
 
 impl<R: Real> Panels<R> {
-    /// Zeros.
+    /// Returns a matrix of zeros.
     pub(super) fn zero(rows: usize, columns: usize) -> Self {
         Self {
             entries: Aligned::zeros(rows.next_multiple_of(lanes::<R>()) * columns),
@@ -36,15 +37,15 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// The number of registers of the panel that begins with this register of rows, and the place of its entries.
+    /// For the panel that begins at row register `first`: the number of its registers, and the position of its entries.
     #[inline(always)]
     fn place(&self, first: usize, width: usize) -> (usize, usize) {
         let registers = self.rows.div_ceil(width) - first;
         (registers.min(PANEL), first * width * self.columns)
     }
 
-    /// Calls `f(row, column, entries)` for parts of columns that together are the matrix. `entries` are the
-    /// entries of the column from that row down.
+    /// Calls `f(row, column, entries)` for parts of columns that together cover the matrix. `entries` are the entries
+    /// of `column` from `row` downwards.
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let width = lanes::<R>();
         for first in (0..self.rows.div_ceil(width)).step_by(PANEL) {
@@ -57,8 +58,8 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// Passes `A x` to the output, for one or two (`K`) interleaved vectors. Each phase is summed alone, then the
-    /// four sums are added. This order does not depend on the width of registers.
+    /// Passes `A x` to the output, for one or two (`K`) interleaved vectors. Each phase is summed separately, then the
+    /// four sums are added. So the order of summation does not depend on the register width.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>, const K: usize>(&self, x: &[R], output: &mut Epilogue<R>) {
         let x = &x[..self.columns * K];
@@ -68,8 +69,8 @@ impl<R: Real> Panels<R> {
                 first_row: first * L::N,
                 entries: &self.entries[start..][..lanes * L::N * self.columns],
             };
-            // The condition is constant, so only one of the branches is compiled. For large numbers, such as
-            // duals, unrolled loops would take long to compile and save nothing.
+            // The condition is constant, so only one branch is compiled. For large numbers, such as duals, unrolled
+            // loops would be slow to compile and save nothing.
             if const { !fits_registers::<R, L>() } {
                 for from in 0..lanes {
                     panel.part::<L, 1, K>(from, lanes, x, output);
@@ -81,13 +82,13 @@ impl<R: Real> Panels<R> {
                 (2, _) => panel.part::<L, 2, K>(0, 2, x, output),
                 (3, 1) => panel.part::<L, 3, K>(0, 3, x, output),
                 (_, 1) if cfg!(lanes = "simd128") => {
-                    // WebAssembly engines have sixteen registers. Factors and products need some of them.
+                    // WebAssembly engines have only sixteen registers, and factors and products need some of them.
                     let low = panel.sums::<L, 2, K>(0, PANEL, x);
                     let high = panel.sums::<L, 2, K>(2, PANEL, x);
                     output.add_rows(panel.first_row, [low[0], low[1], high[0], high[1]]);
                 }
                 (_, 1) => panel.part::<L, PANEL, K>(0, PANEL, x, output),
-                // With two vectors, registers hold the sums of half as many rows.
+                // With two vectors, the registers hold the sums of half as many rows.
                 (3, _) => {
                     panel.part::<L, 2, K>(0, 3, x, output);
                     panel.part::<L, 1, K>(2, 3, x, output);
@@ -102,7 +103,8 @@ impl<R: Real> Panels<R> {
 }
 
 impl<R: Real> Panel<'_, R> {
-    /// The product of `H` registers of rows, beginning with register `from` of the `lanes` in the panel.
+    /// Computes the product for `H` registers of rows, beginning with register `from` of the `lanes` registers in the
+    /// panel.
     #[inline(always)]
     fn part<L: Lane<R>, const H: usize, const K: usize>(
         &self,
@@ -128,7 +130,7 @@ impl<R: Real> Panel<'_, R> {
             b_row: lanes * L::N,
             depth: x.len() / K,
         };
-        // SAFETY: these are some of the `lanes` registers that the panel has for each number of a vector.
+        // SAFETY: `from + H` is at most `lanes`, and each column of the panel has `lanes` registers.
         #[allow(unsafe_code)]
         let sums = unsafe { factors.sums::<L, PHASES, K, H>(L::N) };
         let mut all = [[L::zero(); K]; H];
@@ -147,7 +149,7 @@ mod tests {
     use super::super::product::{MatrixProduct, PackedMatrix};
     use crate::simd::{Level, at_most, lanes, level};
 
-    /// `0.5 + A x` of interleaved vectors, with numbers of a few digits, so that every sum is exact.
+    /// Computes `0.5 + A x` for interleaved vectors. The numbers have few digits, so every sum is exact.
     fn product((rows, columns): (usize, usize), vectors: usize) -> Vec<f64> {
         let mut matrix = PackedMatrix::<f64>::zero(rows, columns, vectors);
         let mut seen = 0;
@@ -188,7 +190,7 @@ mod tests {
             for cap in [Level::Baseline, Level::Avx2, level()] {
                 let width = at_most(cap, lanes::<f64>);
                 for vectors in [1, 2, width] {
-                    // One lane cannot hold two vectors.
+                    // With fewer lanes than vectors, the product does not exist.
                     if vectors > width {
                         continue;
                     }

@@ -6,7 +6,7 @@ use super::tiles::Tiles;
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
-/// A matrix that is stored for products with the vectors of one start, two starts, or one start per lane.
+/// A matrix stored for products with the vectors of one start, of two starts, or of one start per lane.
 pub(super) enum PackedMatrix<R> {
     One(Panels<R>),
     Two(Panels<R>),
@@ -14,7 +14,7 @@ pub(super) enum PackedMatrix<R> {
 }
 
 impl<R: Real> PackedMatrix<R> {
-    /// A matrix of zeros for this many starts.
+    /// Returns a matrix of zeros for products with the vectors of `starts` starts.
     pub(super) fn zero(rows: usize, columns: usize, starts: usize) -> Self {
         match starts {
             1 => Self::One(Panels::zero(rows, columns)),
@@ -32,7 +32,7 @@ impl<R: Real> PackedMatrix<R> {
     }
 }
 
-/// `y = bias + A x`, or `y += A x` if there is no bias. `tanh` is applied to the result if required.
+/// `y = bias + A x`, or `y += A x` without a bias. If `tanh` is set, it is applied to the result.
 pub(super) struct MatrixProduct<'a, R> {
     pub(super) matrix: &'a PackedMatrix<R>,
     pub(super) x: &'a [R],
@@ -51,7 +51,7 @@ impl<R: Real> MatrixProduct<'_, R> {
     }
 }
 
-/// The product with `K` vectors. Each `K` and the tiles have separate entries, because a common one would be
+/// The product with `K` vectors. Each `K`, and the tiles, enter SIMD code separately, because one common entry would be
 /// slower.
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Epilogue<'a, R>);
 
@@ -59,7 +59,7 @@ impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        // Here and below the condition is constant, so the impossible case is not compiled.
+        // Here and below, the condition is constant and the impossible case is not compiled.
         if const { K > L::N } {
             unreachable!("one lane cannot hold {K} starts");
         }

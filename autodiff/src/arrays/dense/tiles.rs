@@ -1,6 +1,6 @@
-//! A matrix in tiles of rows, and its product with the interleaved vectors of a register of starts.
+//! A matrix in tiles of rows, and its product with interleaved vectors, one per lane.
 //!
-//! Each lane is a start, so a weight that is read once serves all starts.
+//! Each lane is a start, so a weight is read once for all starts.
 
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
@@ -9,10 +9,10 @@ use crate::product::{Factors, Strided};
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// The number of rows that are summed at once in registers. WebAssembly engines have sixteen registers, and
+/// The number of rows that are summed at once in registers. WebAssembly engines have only sixteen registers, and
 /// factors and products need some of them.
 const TILE: usize = if cfg!(lanes = "simd128") { 8 } else { 16 };
-/// The number of rows whose results are finished at once. More would need too many registers.
+/// The number of rows that are finished at once. More would need too many registers.
 const ABREAST: usize = 4;
 
 /// A matrix in tiles of [`TILE`] rows. Within a tile the columns are ordered by [phase](PHASES).
@@ -42,16 +42,16 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// Passes `A x` to the output. The order of summation is that of
-    /// [`Panels`](super::panels::Panels::times), so each start has the same bits as when it runs alone.
+    /// Passes `A x` to the output. Sums have the order of terms of [`Panels`](super::panels::Panels::times), so each
+    /// start gives the same bits as when it runs alone.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Epilogue<R>) {
         assert!(
             x.len() >= self.columns * L::N,
-            "`x` must have a register of starts for every column"
+            "`x` is too short: it must have one number per column and lane"
         );
         for first in (0..self.rows).step_by(TILE) {
-            // Two phases at a time, in the order (0 + 1) + (2 + 3), as in panels.
+            // Two phases at a time: (0 + 1) + (2 + 3), as in `Panels`.
             let phase = |phase| self.phase::<L>(x, first, phase);
             let (mut sums, more) = (phase(0), phase(1));
             for row in 0..TILE {
@@ -68,8 +68,8 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// The sums of one phase over a tile. With one phase at a time the registers hold the sums of more rows, and
-    /// each load of `x` serves more multiplications.
+    /// Returns the sums of one phase over a tile. Computing one phase at a time leaves registers for more rows, so each
+    /// load of `x` serves more multiplications.
     #[inline(always)]
     fn phase<L: Lane<R>>(&self, x: &[R], first: usize, phase: usize) -> [L; TILE] {
         let columns = self.columns;
@@ -82,7 +82,8 @@ impl<R: Real> Tiles<R> {
             b_row: PHASES * L::N,
             depth: count,
         };
-        // SAFETY: the slice of the tile was checked, and `x` has a register for every column.
+        // SAFETY: the slice of the tile was bounds-checked, and `times` checked that `x` has a register for every
+        // column.
         #[allow(unsafe_code)]
         let [sums] = unsafe { factors.sums::<L, 1, TILE, 1>(L::N) };
         sums.map(|[sum]| sum)

@@ -1,8 +1,8 @@
-//! Rejects kernels in which a field affects more than the values of literals.
+//! Rejects kernels whose structure depends on a field.
 //!
-//! The printed code is recorded once, with stand-ins for the fields, and used for all values of the
-//! fields. So a field must not decide a branch, a loop or an exponent. To check this, the kernel is
-//! recorded again with other field values. It must do the same operations, with the fields in the same
+//! The printed code is made from one recording, with stand-ins for the fields, and used for all values of the fields.
+//! So a field may only appear as a literal. It must not decide a branch, a loop or an exponent. To check this, the
+//! kernel is recorded again with other field values. It must do the same operations, with the fields in the same
 //! places.
 
 use std::array::from_fn;
@@ -13,9 +13,9 @@ use crate::record::operation::{Op, Place};
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 
-/// The values that each field takes: numbers that code treats as special, several exponents and lengths, and
-/// very small and very large magnitudes. Moderate values come first, so that the check fails before an
-/// enormous value becomes the length of a loop.
+/// The values that each field takes: numbers that code may treat as special, exponents and loop lengths, and very small
+/// and very large magnitudes. Moderate values come first, so that the check fails before an enormous value becomes the
+/// length of a loop.
 const VALUES: [f64; 19] = [
     2.0,
     1.0,
@@ -38,10 +38,10 @@ const VALUES: [f64; 19] = [
     f64::NAN,
 ];
 
-/// How often all fields change at once. This finds conditions on several fields.
+/// How many times all fields change at once. This detects conditions on several fields.
 const MIXTURES: usize = 200;
 
-/// The recording of a kernel for some values of its fields.
+/// The recording of a kernel for certain values of its fields.
 struct Course {
     ops: Vec<Op>,
     results: Vec<Place>,
@@ -57,8 +57,8 @@ impl Course {
     }
 }
 
-/// Checks that a kernel does the same operations for all values of its fields. Each literal must be a field or
-/// independent of the fields.
+/// Checks that a kernel does the same operations for all values of its fields, and that each literal is plus or minus a
+/// field or does not depend on the fields.
 ///
 /// # Panics
 /// If either check fails.
@@ -79,17 +79,17 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
             && (expected.ops.iter().map(kind)).eq(course.ops.iter().map(kind));
         assert!(
             same,
-            "{of} the operations of the kernel {name}: they differ between the fields {usual:?} and \
-             {values:?}. The printed code is the same for all values, so a field must not decide a branch, \
-             a loop or an exponent. Use `Real::select` for a choice, `powf` for an exponent, or a separate \
+            "{of} the operations of the kernel {name}: they differ between the field values {usual:?} and \
+             {values:?}, but the printed code is the same for all values. A field must not decide a branch, \
+             a loop or an exponent: use `Real::select` for a choice, `powf` for an exponent, or a separate \
              kernel for each case"
         );
         let mut pairs = expected.ops.iter().zip(&course.ops);
         let follows = |(op, got): (&Op, &Op)| follows(*op, *got, &usual, values);
         assert!(
             pairs.all(follows),
-            "{of} a literal of the kernel {name} that is neither the field itself nor minus the field: \
-             the printed code cannot compute it. Give this number a separate field"
+            "{of} a literal of the kernel {name}, but the literal is not plus or minus a field, so \
+             the printed code cannot compute it; make this number a separate field"
         );
     };
     for (k, field) in fields.iter().enumerate() {
@@ -100,7 +100,7 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
         }
     }
     for mixture in 1..=MIXTURES * usize::from(fields.len() > 1) {
-        // Multiples of different irrational numbers cover all combinations.
+        // Each field steps by a multiple of another irrational number, so that all combinations of values occur.
         let share = |step: f64| (mixture as f64 * step).fract();
         let values = stand_ins(E, fields.len()).map(share);
         let values = values.map(|share| VALUES[(share * VALUES.len() as f64) as usize]);
@@ -108,7 +108,7 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
     }
 }
 
-/// Whether an operation is `op` after the fields change from `usual` to `values`.
+/// Returns whether operation `op` correctly becomes `got` when the fields change from `usual` to `values`.
 fn follows(op: Op, got: Op, usual: &[f64], values: &[f64]) -> bool {
     let (Op::Constant(before), Op::Constant(after)) = (op, got) else {
         return op == got;
@@ -124,7 +124,7 @@ fn follows(op: Op, got: Op, usual: &[f64], values: &[f64]) -> bool {
     after == expected || after.is_nan() && expected.is_nan()
 }
 
-/// Field values between 0 and 1 that no kernel uses as a literal.
+/// Returns field values between 0 and 1 that no kernel uses as a literal.
 pub(super) fn stand_ins(seed: f64, count: usize) -> impl Iterator<Item = f64> + Clone {
     (1..=count).map(move |k| (seed + k as f64).sqrt().fract())
 }

@@ -1,19 +1,19 @@
 //! Writes the adjoint of a [`Kernel`] as straight-line Rust.
 //!
-//! The kernel runs once on a reverse tape of symbols, numbers that record how they were made. The pullback is then
-//! the formula of the adjoint. Keep the printed code in the repository beside the kernel, with a test that it is up
-//! to date ([`assert_fresh`]).
+//! The kernel runs once on a reverse tape of symbols, which are numbers that record how they were computed. The
+//! pullback on this tape then yields the formula of the adjoint. Keep the printed code in the repository beside the
+//! kernel, with a test that it is up to date ([`assert_fresh`]).
 //!
 //! # From a build script
 //!
-//! A build script can emit the code instead. It needs this crate among the `[build-dependencies]`, and the formula
-//! of the kernel in a file that both the crate and the script read:
+//! A build script can emit the code instead. It needs this crate as one of its `[build-dependencies]`, and the kernel's
+//! formula in a file that both your crate and the script include:
 //!
 //! ```text
 //! // build.rs
 //! #[path = "src/drag.rs"]
 //! mod drag;
-//! // … impl Kernel for drag::Drag, its formula alone …
+//! // … impl Kernel for drag::Drag with only `eval` …
 //! let source = emit::adjoint("Drag", &["self.dt"], |fields| Drag { dt: fields[0] });
 //! std::fs::write(format!("{folder}/drag_adjoint.rs"), source)?; // folder: OUT_DIR
 //!
@@ -21,31 +21,33 @@
 //! include!(concat!(env!("OUT_DIR"), "/drag_adjoint.rs"));
 //! ```
 //!
-//! The folder `tests/build_script` of the repository is such a crate.
+//! The folder `tests/build_script` of the repository contains an example.
 //!
 //! # Zero cotangents
 //!
-//! A product with a cotangent goes through [`Real::chain`](crate::Real::chain), so that a cotangent of zero passes
-//! zero. It is a plain product, which is faster, if the partial and its derivatives are known to be finite wherever
-//! the inputs and all results of the kernel are finite. A partial is known to be finite if it is made of
+//! Each product of a partial and a cotangent goes through [`Real::chain`](crate::Real::chain), which returns zero for a
+//! cotangent of zero. If possible it is replaced by a plain product, which is faster. This requires that the partial
+//! and its derivatives are known to be finite wherever the inputs and all results of the kernel are finite. A partial
+//! is known to be finite if it is made of
 //!
 //! - inputs, fields, finite constants, sums, sines, cosines, hyperbolic tangents and selects;
-//! - square roots, logarithms and reciprocals of numbers known to be at least 1e-12, such as a sum of
-//!   squares and a positive literal (the sign of a field is not known);
-//! - products with a factor that constants bound;
-//! - other products, if their overflow would make a result infinite or NaN too. Behind a `select`, a
-//!   reciprocal or a hyperbolic tangent it might not show.
+//! - square roots, logarithms and reciprocals of numbers that are known to be at least 1e-12, such as a sum of squares
+//!   and a positive literal (the sign of a field is not known);
+//! - products in which one factor is bounded by constants;
+//! - other products, if their overflow would also make a result infinite or NaN. This is not known if the product is
+//!   only used inside a `select`, a reciprocal or a hyperbolic tangent.
 //!
-//! Exponentials, powers and other quotients never count as finite. The emitted code can differ from the tape in
-//! these cases:
+//! Exponentials, powers and other quotients never count as finite. The emitted code can differ from the tape in these
+//! cases:
 //!
-//! - a product with a constant zero is zero even if the other factor is NaN, also where the constant
-//!   comes from a select between constants, as of `signum`;
-//! - a computed zero cotangent times an infinite partial gives zero; the tape gives NaN;
-//! - a sum, or a product with a bounded factor, of numbers near the largest float may overflow;
-//! - a result that a sum or product has made infinite may pass NaN for a cotangent of zero;
-//! - if the emitted derivative is itself differentiated in reverse, a plain product with a cotangent of zero is an
-//!   ordinary entry of the tape. An infinite cotangent of it gives NaN; see [the conventions](crate::real).
+//! - A product with a constant zero is zero, even if the other factor is NaN. This includes constants that come from a
+//!   select between constants, as in `signum`.
+//! - A computed zero cotangent times an infinite partial gives zero, but NaN on the tape.
+//! - A sum, or a product with a bounded factor, may overflow if its operands are near the largest float.
+//! - If a sum or product makes a result infinite, NaN may be passed on for a cotangent of zero.
+//! - If the emitted derivative is differentiated in reverse, a plain product with a cotangent of zero is an ordinary
+//!   entry of the tape. If the cotangent of that product is infinite, the result is NaN; see [the
+//!   conventions](crate::real).
 
 mod fields;
 mod print;
@@ -60,14 +62,14 @@ use crate::arrays::Kernel;
 use crate::reverse::{Tape, Var};
 use print::{Formula, Printer, UNIFORMS};
 
-/// Returns a method `emitted_vjp` of the kernel type `name` as Rust source. [`Kernel::vjp`] of that type must
-/// call it: `self.emitted_vjp(at)`. Numbers that the results `y` contain, such as a hyperbolic tangent, are not
+/// Returns Rust source code with a method `emitted_vjp` for the kernel type `name`. Implement its [`Kernel::vjp`] by
+/// calling `self.emitted_vjp(at)`. Numbers that the results `y` already contain, such as a hyperbolic tangent, are not
 /// computed again. Numbers that do not depend on the cotangents are computed once for all rows of cotangents.
 ///
-/// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
-/// makes a kernel whose fields have the given values, in that order. For a [`UniformKernel`](crate::arrays::UniformKernel)
-/// `build` makes a [`Fixed`](crate::arrays::Fixed) one, and its first uniform input is named `uniforms[0]`. The method
-/// then has a second argument, `uniforms`, and `vjp_with` calls it.
+/// `fields` are expressions for the kernel's constants, as the printed code is to read them (`self.dt`). `build` makes
+/// a kernel whose fields have the given values, in that order. For a [`UniformKernel`](crate::arrays::UniformKernel),
+/// `build` makes a [`Fixed`](crate::arrays::Fixed) kernel, and the uniform inputs are fields named `uniforms[0]`,
+/// `uniforms[1]` and so on. The method then has a second argument, `uniforms`, and `vjp_with` must call it.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
@@ -87,29 +89,30 @@ use print::{Formula, Printer, UNIFORMS};
 /// assert!(source.contains("R::lit(self.dt)"));
 /// ```
 ///
-/// Work that a kernel skips by [`Mask::any`](crate::Mask::any), because no lane needs it, is always printed. By
-/// the contract of [`Mask`](crate::Mask) the result is the same. A kernel that breaks this contract is not
-/// detected here; use [`check_gradient`](crate::check::check_gradient).
+/// Work that a kernel skips if [`Mask::any`](crate::Mask::any) is false is always printed. By the contract of
+/// [`Mask`](crate::Mask), the results are the same. If a kernel breaks this contract, it is not detected here; use
+/// [`check_gradient`](crate::check::check_gradient).
 ///
 /// # Fields
-/// The printed code is used for all values of the fields. So a field must not decide a branch (`if self.k > 1.0`),
-/// a loop or an integer exponent (`x.powi(self.n)`). To check this, `build` is called with values of
-/// both signs: small, large, infinite and NaN. It should create the struct directly, without a constructor that
-/// checks its arguments.
+/// The printed code is used for all values of the fields, so a field must not decide a branch (`if self.k > 1.0`), a
+/// loop or an integer exponent (`x.powi(self.n)`). To check this, `build` is called with many values: of both signs,
+/// small, large, infinite and NaN. It should create the struct directly, without a constructor that checks its
+/// arguments.
 ///
 /// # Panics
-/// If a field decides which operations the kernel does. If the kernel computes a literal from a field
-/// (`R::lit(2.0 * self.dt)`), because the printed code could not follow a change of the field; give this
-/// number a separate field. If the kernel loops until `any` is false, as rounding an
-/// [`Element`](crate::Element) does, because symbols have no values that would end the loop.
+/// - If a field decides which operations the kernel does.
+/// - If the kernel computes a literal from a field (`R::lit(2.0 * self.dt)`), because the printed code could not follow
+///   a change of the field. Make this number a separate field.
+/// - If the kernel loops until `any` is false, because for symbols it never is. Rounding an [`Element`](crate::Element)
+///   does this.
 pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
 ) -> String {
     fields::check(name, fields, &build);
-    // Several runs, with values of both signs and different sizes: the derivative rules of fused functions do
-    // not appear in `eval`.
+    // Several runs with different values, of both signs and different sizes. They detect fields that decide the
+    // derivative of a fused function: it does not appear in `eval`, which `fields::check` records.
     let (few, more) = (
         fields::stand_ins(E, fields.len()),
         fields::stand_ins(PI, fields.len()),
@@ -128,7 +131,8 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     });
     assert!(
         others.iter().all(|other| *other == text),
-        "a field of the kernel {name} decides the derivative of a fused function: write a kernel for each case"
+        "a field of the kernel {name} decides the derivative of a fused function, but the printed code is the same \
+         for all values; write a separate kernel for each case"
     );
     let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
     let takes_uniforms = fields.iter().any(|field| field.starts_with(UNIFORMS));
@@ -145,11 +149,11 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     )
 }
 
-/// Asserts that a source file consists of `header`, an empty line and these methods. If the environment variable
-/// `EMIT` is set, writes the file first. In a test the path is relative to the folder of the package.
+/// Asserts that a source file consists of `header`, an empty line and these methods. If the environment variable `EMIT`
+/// is set, writes the file first. A relative path in a test starts at the folder of the package.
 ///
 /// # Panics
-/// If the file differs, or cannot be read or written.
+/// If the file has another content, or cannot be read or written.
 pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     let emitted = [header, &methods.join("\n")].join("\n");
     if std::env::var_os("EMIT").is_some() {
@@ -159,11 +163,11 @@ pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     let checked_in = checked_in.unwrap_or_else(|error| panic!("{file}: {error}"));
     assert!(
         checked_in == emitted,
-        "{file} is out of date: its kernels have changed; run this test with EMIT=1"
+        "{file} is out of date, because its kernels have changed; run this test with EMIT=1 to write it again"
     );
 }
 
-/// The adjoint of a kernel, recorded on a tape of symbols.
+/// Records the adjoint of a kernel on a tape of symbols.
 fn pulled_back<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Formula {
     let x: [Symbol; I] = from_fn(Symbol::input);
     let y_bar: [Symbol; O] = from_fn(|k| Symbol::input(I + k));

@@ -1,30 +1,30 @@
-//! Prints a formula as Rust.
+//! Prints a formula as Rust code.
 
 use std::fmt::Write;
 
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::record::recording::Recording;
 
-/// The adjoint of a kernel, as places in a recording. In the recording the inputs come first, then the cotangents
-/// of the results.
+/// The adjoint of a kernel, as places in a recording. The first operations of the recording are the inputs of the
+/// kernel, followed by the cotangents of its results.
 pub(super) struct Formula {
-    /// The results of the kernel, which the printed code gets.
+    /// The results of the kernel. The printed code gets their values.
     pub(super) results: Vec<Place>,
-    /// The cotangents of the inputs.
+    /// The cotangents of the inputs. The printed code computes them.
     pub(super) x_bar: Vec<Place>,
 }
 
-/// The start of the names of uniform inputs, which the printed code is given as numbers.
+/// The names of uniform inputs begin with this. The printed code gets them as numbers of type `R`, not as literals.
 pub(super) const UNIFORMS: &str = "uniforms[";
 
 pub(super) struct Printer<'a> {
     recording: &'a Recording,
     formula: &'a Formula,
-    /// How each field is read, and the constant that stands for it.
+    /// For each field, the expression that reads it, and the constant that represents it in the recording.
     fields: &'a [(&'a str, f64)],
-    /// How often each number is read.
+    /// For each number, how often the formula reads it.
     reads: Vec<usize>,
-    /// Whether each number depends on the cotangents of the results.
+    /// For each number, whether it depends on the cotangents of the results.
     of_bars: Vec<bool>,
 }
 
@@ -56,7 +56,8 @@ impl<'a> Printer<'a> {
         self.formula.x_bar.len()
     }
 
-    /// The body of the method. Numbers that do not depend on cotangents come before the loop over cotangents.
+    /// Returns the body of the method. Numbers that do not depend on cotangents are computed before the loop over the
+    /// rows of cotangents.
     pub(super) fn print(self) -> String {
         let (formula, inputs) = (self.formula, self.inputs());
         let all: Vec<Place> = (0..inputs + formula.results.len())
@@ -77,7 +78,7 @@ impl<'a> Printer<'a> {
         )
     }
 
-    /// The definitions of the numbers that depend on the cotangents, or of the other numbers.
+    /// Returns the definitions of all numbers that depend on the cotangents (if `of_bars`), or of all others.
     fn statements(&self, of_bars: bool) -> String {
         let mut text = String::new();
         for (at, &op) in self.recording.ops.iter().enumerate() {
@@ -106,7 +107,8 @@ impl<'a> Printer<'a> {
         format!("[{}]", names.join(", "))
     }
 
-    /// The pattern that destructures an argument; `_` for numbers that are not read or have another name.
+    /// Returns the pattern that destructures an argument. It has `_` for numbers that are not read or have another
+    /// name.
     fn names(&self, letter: char, places: &[Place]) -> String {
         let name = |(k, &place): (usize, &Place)| {
             let own = format!("{letter}{k}");
@@ -117,14 +119,14 @@ impl<'a> Printer<'a> {
         names.join(", ")
     }
 
-    /// The number of the result at this place, if it is one.
+    /// If the number at this place is a result of the kernel, returns the index of the result.
     fn given(&self, place: Place) -> Option<usize> {
         let results = &self.formula.results;
         results.iter().position(|&result| result == place)
     }
 
-    /// The product in a sum, if only this sum reads it, and the other term. They are printed as a fused
-    /// multiply-add.
+    /// If `op` is a sum of a product that nothing else reads and another term, returns the product and the term. They
+    /// are printed as a fused multiply-add.
     fn fused(&self, op: Op) -> Option<(Place, Place)> {
         match op {
             Op::Binary(Binary::Add | Binary::Sub, [a, b]) if self.is_lone_product(b) => {
@@ -141,7 +143,7 @@ impl<'a> Printer<'a> {
             && self.given(place).is_none()
     }
 
-    /// Whether a product is printed as part of a sum.
+    /// Whether a product is printed as part of a fused multiply-add.
     fn is_folded(&self, place: Place) -> bool {
         let read = self.recording.ops.iter().zip(&self.reads);
         let mut read = read.filter(|(_, reads)| **reads > 0);
@@ -233,7 +235,7 @@ fn binary(f: Binary, [a, b]: [String; 2]) -> String {
     }
 }
 
-/// The name of the method for a function.
+/// Returns the name of the method that computes a function.
 fn method(f: impl std::fmt::Debug) -> String {
     format!("{f:?}").to_lowercase()
 }

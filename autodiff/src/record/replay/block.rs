@@ -1,9 +1,9 @@
-//! Blocks of lanes.
+//! Blocks: a few registers that are processed together.
 
 use crate::real::{Mask, Real};
 use crate::simd::Lane;
 
-/// A number of the recording for `W * L::N` points.
+/// The values of one number of the recording at `W * L::N` points.
 pub(super) type Block<L, const W: usize> = [L; W];
 
 #[inline(always)]
@@ -34,8 +34,8 @@ pub(super) fn chain<L: Real, const W: usize>(
     part
 }
 
-/// The bytes of the largest register. Products of larger numbers, such as duals, are not inlined, because each copy
-/// would be long.
+/// The number of bytes of the widest register. Products of larger numbers, such as duals, are not inlined, because each
+/// copy would be long code.
 const LARGE: usize = 64;
 
 #[inline(never)]
@@ -53,7 +53,7 @@ pub(super) fn is_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     true
 }
 
-/// Whether any lane's primal is zero.
+/// Whether the value of any lane is zero.
 #[inline(always)]
 pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     let zero = L::zero();
@@ -64,7 +64,7 @@ pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     found.any()
 }
 
-/// The block at a place.
+/// Loads block number `place`.
 #[inline(always)]
 pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
     let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);
@@ -74,7 +74,7 @@ pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize
     block
 }
 
-/// Writes a block to a place.
+/// Stores block number `place`.
 #[inline(always)]
 pub(super) fn store<R: Real, L: Lane<R>, const W: usize>(
     to: &mut [R],

@@ -1,4 +1,4 @@
-//! The numbers of a replay.
+//! The buffers that a replay computes in.
 
 use super::block::Block;
 use super::plan::{Layer, Plan, Step};
@@ -9,32 +9,33 @@ use crate::record::arithmetic::number;
 use crate::record::operation::Op;
 use crate::simd::Lane;
 
-/// The buffers of a replay. A thread keeps them for its next replay.
+/// The buffers of a replay. A thread keeps them for its next replay. "Own" numbers differ from point to point, in
+/// contrast to shared arguments.
 pub(super) struct ReplayBuffers<R, L, const W: usize> {
-    /// The shared arguments that single operations read.
+    /// The shared arguments that are read outside of layers.
     pub(super) read: Vec<R>,
-    /// The cotangents of `read`. Each lane is summed over its points.
+    /// The cotangents of `read`. Each lane has the sum over its points.
     pub(super) read_bars: Vec<L>,
-    /// The part of the cotangents of all shared arguments that comes from layers.
+    /// The contribution of layers to the cotangents of all shared arguments.
     pub(super) gradient: Vec<R>,
     /// For each layer, whether all its weights are finite.
     pub(super) finite: Vec<bool>,
-    /// Each operation's result.
+    /// The result of each operation.
     pub(super) values: Vec<Block<L, W>>,
-    /// Each result's cotangent.
+    /// The cotangent of each result.
     pub(super) bars: Vec<Block<L, W>>,
-    /// The partials of functions of one number, from the forward to the reverse sweep.
+    /// The partials of functions of one number, which the forward sweep stores for the reverse sweep.
     pub(super) partials: Vec<Block<L, W>>,
-    /// The own numbers of a layer, their cotangents, and its rows, block by block.
+    /// The own inputs of a layer, their cotangents (`own_bars`), and the rows of the layer, each block by block.
     pub(super) own: Aligned<R>,
     pub(super) own_bars: Aligned<R>,
     pub(super) rows: Aligned<R>,
-    /// The own numbers of a layer, point by point.
+    /// The own inputs of a layer, point by point.
     pub(super) by_point: Aligned<R>,
 }
 
 impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
-    /// The buffers of the thread's last replay of this number type, made ready for a plan.
+    /// Takes the buffers of the thread's last replay of this number type and prepares them for a plan.
     #[inline(always)]
     pub(super) fn taken(plan: &Plan, shared: &[R]) -> Box<Self> {
         let mut memory = pool::take::<ReplayBuffers<R, L, W>>().unwrap_or_else(|| {
@@ -67,7 +68,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         let (steps, zero) = (plan.steps.len(), [L::zero(); W]);
         memory.bars.clear();
         memory.bars.resize(steps, zero);
-        // Values and partials are written before they are read.
+        // Every value and partial is written before it is read, so old contents may stay.
         memory.values.resize(steps, zero);
         memory.partials.resize(steps, zero);
         for (place, step) in plan.steps.iter().enumerate() {

@@ -1,7 +1,7 @@
-//! Longer functions of one or two numbers, register by register.
+//! Longer functions of one or two numbers, computed register by register in memory.
 //!
-//! Such a function is many instructions. If it were inlined for every register of a block, and again for blocks
-//! of another length, these functions would be most of the code.
+//! Such a function takes many instructions. If it were inlined for every register of a block, and again for other block
+//! lengths, most of the code would be copies of these functions.
 
 use super::block::{Block, load, store};
 use crate::arrays::Aligned;
@@ -12,14 +12,14 @@ use crate::simd::{Lane, Vectorized};
 
 #[derive(Clone, Copy)]
 pub(super) enum Function {
-    /// Without its partial.
+    /// A function of one number, without its partial.
     UnaryValue(Unary),
     Unary(Unary),
     Binary(Binary),
 }
 
-/// A function of numbers in memory. The arguments, the values and the partials follow each other, each as `len`
-/// numbers.
+/// A function of numbers in memory. `numbers` holds first the arguments, then the values, then the partials. Each takes
+/// `len` numbers.
 pub(super) struct Elementwise<'a, R> {
     function: Function,
     numbers: &'a mut [R],
@@ -27,7 +27,7 @@ pub(super) struct Elementwise<'a, R> {
 }
 
 impl<R: Real> Elementwise<'_, R> {
-    /// The value of a function of `I` numbers, then its partials; `O` together.
+    /// Computes the value of a function of `I` numbers and its partials. The result has `O` blocks: the value first.
     #[inline(always)]
     pub(super) fn apply<L: Lane<R>, const W: usize, const I: usize, const O: usize>(
         function: Function,
@@ -64,7 +64,7 @@ impl<R: Real> Elementwise<'_, R> {
     }
 }
 
-/// The value of a function of single numbers, compiled once for a number type.
+/// Computes a function of single numbers, without partials. It is compiled only once for each number type.
 #[inline(never)]
 fn single_value<L: Real>(function: Function, a: L, b: L) -> L {
     match function {
@@ -73,7 +73,7 @@ fn single_value<L: Real>(function: Function, a: L, b: L) -> L {
     }
 }
 
-/// The value and the partials of a function of single numbers, compiled once for a number type.
+/// Computes a function of single numbers and its partials. It is compiled only once for each number type.
 #[inline(never)]
 fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
     match function {

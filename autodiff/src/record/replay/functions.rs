@@ -1,4 +1,4 @@
-//! Functions of one or two numbers on blocks of lanes, with their partials.
+//! Functions of one or two numbers and their partials, on blocks of lanes.
 
 use super::block::{Block, chain};
 use super::elementwise::{Elementwise, Function};
@@ -8,8 +8,8 @@ use crate::record::operation::{Binary, Unary};
 use crate::rule;
 use crate::simd::Lane;
 
-/// The values, and the partials if `differentiates` is true, which needs `REVERSE`. Short functions have loops of
-/// their own. All other functions are compiled once for blocks of every length.
+/// Returns the values and the partials. The partials are only valid if `differentiates` is true, which requires
+/// `REVERSE`. Short functions have their own loops. All others are compiled once for all block lengths.
 #[inline(always)]
 pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: bool>(
     (f, differentiates): (Unary, bool),
@@ -51,7 +51,7 @@ pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: 
     (y, partials)
 }
 
-/// The values. Frequent operations have loops of their own, so that the match is outside of the loop.
+/// Returns the values. Frequent operations have their own loops, so that the `match` is outside of the loop.
 #[inline(always)]
 pub(super) fn forward_binary<R: Real, L: Lane<R>, const W: usize>(
     f: Binary,
@@ -88,7 +88,7 @@ pub(super) fn forward_binary<R: Real, L: Lane<R>, const W: usize>(
     y
 }
 
-/// The cotangents of both arguments.
+/// Returns the cotangents of both arguments.
 #[inline(always)]
 pub(super) fn reverse_binary<R: Real, L: Lane<R>, const W: usize>(
     f: Binary,

@@ -1,4 +1,4 @@
-//! The layers of a network as matrix products.
+//! Computes the layers of a network as matrix products.
 
 use super::block::{Block, load, store};
 use super::buffers::ReplayBuffers;
@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::simd::Lane;
 
 impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
-    /// Copies the own numbers of a layer to adjacent places.
+    /// Copies the own inputs of a layer to adjacent memory.
     fn gather_own(&mut self, layer: Layer) {
         self.own.make_room(layer.columns * W * L::N);
         for j in 0..layer.columns {
@@ -38,7 +38,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         }
     }
 
-    /// Pulls back all rows of the layer with this number. The first `inputs` places need no cotangents.
+    /// Pulls back the cotangents of all rows of layer `number`. Numbers below place `inputs` need no cotangents.
     pub(super) fn reverse_layer(
         &mut self,
         (layer, number): (Layer, usize),

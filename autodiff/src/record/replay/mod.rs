@@ -1,6 +1,7 @@
-//! The only executor of recordings. It runs their operations forward and in reverse, at many points at once.
+//! Replays recordings: runs their operations forward and in reverse, at many points at once. Nothing else executes
+//! recordings.
 //!
-//! Its instances for `f64` and `f32` are compiled in this crate, because they do not depend on the recorded code.
+//! The replay does not depend on the recorded code, so it is compiled in this crate for `f64` and `f32`.
 
 mod block;
 mod plan;

@@ -1,4 +1,4 @@
-//! The plan of a replay: single operations of a recording, and whole layers of networks.
+//! The plan of a replay. It finds dot products that together are the layer of a network.
 
 use crate::product::Strided;
 use crate::real::Real;
@@ -6,16 +6,17 @@ use crate::record::operation::{Op, Place, Run};
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 
-/// The steps of a replay, in the order of the recording.
+/// The steps of a replay, in the order of the recording. Numbers that differ from point to point are called "own", in
+/// contrast to "shared" arguments.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(super) steps: Vec<Step>,
     /// The places of the results, among the steps or among the shared arguments. Shared places are numbered as in
-    /// `steps`.
+    /// `read`.
     pub(super) results: Vec<Place>,
     pub(super) layers: Vec<Layer>,
-    /// The shared arguments that single operations read or that are results. Shared places are indices into this
-    /// list, or into all shared arguments if it is `None` because there are no layers.
+    /// Which shared arguments are read outside of layers or are results. Shared places in `steps` and `results` are
+    /// indices into this list. `None` if there are no layers; then they are indices into all shared arguments.
     pub(super) read: Option<Vec<usize>>,
 }
 
@@ -23,35 +24,35 @@ pub(crate) struct Plan {
 pub(super) enum Step {
     /// A single operation.
     Single(Op),
-    /// The first row of the layer with this number. The whole layer is computed here.
+    /// The first row of this layer. The whole layer is computed at this step.
     Layer(usize),
-    /// Another row of a layer.
+    /// Another row of a layer, which is already computed.
     Row,
 }
 
-/// Dot products of rows of shared numbers with the same own numbers, which are a matrix times a vector.
+/// A matrix-vector product: dot products of rows of shared numbers with the same vector of own numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// The place of the first row's product, and the distance to the next.
+    /// The place of the first row's dot product. The distance to the next row's is `step`.
     pub(super) first: usize,
     pub(super) step: usize,
-    /// The first entry of the matrix among the shared arguments, and the distance between two rows.
+    /// The index of the first matrix entry among the shared arguments. The distance between rows is `stride`.
     pub(super) weights: usize,
     pub(super) stride: usize,
-    /// The own numbers.
+    /// The vector of own numbers.
     pub(super) own: Run,
 }
 
-/// The fewest rows and entries of a layer. Below this, transposing the own numbers does not pay.
+/// A layer must have at least this many rows and entries. For smaller ones, transposing the own numbers does not pay.
 const LEAST_ROWS: usize = 4;
 const LEAST_ENTRIES: usize = 64;
-/// The number of layers that a row is compared with.
+/// The number of recent layers with which a new row is compared.
 const OPEN: usize = 4;
 
 impl Layer {
-    /// A dot product as a layer of one row, if it is a product of adjacent shared numbers and own numbers.
+    /// Returns a layer of one row, if `op` is a dot product of adjacent shared numbers and own numbers.
     fn of_row(place: usize, op: Op) -> Option<Self> {
         let Op::Dot([a, b], len) = op else {
             return None;
@@ -68,8 +69,8 @@ impl Layer {
         })
     }
 
-    /// Adds a later row to the layer and returns true. Returns false if the row has other own numbers, is not evenly
-    /// spaced, overlaps with the row before, or depends on a row before.
+    /// Adds a later row to the layer and returns true. Returns false if the row has another vector of own numbers, is
+    /// not at the same distance as the rows before, overlaps the row before, or depends on an earlier row.
     fn take(&mut self, row: &Self) -> bool {
         if (row.own, row.columns) != (self.own, self.columns) || row.weights < self.weights {
             return false;
@@ -91,23 +92,23 @@ impl Layer {
         self.rows >= LEAST_ROWS && self.rows * self.columns >= LEAST_ENTRIES
     }
 
-    /// The place of a row's product.
+    /// The place of a row's dot product.
     pub(super) fn place(&self, row: usize) -> usize {
         self.first + row * self.step
     }
 
-    /// The matrix among the shared arguments.
+    /// Returns the matrix, which lies among the shared arguments.
     pub(super) fn matrix<R: Real>(self, shared: &[R]) -> Strided<'_, R> {
         Strided::by_rows(&shared[self.weights..], self.stride)
     }
 }
 
-/// The layers in the order of their first rows.
+/// Finds the layers and returns them in the order of their first rows.
 fn layers(ops: &[Op]) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     let rows = ops.iter().enumerate();
     for row in rows.filter_map(|(place, &op)| Layer::of_row(place, op)) {
-        // Rows of several layers may alternate.
+        // The rows of several layers may alternate, so compare with several recent layers.
         let mut last = layers.iter_mut().rev().take(OPEN);
         if !last.any(|layer| layer.take(&row)) {
             layers.push(row);
@@ -118,8 +119,8 @@ fn layers(ops: &[Op]) -> Vec<Layer> {
 }
 
 impl Plan {
-    /// Records code that takes this many inputs of a point and shared numbers. Returns `None` if the code asks for
-    /// values or calls a function with its own derivative, because the operations then do not represent the code.
+    /// Records `code`, which takes the given numbers of inputs and of shared arguments. Returns `None` if the code asks
+    /// for values or calls a function with its own derivative, because then the operations do not represent the code.
     pub(crate) fn record(
         [inputs, shared]: [usize; 2],
         code: impl FnOnce(&[Symbol], &[Symbol]) -> Vec<Symbol>,
@@ -157,12 +158,12 @@ impl Plan {
     }
 }
 
-/// Renumbers shared places to count only the shared arguments that single operations read or that are results.
-/// Returns these arguments.
+/// Changes shared places to indices into a list of the shared arguments that are read outside of layers or are results.
+/// Returns this list.
 fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     let mut read = Vec::new();
     each_shared_run(steps, results, |run, len| {
-        // Numbers in the gaps of a run are included, so that it stays a run.
+        // If a run has gaps, the numbers in the gaps are included, so that it stays a run.
         read.extend(run.first.at()..=run.at(len as usize - 1).at());
         run
     });
@@ -176,8 +177,7 @@ fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     read
 }
 
-/// Applies `f` to each run of shared places that single operations read, and to each result that is a shared
-/// place.
+/// Applies `f` to each run of shared places that is read outside of layers, and to each result that is a shared place.
 fn each_shared_run(steps: &mut [Step], results: &mut [Place], mut f: impl FnMut(Run, u32) -> Run) {
     let mut replaced = |run: Run, len| {
         if run.first.is_shared() {

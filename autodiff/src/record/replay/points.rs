@@ -1,4 +1,4 @@
-//! A recorded function at many points.
+//! Replays a recorded function at many points.
 
 use std::marker::PhantomData;
 
@@ -8,51 +8,51 @@ use super::sweep::{Replay, WIDE};
 use crate::real::{ByType, Real};
 use crate::simd::{Lane, Vectorized, WIDEST};
 
-/// A recorded function and the points at which it is replayed.
+/// A recorded function, the points at which to replay it, and what to compute.
 pub(crate) struct Points<'a, R> {
     pub(crate) plan: &'a Plan,
-    /// The numbers that all points share.
+    /// The arguments that all points share.
     pub(crate) shared: &'a [R],
     pub(crate) count: usize,
     pub(crate) inputs: Inputs<'a, R>,
     pub(crate) wanted: Wanted<'a, R>,
 }
 
-/// The values of each input at all points.
+/// The values of the inputs: for each input, a list of its values at all points.
 #[derive(Clone, Copy)]
 pub(crate) enum Inputs<'a, R> {
     Data(&'a [Vec<f64>]),
     Numbers(&'a [&'a [R]]),
 }
 
-/// What a replay computes.
+/// What a replay computes, in addition to the results.
 #[derive(Clone, Copy)]
 pub(crate) enum Wanted<'a, R> {
-    /// Only the results.
+    /// Nothing else.
     Results,
-    /// Also the gradient of the first result's sum over all points, by the shared numbers.
+    /// The gradient, with respect to the shared arguments, of the sum of the first result over all points.
     ByShared,
-    /// Also the cotangents of the inputs at every point, from the given cotangents of the results at all points. If
-    /// none are given, the gradient of the first result.
+    /// The cotangents of the inputs at each point, given the cotangents of the results at each point. `None` gives the
+    /// first result the cotangent 1, so that the output is its gradient.
     ByInputs(Option<&'a [Vec<R>]>),
 }
 
-/// The output of a replay at many points. What was not wanted is empty.
+/// The output of a replay. Fields that were not wanted are empty.
 pub(crate) struct Replayed<R> {
-    /// The values of each result at all points.
+    /// For each result, its values at all points.
     pub(crate) results: Vec<Vec<R>>,
     pub(crate) by_shared: Vec<R>,
-    /// The cotangents of each input at all points.
+    /// For each input, its cotangents at all points.
     pub(crate) by_inputs: Vec<Vec<R>>,
 }
 
 impl<'a, R: Real> Points<'a, R> {
-    /// Does the work, for floats by the instances of this crate.
+    /// Runs the replay. For floats it uses the code that is compiled in this crate.
     pub(crate) fn replay(self) -> Replayed<R> {
         R::by_type(Compiled(PhantomData), self)
     }
 
-    /// Does the work for a number type other than floats. Without `REVERSE` it computes only the results.
+    /// Runs the replay for a number type other than floats. Without `REVERSE` it only computes the results.
     pub(crate) fn replay_other<const REVERSE: bool>(self) -> Replayed<R> {
         R::by_type(Other::<REVERSE>(PhantomData), self)
     }
@@ -65,8 +65,8 @@ impl<'a, R: Real> Points<'a, R> {
     }
 }
 
-/// The instances of the executor. This crate compiles those for floats if it has the feature `data`. Otherwise
-/// each crate compiles the instances that it needs.
+/// The compiled replays. If this crate has the feature `data`, it compiles those for floats. Otherwise each crate
+/// compiles the ones that it needs.
 struct Compiled<'a>(PhantomData<&'a ()>);
 
 impl<'a> ByType for Compiled<'a> {
@@ -87,7 +87,7 @@ impl<'a> ByType for Compiled<'a> {
     }
 }
 
-/// A replay for types other than floats. The reverse sweep is compiled only if `REVERSE`.
+/// A replay for number types other than floats. The reverse sweep is only compiled if `REVERSE` is true.
 struct Other<'a, const REVERSE: bool>(PhantomData<&'a ()>);
 
 impl<'a, const REVERSE: bool> ByType for Other<'a, REVERSE> {
@@ -104,13 +104,13 @@ impl<'a, const REVERSE: bool> ByType for Other<'a, REVERSE> {
     }
 }
 
-const NO_FLOATS: &str = "steps of floats run kernels in lanes";
+const NO_FLOATS: &str = "on floats, steps run kernels in lanes and never replay them";
 
 impl<R: Real> Vectorized<R> for Points<'_, R> {
     type Output = Replayed<R>;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Replayed<R> {
-        // Numbers without registers gain little from blocks, and every type would compile them again.
+        // Numbers without registers gain little from blocks, and every such type would compile another copy.
         if const { L::N > 1 } && self.count > L::N {
             self.in_blocks::<L, WIDE, true>()
         } else {
@@ -120,7 +120,7 @@ impl<R: Real> Vectorized<R> for Points<'_, R> {
 }
 
 impl<R: Real> Points<'_, R> {
-    /// Does the work with `W` registers for each number. The reverse sweep is compiled only if `REVERSE`.
+    /// Runs the replay with blocks of `W` registers. The reverse sweep is only compiled if `REVERSE` is true.
     #[inline(always)]
     fn in_blocks<L: Lane<R>, const W: usize, const REVERSE: bool>(self) -> Replayed<R> {
         let (count, width) = (self.count, self.width());
@@ -166,7 +166,8 @@ impl<R: Real> Points<'_, R> {
         replayed
     }
 
-    /// A register of an input's values, beginning with point `first`. Past the last point its value is repeated.
+    /// Loads an input at a register of points, beginning with point `first`. Lanes past the last point repeat its
+    /// value.
     #[inline(always)]
     fn input<L: Lane<R>>(&self, input: usize, first: usize) -> L {
         let (last, is_whole) = (self.count - 1, first + L::N <= self.count);
@@ -197,12 +198,12 @@ impl<R: Real> Points<'_, R> {
     }
 }
 
-/// Empty columns with room for `count` numbers each.
+/// Returns empty columns, each with room for `count` numbers.
 fn columns<R>(columns: usize, count: usize) -> Vec<Vec<R>> {
     (0..columns).map(|_| Vec::with_capacity(count)).collect()
 }
 
-/// Appends the numbers of a block to a column, which has at most `count` numbers.
+/// Appends the numbers of a block to a column, up to a length of `count`.
 #[inline(always)]
 fn append<R: Real, L: Lane<R>, const W: usize>(to: &mut Vec<R>, block: Block<L, W>, count: usize) {
     for w in 0..W {
@@ -212,7 +213,7 @@ fn append<R: Real, L: Lane<R>, const W: usize>(to: &mut Vec<R>, block: Block<L, 
     }
 }
 
-/// A block of the numbers from place `first`, followed by zeros.
+/// Loads a block from index `first` on. Lanes past the end are zero.
 #[inline(always)]
 fn numbers_from<R: Real, L: Lane<R>, const W: usize>(numbers: &[R], first: usize) -> Block<L, W> {
     let mut block = [L::zero(); W];
@@ -222,7 +223,7 @@ fn numbers_from<R: Real, L: Lane<R>, const W: usize>(numbers: &[R], first: usize
     block
 }
 
-/// A block of `count` ones, followed by zeros.
+/// Returns a block whose first `count` lanes are one. The others are zero.
 #[inline(always)]
 fn ones<R: Real, L: Lane<R>, const W: usize>(count: usize) -> Block<L, W> {
     let mut block = [L::one(); W];

@@ -1,7 +1,7 @@
-//! The replay of a recording forward and in reverse, for a block of points at a time.
+//! Replays a recording forward and in reverse, for a block of points at a time.
 //!
-//! Each number of the recording is a few registers wide, so that the dispatch on an operation costs little
-//! compared with the operation.
+//! A block is a few registers wide, so that deciding which operation comes next costs little compared with the
+//! operation.
 
 use super::block::{Block, add_product, chain, has_zero, is_zero};
 use super::buffers::ReplayBuffers;
@@ -13,23 +13,23 @@ use crate::record::arithmetic::{holds, logic};
 use crate::record::operation::{Binary, Op, Place, Run, Unary};
 use crate::simd::{Lane, WIDEST};
 
-/// The registers for each number, if there are enough points to fill them.
+/// The number of registers in a block, if there are enough points to fill them.
 pub(super) const WIDE: usize = 4;
 
-/// The operations of a recording, and the numbers of a replay.
+/// A plan, and the numbers of its replay.
 pub(super) struct Replay<'a, R, L, const W: usize> {
     plan: &'a Plan,
     /// The arguments that all points share.
     shared: &'a [R],
     /// The number of inputs whose cotangents are not needed. They are the first operations.
     inputs: usize,
-    /// Whether [`reverse`](Self::reverse) follows.
+    /// Whether [`reverse`](Self::reverse) will be called.
     differentiates: bool,
     memory: Box<ReplayBuffers<R, L, W>>,
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
-    /// Prepares a replay in the memory of the thread's last replay of this number type.
+    /// Prepares a replay in the buffers of the thread's last replay of this number type.
     #[inline(always)]
     pub(super) fn new(
         plan: &'a Plan,
@@ -47,19 +47,19 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Sets an input of the next block.
+    /// Sets the values of an input at the next block of points.
     #[inline(always)]
     pub(super) fn set_input(&mut self, input: usize, block: Block<L, W>) {
         self.memory.values[input] = block;
     }
 
-    /// Takes the cotangent of an input, once for each block. The input must be one whose cotangent is needed.
+    /// Returns the cotangent of an input. Call this once for each block, and only for inputs whose cotangent is needed.
     #[inline(always)]
     pub(super) fn take_input_bar(&mut self, input: usize) -> Block<L, W> {
         std::mem::replace(&mut self.memory.partials[input], [L::zero(); W])
     }
 
-    /// The cotangents of the shared arguments, summed over all points.
+    /// Returns the cotangents of the shared arguments, summed over all points.
     #[inline(always)]
     pub(super) fn into_gradient(mut self) -> Vec<R> {
         let mut lanes = [R::zero(); WIDEST];
@@ -82,7 +82,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Adds to the cotangent of a place, unless it is an input whose cotangent is not needed.
+    /// Adds to the cotangent of a number. Does nothing for an input whose cotangent is not needed.
     #[inline(always)]
     fn add(&mut self, place: Place, part: Block<L, W>) {
         if place.is_shared() {
@@ -104,7 +104,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         self.add(places[1], parts[1]);
     }
 
-    /// Computes all operations. Partials are compiled only if `REVERSE`.
+    /// Computes all operations at a block of points. Partials are only compiled if `REVERSE` is true.
     #[inline(always)]
     pub(super) fn forward<const REVERSE: bool>(&mut self) {
         let mut y = [L::zero(); W];
@@ -156,13 +156,13 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// A result of the last block.
+    /// Returns a result at the last block of points.
     #[inline(always)]
     pub(super) fn result(&self, result: usize) -> Block<L, W> {
         self.get(self.plan.results[result])
     }
 
-    /// Adds to the cotangent of a result, before [`reverse`](Self::reverse).
+    /// Adds to the cotangent of a result. Call this before [`reverse`](Self::reverse).
     #[inline(always)]
     pub(super) fn seed(&mut self, result: usize, bar: Block<L, W>) {
         self.add(self.plan.results[result], bar);
@@ -176,7 +176,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 &self.memory.read[a.first.at()..][..len],
                 &self.memory.values[b.first.at()..][..len],
             );
-            // Two at a time, because the loop itself costs as much as the work on one.
+            // Two at a time, because the loop itself costs as much as one product.
             let ((a, a_last), (b, b_last)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
             for (factors, own) in a.iter().zip(b) {
                 for k in 0..2 {
@@ -209,7 +209,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         y
     }
 
-    /// Pulls the cotangents of the results back to the arguments. The cotangents of operations are zero afterwards.
+    /// Pulls the cotangents of the results back to the arguments, and sets the cotangents of all operations to zero.
     #[inline(always)]
     pub(super) fn reverse(&mut self) {
         let mut place = self.plan.steps.len();
@@ -230,10 +230,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             self.memory.bars[place] = [L::zero(); W];
             match *op {
-                // An argument has no partials. Its cotangent is kept here until it is taken.
+                // Arguments have no partials, so `partials` keeps the cotangent here until it is taken.
                 Op::Input(_) => self.memory.partials[place] = bar,
                 Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
-                // No product with zero, because an infinite cotangent would become NaN.
+                // Passes nothing. A product with zero could pass NaN, if the cotangent is infinite.
                 Op::Unary(Unary::Detach, _) => {}
                 Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),
                 Op::Binary(Binary::StraightThrough, [_, soft]) => self.add(soft, bar),
@@ -250,7 +250,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 Op::Select(mask, of) => {
                     let (mask, mut parts) = (self.get(mask), [bar; 2]);
                     for w in 0..W {
-                        // No products with zero here either.
+                        // Selects instead of multiplying by zero, which could give NaN.
                         parts[0][w] = L::select(holds(mask[w]), bar[w], L::zero());
                         parts[1][w] = L::select(holds(mask[w]), L::zero(), bar[w]);
                     }
@@ -270,8 +270,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Pulls back the dot product at `place`. If the operation before is the product of another shared row with the
-    /// same own numbers, as in a matrix times a vector, pulls that back too and returns true.
+    /// Pulls back the dot product at `place`. If the operation before is a dot product of another shared row with the
+    /// same own numbers, as in a matrix-vector product, it is also pulled back, and the result is true.
     #[inline(always)]
     fn reverse_dot(
         &mut self,
@@ -299,7 +299,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             return false;
         }
-        // Two rows at a time, so that the own numbers and their cotangents are loaded and stored once.
+        // Two rows at a time, so that the own numbers and their cotangents are loaded and stored only once.
         if place > 0
             && let Step::Single(Op::Dot([x, y], len_before)) = self.plan.steps[place - 1]
             && (x.is_row(), y) == (true, b)
@@ -321,8 +321,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         false
     }
 
-    /// Pulls back the dot products of `D` shared rows of `len` numbers with the same own numbers `b`, given
-    /// cotangents that are not zero.
+    /// Pulls back the dot products of `D` shared rows with the same own numbers `b`. All have length `len`. The
+    /// cotangents of the products, `bars`, must not be zero.
     #[inline(always)]
     fn reverse_rows<const D: usize>(
         &mut self,
