@@ -6,13 +6,13 @@ use cosmic::geometry::Vector;
 pub(super) struct Prism {
     /// The corners of its base, counterclockwise as seen from its top, mm.
     pub(super) base: Vec<[f64; 3]>,
-    /// From the base to the top, mm.
+    /// The vector from the base to the top, mm.
     pub(super) along: [f64; 3],
 }
 
 impl Prism {
-    /// Its surface, with corners counterclockwise as seen from outside. A corner has the same bits in all triangles that
-    /// meet there, so that programs find them joined.
+    /// The triangles of its surface, with corners counterclockwise as seen from outside. A corner has the same bits in
+    /// all of its triangles, so that other programs recognise a closed surface.
     fn triangles(&self) -> Vec<[[f32; 3]; 3]> {
         let single = |corner: [f64; 3]| corner.map(|x| x as f32);
         let base: Vec<_> = self.base.iter().map(|&x| single(x)).collect();
@@ -49,7 +49,7 @@ fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     })
 }
 
-/// A point of the plane at a height.
+/// The point in space at `height` above a point of the plane.
 pub(super) fn spatial(point: Vector<f64>, height: f64) -> [f64; 3] {
     let [x, y] = point.array();
     [x, y, height]
@@ -86,8 +86,8 @@ mod tests {
         triangles.chunks(50).map(triangle).collect()
     }
 
-    /// A hexagonal prism, shifted sideways and up.
-    #[test]
+    /// The prism is hexagonal, and is shifted sideways and up.
+        #[test]
     fn normals_are_of_unit_length_and_point_outwards() {
         let corner = |k: usize| {
             let (sin, cos) = (k as f64 * std::f64::consts::TAU / 6.0).sin_cos();

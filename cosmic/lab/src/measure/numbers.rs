@@ -8,15 +8,15 @@ use cosmic::record::Summary;
 use cosmic::record::summary::ratio;
 use std::path::Path;
 
-/// The measurements of a finished run.
+/// The summary and the measurements of a finished run.
 struct Finished {
     summary: Summary,
     check: Check,
     walks: Option<Walks>,
 }
 
-/// A number for each column, with the column's name: NaN if a rollout diverged, `None` if statistics omit it.
-/// `folder` is `None` for a run that diverged.
+/// Returns all numbers of a run, each with the name of its column. A number is NaN if a rollout diverged, and `None` if
+/// statistics must omit it. `folder` is `None` for a run that diverged.
 ///
 /// # Errors
 /// If a record is missing or malformed.

@@ -18,7 +18,7 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// The name in files and style sheets.
+    /// The name of the emphasis in files and style sheets.
     fn name(self) -> &'static str {
         match self {
             Standing::Plain => "plain",
@@ -51,7 +51,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table with the standings as an additional last column.
+    /// A copy of the table with an additional last column, the emphasis of each row.
     pub(crate) fn with_standings(&self) -> Self {
         let mut table = self.clone();
         table.columns.push(Column::new(
@@ -72,7 +72,8 @@ impl Table {
         lines.map(|line: Vec<_>| line.join(",") + "\n").collect()
     }
 
-    /// JSON: the meanings of the columns by their names, and the rows as objects with the same keys.
+    /// JSON: an object with the meaning of each column by its name, and the rows as objects with the columns' names as
+    /// keys.
     pub fn to_json(&self) -> Value {
         let row = |row: &Row| {
             let cells = self.columns.iter().zip(&row.cells);
@@ -132,7 +133,7 @@ impl Table {
         aligned(&self.shown())
     }
 
-    /// The headings and then the rows, as texts for people.
+    /// The line of headings, then the rows, all as people see them.
     pub(crate) fn shown(&self) -> Vec<Vec<String>> {
         let head = self.columns.iter().map(Column::heading).collect();
         let rows = self.rows.iter().map(|row| self.written(row, Column::shown));
@@ -145,7 +146,8 @@ impl Table {
     }
 }
 
-/// Lines of equally many cells in aligned columns: the first column to the left, the others to the right.
+/// Text of lines in aligned columns: the first column is left-aligned, the others are right-aligned. Every line must
+/// have equally many cells.
 pub fn aligned(lines: &[Vec<String>]) -> String {
     let width = |k: usize| lines.iter().map(|cells| cells[k].chars().count()).max();
     let columns = lines.first().map_or(0, Vec::len);
