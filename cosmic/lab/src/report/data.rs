@@ -1,4 +1,4 @@
-//! The data of a page's scripts.
+//! The JSON data that the scripts of a page read.
 
 use serde_json::{Value, json};
 
@@ -10,11 +10,13 @@ use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Walk};
 
-/// Seconds between two frames of the delivered robot, and of one of several runs.
+/// Seconds between two frames on a page with one robot.
 const FRAME: f64 = 0.04;
+/// Seconds between two frames on a page with several runs.
 const LANE_FRAME: f64 = 0.08;
-/// Their positions are rounded to these parts of the lattice's spacing.
+/// On a page with one robot, positions are rounded to the lattice's spacing divided by this.
 const PARTS: f64 = 1000.0;
+/// The divisor on a page with several runs.
 const LANE_PARTS: f64 = 200.0;
 
 /// The data of a robot in motion.
@@ -43,7 +45,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data
 }
 
-/// The data of a robot whose own walk is the first of some walks.
+/// The data of a robot and its walks. The first walk is that of the delivered robot.
 fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
     json!({
         "robot": of_robot(robot, &motion.states()[0].x),
@@ -52,11 +54,11 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
     })
 }
 
-/// The data of one of several runs on one ground: the robot and its walk in the frame of its ground, with the payload's
-/// start as origin.
+/// The data of one of several runs that a page shows on one ground. Positions are along and above the ground, with the
+/// payload's start as origin.
 pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
-    // Only along the ground: heights are still above its line.
+    // The origin moves only along the ground. Heights stay relative to the ground's line.
     let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
     let (seconds, indices) = motion.every(LANE_FRAME);
     let along = |k: usize| -> State<f64> {
@@ -103,7 +105,7 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
-/// The ground as far as the walks reach.
+/// The part of the ground that the walks reach.
 fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
