@@ -100,7 +100,7 @@ fn runs_that_diverge_are_told_and_counted() {
     let bench = bench(&LITTLE.replace("steps = 64", unstable));
     study(&bench, "ablation", "a", "--seeds 1").ok();
     let document = bench.read("a/ablation.md");
-    for (what, count) in [("no number: runs diverged", 8), ("NaN", 0), ("inf ", 0)] {
+    for (what, count) in [("unknown: runs diverged", 8), ("NaN", 0), ("inf ", 0)] {
         assert_eq!(document.matches(what).count(), count, "{what}: {document}");
     }
     let json = bench.json("a/ablation.json");
@@ -138,7 +138,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     grounds("a", "--iterations 2 --seeds 1 --first-seed 1").ok();
     has(
         &bench.read("a/grounds.md"),
-        &["undecided: one seed's change has no error"],
+        &["undecided: with one seed, the change has no standard error"],
     );
     let said = grounds("a", "--iterations 2").ok();
     assert_eq!(ended(&said), 4, "{said:?}");
@@ -350,7 +350,7 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
         told.fails(code, &says);
     }
     bench.write("grounds.toml", OWN);
-    let says = "only built-in scenes can have a base, not `tiny.toml`";
+    let says = "only built-in scenes can have a base, but `tiny.toml` is not a built-in scene";
     bench.write("base.toml", "");
     let told = bench.cosmic("study grounds.toml --base base.toml");
     told.fails(2, &[says]);

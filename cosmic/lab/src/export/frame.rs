@@ -1,7 +1,7 @@
 //! The solid robot: round struts between joints, all made of a material of one density.
 //!
-//! - **Cross sections.** The user chooses the radius of skeleton struts. The cross section of actuators follows from the
-//!   ratio of the two line densities, so that struts of one density have the right mass.
+//! - **Cross sections.** The user chooses the radius of skeleton struts. The cross section of actuators follows from
+//!   the ratio of the two line densities, so that struts of one density have the right mass.
 //! - **Struts** end before they reach their node, where they would touch the next strut in the same plane. Struts that
 //!   cross, or meet at too small an angle, are in different planes.
 //! - **Joints** consist of flat prisms, one in each plane of the node, with a face for each strut, and of thin columns

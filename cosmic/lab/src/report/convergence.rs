@@ -12,8 +12,9 @@ use serde::Serialize;
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 66.0;
-/// The height of a chart, first without its titles and then with them.
+/// The height of a chart without its titles.
 const HEIGHT: f64 = 130.0;
+/// The height of a chart with its titles.
 const PITCH: f64 = 182.0;
 
 /// A chart over the iterations. It is drawn in a picture, or becomes data of a page.

@@ -10,8 +10,9 @@ use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::record::history::{DESIGNS, Walk};
 
-/// The number of robots that are shown before the delivered robot. Below: how long each is shown, s.
+/// The number of robots that are shown before the delivered robot.
 const ROBOTS: usize = 6;
+/// How long each robot is shown, s.
 const SECONDS: f64 = 2.0;
 
 /// A robot, its recorded walk, and how it is shown.

@@ -4,8 +4,9 @@
 use super::picture::{Font, Place};
 use cosmic::geometry::Vector;
 
-/// The height of a digit in the units of the glyphs. Below: the height of a digit as a fraction of the font's size.
+/// The height of a digit in the units of the glyphs.
 const DIGIT: f64 = 8.0;
+/// The height of a digit as a fraction of the font's size.
 const OF_SIZE: f64 = 0.7;
 /// The space after a glyph, and after a character without a glyph, in the units of the glyphs.
 const GAP: f64 = 1.9;

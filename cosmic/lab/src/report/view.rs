@@ -4,8 +4,9 @@ use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
 use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
 use cosmic::geometry::{Range, Vector};
 
-/// The colour of the band below the ground's line. Below: the colour of the marks along the line.
+/// The colour of the band below the ground's line.
 pub(super) const EARTH: Colour = Colour::hex(0xe4e6e9);
+/// The colour of the marks along the ground's line.
 pub(super) const MARK: Colour = Colour::hex(0x999999);
 /// The largest number of marks across a picture.
 const MOST_MARKS: f64 = 100.0;
