@@ -17,7 +17,8 @@ fn falling() -> Case {
     case
 }
 
-/// Every run that is sound is a point of a figure, unless its error is not resolved.
+/// The rounding of a run is as large as expected for its number type. Figures have a point for every run whose error is
+/// resolved and comes from its time step.
 #[test]
 fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     let case = falling();
@@ -43,12 +44,12 @@ fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     assert!(section.failures.is_empty());
 }
 
-/// A run that diverges is a failure only if it was expected to stay finite. No figure shows its error,
-/// which tells nothing about the time step.
+/// A run that diverges is a failure only if it was expected to stay finite. No figure shows its error, which says
+/// nothing about the time step.
 #[test]
 fn diverged_runs_are_failures_unless_they_were_expected() {
-    // Too stiff for any of the time steps except the shortest ones; stable with the substeps of the
-    // scene only; unstable without them.
+    // The first case is stable only with the shortest time steps, the second only with substeps. The third is the
+    // second without substeps, so it is unstable.
     for (stiffness, substeps) in [(4e6, 1), (1e4, 16), (1e4, 1)] {
         let mut case = falling();
         (case.materials.stiffness, case.physics.substeps) = ([stiffness; 3], substeps);
@@ -74,12 +75,12 @@ fn diverged_runs_are_failures_unless_they_were_expected() {
     }
 }
 
-/// All rows are compared with the same motion. A run of the row's own method with steps 64 times shorter
-/// would differ from row to row after contacts, and hide the error of a long step.
+/// All rows are compared with the same motion. If each row had its own reference, by its own method with steps 64 times
+/// shorter, the references would differ after contacts and hide the error of a long step.
 #[test]
 fn all_rows_are_compared_with_one_motion() {
     let mut case = falling();
-    // From 0.01 m it lands before the last of the times.
+    // From a height of 0.01 m, the robot lands before the last of the times.
     case.start.x.iter_mut().for_each(|x| x[1] -= 0.99);
     let accuracy = Accuracy::of(&case);
     let states = |method: Method, fraction: f64| {
@@ -94,8 +95,8 @@ fn all_rows_are_compared_with_one_motion() {
     for run in accuracy.runs.iter().filter(|run| run.precision == DOUBLE) {
         let states = states(run.method, run.fraction);
         for (k, error) in errors(&states, &truth).into_iter().enumerate() {
-            // The uncertainty of the reference, and as much for the other run, whose steps are as
-            // short. An unresolved error is below three times the uncertainty.
+            // Twice the uncertainty: once for the reference, and once for the other run, whose steps are as short. An
+            // unresolved error is below three times the uncertainty.
             let one = accuracy.reference.uncertainty[k];
             match run.error[k] {
                 Some(found) => assert!((found - error).abs() < 2.0 * one, "{k}: {run:?}"),
@@ -108,7 +109,7 @@ fn all_rows_are_compared_with_one_motion() {
 
 #[test]
 fn errors_are_at_least_three_uncertainties() {
-    // One node at a distance for each of the times.
+    // States of a single node, with its position at each of the times.
     let along = |x: [f64; 4]| {
         x.map(|x| State::new(vec![[x, 0.0]], vec![[0.0; 2]]))
             .to_vec()
