@@ -1,4 +1,4 @@
-//! Robots and single nodes on the height profile of the ground.
+//! The height profile of the ground: how robots and single nodes move on it.
 
 use cosmic::case::Case;
 use cosmic::geometry::{Ground, Profile, Vector};
@@ -15,7 +15,7 @@ fn profile(points: &[[f64; 2]]) -> GroundSettings {
         .into()
 }
 
-/// A mixture of the default lattice that falls, with a velocity along the ground.
+/// A robot of mixtures on the default lattice that falls and moves along the ground.
 fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     scene.physics.steps = 256;
@@ -28,7 +28,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     case
 }
 
-/// From equal states of the world, a profile of one slope gives the motion on an incline.
+/// On a profile that is a single slope, a robot moves as on an incline with that slope.
 #[test]
 fn a_profile_of_one_slope_is_the_incline() {
     for (contact, incline_deg) in [
@@ -62,7 +62,7 @@ fn a_profile_of_one_slope_is_the_incline() {
     }
 }
 
-/// A world with points for its profile, and one node in it.
+/// A world with a random profile of points, for a single node.
 fn world(rng: &mut ChaCha8Rng) -> PhysicsSettings {
     let mut at = 0.0;
     let count = rng.random_range(1..20);
@@ -83,7 +83,7 @@ fn world(rng: &mut ChaCha8Rng) -> PhysicsSettings {
     }
 }
 
-/// Over drawn profiles, with sharp ridges, narrow gaps and walls, no node is ever below the ground.
+/// No node is ever below the ground, on random profiles with sharp ridges, narrow gaps and walls.
 #[test]
 fn no_node_is_below_the_ground() {
     const STEPS: usize = 400;
@@ -119,7 +119,7 @@ fn no_node_is_below_the_ground() {
     assert!(low > 250 && high > 100, "{low} {high}");
 }
 
-/// A robot above a stair for every second column of its lowest row.
+/// A robot above a stair. Every second column of its lowest row is above a new step.
 fn on_stairs(contact: ContactLaw) -> Case {
     falling(|scene| {
         scene.physics.contact = contact;
@@ -145,7 +145,7 @@ fn a_body_at_rest_on_a_step_stays() {
         let first = states(&case);
         let last = first.last().unwrap();
         let fastest = last.speeds().fold(0.0, f64::max);
-        // It stands, on two levels at least, and all vibration is damped.
+        // The robot stands on at least two levels, and all vibrations are damped.
         assert!(fastest < 1e-6, "{contact:?}: {fastest:e}");
         let profile = case.physics.ground.resolved();
         let ground = Ground::from(&case.physics);
@@ -167,7 +167,7 @@ fn a_body_at_rest_on_a_step_stays() {
     }
 }
 
-/// Leapfrog, substeps and a world without ground.
+/// Profiles work with leapfrog, with substeps, and in a world without ground.
 #[test]
 fn a_profile_works_with_the_rest_of_the_physics() {
     let case = |change: fn(&mut PhysicsSettings)| {
@@ -194,7 +194,7 @@ fn a_profile_works_with_the_rest_of_the_physics() {
 /// A profile on an incline is measured along the incline and perpendicular to it.
 #[test]
 fn a_profile_turns_with_the_ground_line() {
-    // The world turned as a whole: a robot without weight and actuators moves as before, turned.
+    // If the whole world is turned, a robot without weight and actuators makes the same motion, turned.
     let mut case = on_stairs(ContactLaw::infinite());
     case.physics.steps = 300;
     (case.physics.gravity, case.physics.damping) = (0.0, 0.0);

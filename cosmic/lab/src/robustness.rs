@@ -48,9 +48,17 @@ impl Robustness {
             .column("run", "the run's folder", |run| &run.run[..])
             .add(nominal, |run| run.nominal)
             .add(least, |run| run.least)
-            .add(metres("p10", "10 % quantile over the drawn domains"), |run| run.p10)
-            .add(metres("p50", "median over the drawn domains"), |run| run.p50)
-            .add(metres("p90", "90 % quantile over the drawn domains"), |run| run.p90)
+            .add(
+                metres("p10", "10 % quantile over the drawn domains"),
+                |run| run.p10,
+            )
+            .add(metres("p50", "median over the drawn domains"), |run| {
+                run.p50
+            })
+            .add(
+                metres("p90", "90 % quantile over the drawn domains"),
+                |run| run.p90,
+            )
             .add(clock, |run| run.clock_p50);
         if self.runs.iter().all(|run| run.loss.is_none()) {
             return table.done();

@@ -44,26 +44,37 @@ pub(super) fn bars(
             "position of the first end, m",
             |(_, m), k| (m.axis.from / MM).array()[k],
         )
-        .columns(["to_x", "to_y"], "position of the second end, m", |(_, m), k| {
-            (m.axis.to / MM).array()[k]
-        })
-        .column("rest_length", "length of the unstrained bar, m", |(_, m)| m.length)
+        .columns(
+            ["to_x", "to_y"],
+            "position of the second end, m",
+            |(_, m), k| (m.axis.to / MM).array()[k],
+        )
+        .column(
+            "rest_length",
+            "length of the unstrained bar, m",
+            |(_, m)| m.length,
+        )
         .column("material", "skeleton or actuator", |(_, m)| m.made_of())
-        .column("stroke", "largest lengthening or shortening from the rest length, m", |(_, m)| {
-            stroke(m, &materials.max_strain)
-        })
+        .column(
+            "stroke",
+            "largest lengthening or shortening from the rest length, m",
+            |(_, m)| stroke(m, &materials.max_strain),
+        )
         .column("stiffness", "N/m", |(_, m)| of(m, &materials.stiffness))
         .column("mass", "kg", |(_, m)| mass(m))
         .column("peak_tension", "N", |(_, m)| load(m, |bar| bar.tension))
         .column("peak_compression", "N", |(_, m)| {
             load(m, |bar| bar.compression)
         })
-        .column("peak_force", "the larger of peak tension and peak compression, N", |(_, m)| {
-            load(m, |bar| bar.force.peak)
-        })
-        .add(whole("layer", "layer of the flat pattern, counted from 1"), |(k, _)| {
-            layer(*k)
-        })
+        .column(
+            "peak_force",
+            "the larger of peak tension and peak compression, N",
+            |(_, m)| load(m, |bar| bar.force.peak),
+        )
+        .add(
+            whole("layer", "layer of the flat pattern, counted from 1"),
+            |(k, _)| layer(*k),
+        )
         .column(
             "plate_density",
             "density of the plate with which the strip weighs as much as the bar, kg/m3",
@@ -92,18 +103,25 @@ pub(super) fn nodes(
     let number = |layer: Option<usize>| Cell::from(layer.map(|layer| layer as f64 + 1.0));
     Table::of("", "", &nodes)
         .column("node", "number of the node", |node| *node)
-        .columns(["x", "y"], "position along and above the ground, m", |node, k| {
-            place(robot, *node)[k] / MM
+        .columns(
+            ["x", "y"],
+            "position along and above the ground, m",
+            |node, k| place(robot, *node)[k] / MM,
+        )
+        .column("bars", "number of bars that end at the node", |node| {
+            bars(*node)
         })
-        .column("bars", "number of bars that end at the node", |node| bars(*node))
-        .column("node_mass", "mass of the node itself, kg", |_| physics.node_mass)
+        .column("node_mass", "mass of the node itself, kg", |_| {
+            physics.node_mass
+        })
         .column("payload", "extra mass, kg", |node| payload(*node))
         .add(whole("lowest_layer", "lowest layer of its bars"), |node| {
             number(span(*node).map(|span| *span.start()))
         })
-        .add(whole("highest_layer", "highest layer of its bars"), |node| {
-            number(span(*node).map(|span| *span.end()))
-        })
+        .add(
+            whole("highest_layer", "highest layer of its bars"),
+            |node| number(span(*node).map(|span| *span.end())),
+        )
         .column(
             "pin",
             "length of the pin, from the lowest of these layers to the highest, m",

@@ -87,7 +87,7 @@ mod tests {
     }
 
     /// The prism is hexagonal, and is shifted sideways and up.
-        #[test]
+    #[test]
     fn normals_are_of_unit_length_and_point_outwards() {
         let corner = |k: usize| {
             let (sin, cos) = (k as f64 * std::f64::consts::TAU / 6.0).sin_cos();

@@ -157,8 +157,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
         .stderr(Stdio::piped())
         .spawn();
     let child = child.map_err(|error| {
-        let says =
-            format!("{error}; a film needs ffmpeg on the path: install it, or use --gif");
+        let says = format!("{error}; a film needs ffmpeg on the path: install it, or use --gif");
         Error::reading("ffmpeg")(io::Error::other(says))
     })?;
     feed(child, shots)

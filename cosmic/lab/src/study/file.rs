@@ -226,7 +226,9 @@ impl StudyFile {
             return below.with(name, &builtin.changes());
         }
         if !base.file.is_empty() {
-            let says = format!("only built-in scenes can have a base, but `{name}` is not a built-in scene");
+            let says = format!(
+                "only built-in scenes can have a base, but `{name}` is not a built-in scene"
+            );
             return Err(Error::Usage(says));
         }
         match registry.scene(name) {

@@ -206,10 +206,7 @@ mod tests {
         let swapped = text.replace("\"first_seed\":0", "\"first_seed\":9");
         fs::write(folder.join(PLAN), swapped).unwrap();
         let error = SweepPlan::read(folder).unwrap_err().to_string();
-        assert!(
-            error.contains("`first_seed` is 9, but was 0"),
-            "{error}"
-        );
+        assert!(error.contains("`first_seed` is 9, but was 0"), "{error}");
         fs::remove_file(folder.join(COPY)).unwrap();
         assert_eq!(SweepPlan::read(folder).unwrap().first_seed, 9);
     }

@@ -184,10 +184,14 @@ impl SweepPlan {
         let mut names = BTreeSet::new();
         for PlannedScene { name, .. } in &self.scenes {
             if name.is_empty() || name.starts_with('.') || name.contains(is_separator) {
-                return refuse(format!("the scene name `{name}` cannot be the name of a folder; rename the scene"));
+                return refuse(format!(
+                    "the scene name `{name}` cannot be the name of a folder; rename the scene"
+                ));
             }
             if !names.insert(name) {
-                return refuse(format!("two scenes have the name `{name}`; rename one of them"));
+                return refuse(format!(
+                    "two scenes have the name `{name}`; rename one of them"
+                ));
             }
         }
         Ok(())

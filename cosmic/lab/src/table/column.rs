@@ -8,7 +8,7 @@ use serde::Serialize;
 #[serde(untagged)]
 pub enum Cell {
     /// A text.
-        Text(String),
+    Text(String),
     /// A whole number.
     Count(u64),
     /// A number. A number that is not finite is shown as "failed".

@@ -80,7 +80,7 @@ impl<'a, S> TableOf<'a, S> {
     }
 
     /// Returns the finished table.
-        pub fn done(self) -> Table {
+    pub fn done(self) -> Table {
         self.table
     }
 }

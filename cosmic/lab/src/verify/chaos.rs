@@ -111,7 +111,11 @@ impl Chaos {
         let is_finite = p10.is_finite() && self.unmoved.is_finite();
         Table::of("spread", &title, &[()])
             .column("steps", "steps of the whole rollout", |()| self.steps)
-            .column("unmoved_m", "displacement from the unperturbed start", |()| self.unmoved)
+            .column(
+                "unmoved_m",
+                "displacement from the unperturbed start",
+                |()| self.unmoved,
+            )
             .column("p10_m", "10 % quantile", |()| p10)
             .column("median_m", "median: the figure to quote", |()| p50)
             .column("p90_m", "90 % quantile", |()| p90)

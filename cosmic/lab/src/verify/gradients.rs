@@ -15,8 +15,9 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use subject::{DIRECTIONS, Slopes, Subject};
 
-/// The longest horizon in steps. Next: how often it is halved.
+/// The longest horizon in steps.
 const LONGEST: usize = 4096;
+/// How often the horizon is halved.
 const HALVINGS: u32 = 6;
 /// The half-widths of central differences that are tried. Directions have length 1.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
@@ -352,7 +353,7 @@ impl Gradients {
         vec![
             self.chaos.note(),
             format!(
-                "Gradients of minus the payload's position along the ground after so many steps, by \
+                "Gradients of minus the payload's position along the ground after `steps` steps, for \
                  the {} numbers of design and controller. `error` and `angle` compare the slopes along \
                  {DIRECTIONS} random directions with differences in double-double. Until the payload \
                  leaves its place the gradient is exactly zero, and so is its error.",
@@ -361,13 +362,13 @@ impl Gradients {
             format!(
                 "`time`: processor time of one thread, for a whole gradient in reverse mode, for \
                  {DIRECTIONS} slopes in forward mode and by differences. `whole`: for a whole gradient; \
-                 in forward mode and by differences a multiple, not a measurement. `memory`: the \
+                 in forward mode and by differences it is extrapolated from the slopes. `memory`: the \
                  largest amount held in addition to what the program held before; do not trust numbers \
                  below 1 MiB."
             ),
             format!(
                 "Exact ways are checked against the truth as long as rounding leaves them two \
-                 digits. `allowed`: 128 x 128 roundings, and 16 times what the slopes change if the \
+                 digits. `allowed`: 128 x 128 roundings, plus 16 times the change of the slopes if the \
                  start is moved as far as rounding moves the motion. A full tape that would take \
                  more than {} GiB is left out.",
                 MOST_MEMORY >> 30
@@ -380,7 +381,10 @@ impl Gradients {
 
     fn table(&self) -> Table {
         let title = "Error, time and memory over horizons";
-        let (angle, whole) = ("angle between the two vectors of slopes", "time of a whole gradient");
+        let (angle, whole) = (
+            "angle between the two vectors of slopes",
+            "time of a whole gradient",
+        );
         let error = "norm of the error of the slopes divided by the norm of the slopes";
         let allowed = "the largest error that rounding explains for an exact way in f64";
         let memory = "peak memory beyond what was held before";

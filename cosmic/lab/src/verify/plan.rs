@@ -189,7 +189,8 @@ fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let mut rows = controller_rows(case, body);
     rows.extend(force_rows(case, body));
     rows.extend(ground_rows(case));
-    let why = "not in updates of the design, which only need the gradient with respect to the design";
+    let why =
+        "not in updates of the design, which only need the gradient with respect to the design";
     rows.push(row(BY_WEIGHTS, false, why));
     let why = match case.design {
         Design::Layout(_) => "the layout is frozen",

@@ -26,7 +26,9 @@ impl fmt::Display for GradientCheck {
         let table = Table::of("gradcheck", "", &self.groups)
             .column("group", "a block of the inputs", |group| group.name.clone())
             .column("numbers", "the number of parameters", |group| group.numbers)
-            .column("|gradient|", "the norm of the gradient", |g| format!("{:.4e}", g.norm))
+            .column("|gradient|", "the norm of the gradient", |g| {
+                format!("{:.4e}", g.norm)
+            })
             .column("reverse", "slope", |g| slope(g.worst().gradient))
             .column("forward", "slope", |g| slope(forward(g)))
             .column("differences", "slope", |g| slope(g.worst().central))
@@ -34,9 +36,11 @@ impl fmt::Display for GradientCheck {
                 format!("{:.1e}", g.worst().step)
             })
             .column("error", "relative", |g| format!("{:.1e}", g.worst().error))
-            .column("verdict", "the verdict on the group", |group| match group.is_zero() {
-                true => "both zero".to_owned(),
-                false => group.verdict.to_string(),
+            .column("verdict", "the verdict on the group", |group| {
+                match group.is_zero() {
+                    true => "both zero".to_owned(),
+                    false => group.verdict.to_string(),
+                }
             });
         write!(out, "{}", table.done().to_text())?;
         let names = |is: fn(&Group) -> bool| -> Vec<&str> {

@@ -126,9 +126,17 @@ fn extremes(found: &[Found]) -> Table {
         .column("bound_s", BOUND, |f| Cell::if_finite(f.bound))
         .column("limit_s", LIMIT, |f| Cell::if_finite(f.trial.limit))
         .column("expected", of_expected, expected)
-        .column("said", "what the check of the time step said beforehand", said)
+        .column(
+            "said",
+            "what the check of the time step said beforehand",
+            said,
+        )
         .column("outcome", "what happened", outcome)
-        .column("growth", "largest value divided by the largest of a stable step; 1 or more is growth", growth)
+        .column(
+            "growth",
+            "largest value divided by the largest of a stable step; 1 or more is growth",
+            growth,
+        )
         .column("step", "the step of the divergence, if any", step)
         .column("verdict", "whether all is as expected", verdict)
         .mark(Standing::Default, |f| f.trial.group == "scene")
