@@ -9,14 +9,14 @@ fn some_case() -> Reference {
     references(&own_reference_folder()).remove(0)
 }
 
-/// Reads a case after a change of its JSON.
+/// Applies a change to the JSON of a case, and reads the case.
 fn parse(change: impl FnOnce(&mut Value)) -> Result<Case, Error> {
     let mut json = some_case().json;
     change(&mut json);
     Case::parse("case.json", &json.to_string())
 }
 
-/// The message of the error after a change of a case's JSON.
+/// The message of the error when a change makes the JSON of a case wrong.
 fn message(change: impl FnOnce(&mut Value)) -> String {
     let error = parse(change).expect_err("the change makes the case wrong");
     assert_eq!(error.exit_code(), 2, "{error}");

@@ -109,7 +109,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         let mut scene = scene(&mut rng);
         lay_terrain(&mut ChaCha8Rng::seed_from_u64(!seed), &mut scene);
         let case = robot(&mut rng, &scene);
-        // With an unstable time step, motions grow without bound, and differences mean nothing.
+        // With an unstable time step, motions grow without bound, so differences mean nothing.
         if case.step_check().accept(&case.physics).is_err() {
             continue;
         }

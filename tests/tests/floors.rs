@@ -31,7 +31,7 @@ struct SourceTree {
     files: BTreeMap<ItemPath, SourceFile>,
 }
 
-/// A path that a file names, from the root of its crate.
+/// A path that a file mentions, from the root of its crate.
 struct Mention {
     path: ItemPath,
     /// True if the file re-exports the item with `pub use`.
@@ -123,7 +123,7 @@ impl SourceTree {
     /// The module of the file that defines what a path names. Follows re-exports.
     fn defining(&self, path: &ItemPath, reexports: &BTreeMap<ItemPath, ItemPath>) -> ItemPath {
         let mut path = path;
-        // A chain of re-exports is short; the bound ends circular ones.
+        // Chains of re-exports are short; the limit is for circular ones.
         for _ in 0..8 {
             let Some(further) = (0..=path.len())
                 .rev()
@@ -417,7 +417,7 @@ fn circles_are_found() {
     );
 }
 
-/// The files of the application.
+/// The files of the application, in which derivatives must not be written by hand.
 fn application() -> impl Iterator<Item = SourceFile> {
     let sources = ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"].into_iter();
     sources.flat_map(|source| SourceTree::read(source).files.into_values())

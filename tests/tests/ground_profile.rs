@@ -53,7 +53,7 @@ fn a_profile_of_one_slope_is_the_incline() {
         });
         let off = off.fold(0.0, f64::max);
         println!("{contact:?}, {incline_deg} degrees: {off:.1e}");
-        // The two frames round differently, some 1e-16 in each of 256 steps, and the motion magnifies it.
+        // The two frames round differently, by about 1e-16 in each of 256 steps, and the motion magnifies that.
         assert!(off < 1e-12, "{contact:?}, {incline_deg} degrees: {off:e}");
         // The nodes reach the ground.
         let last = on_slope.last().unwrap();
@@ -107,7 +107,7 @@ fn no_node_is_below_the_ground() {
         let bare = Bare::free_node(physics);
         let seen = bare.run(&start, (0..=STEPS).collect());
         let least = least_height(&bare.physics, &seen.states);
-        // A place on a slope is rounded by 1e-16, in each step in which the node slides along it.
+        // While a node slides along a slope, its position is rounded by 1e-16 in each step.
         assert!(least > -1e-12, "seed {seed}: {least:e} m");
         let rests = |state: &State<f64>| state.v[0] == [0.0; 2];
         (low, high) = (
@@ -162,7 +162,7 @@ fn a_body_at_rest_on_a_step_stays() {
         let moved = last.x.iter().zip(&second.last().unwrap().x);
         let moved = moved.map(|(a, b)| a.distance(*b));
         let moved = moved.fold(0.0, f64::max);
-        // The remaining vibration: below 1e-6 m/s, damped with 20 1/s.
+        // The remaining vibration is below 1e-6 m/s, and is damped with 20 1/s.
         assert!(moved < 1e-7, "{contact:?}: {moved:e}");
     }
 }
@@ -210,7 +210,7 @@ fn a_profile_turns_with_the_ground_line() {
         let pairs = a.x.into_iter().zip(b.x);
         pairs.map(|(a, b)| a.distance(b)).collect::<Vec<_>>()
     });
-    // Roundings of 1e-16 in each of 300 steps, magnified by the motion.
+    // The tolerance is for roundings of 1e-16 in each of 300 steps, magnified by the motion.
     assert!(off.fold(0.0, f64::max) < 1e-9);
     // The robot reaches the stairs.
     assert!(least_height(&case.physics, &straight).abs() < 1e-12);

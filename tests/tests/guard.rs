@@ -51,7 +51,7 @@ fn on_incline(scene: &mut Scene) {
     (scene.physics.incline_deg, scene.physics.contact) = (15.0, ContactLaw::coulomb());
 }
 
-/// A node starts upwards at 30 m/s.
+/// Throws a node upwards at 30 m/s.
 fn throw(case: &mut Case) {
     case.start.v[3] = [0.0, 30.0].into();
 }
@@ -187,7 +187,7 @@ fn every_absurd_state_is_found_and_replayed() {
         assert!(!before.any(State::is_absurd), "{k}");
         let too_fast = case.physics.speed_bound.is_some();
         assert_eq!(after.is_absurd(), !too_fast, "{k}");
-        // A file replays it, and names the cause.
+        // The report's file replays the divergence, and names the cause.
         let text = case.diverged_json(&found);
         assert!(text.contains(&found.term.to_string()), "{text}");
         // A case with NaN or with settings out of range cannot be read again.
@@ -203,7 +203,7 @@ fn every_absurd_state_is_found_and_replayed() {
         );
     }
     assert!(wrong.is_empty() && replayed > 3, "{replayed}: {wrong:#?}");
-    // A case without the key has no bound.
+    // If a scene has no speed bound, its case does not have the key.
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }
 

@@ -103,7 +103,7 @@ fn stability_projections() {
         let (_, tangent) = jvp(|x| function.eval(x), &z, &direction);
         let (_, gradient) = vjp(|x| function.eval(x), &z, &cotangent);
         let (forward, reverse) = (dot(&cotangent, &tangent), dot(&gradient, &direction));
-        // Some hundred terms of order one, each rounded at 1e-16.
+        // The tolerance is for some hundred terms of order one, each rounded at 1e-16.
         assert!((forward - reverse).abs() < 1e-12, "{forward} and {reverse}");
     }
 }

@@ -93,7 +93,7 @@ proptest! {
         let (centre, _) = moment(&masses, &case.start.x);
         for (n, state) in seen.iter().enumerate() {
             let (now, scale) = moment(&masses, &state.v);
-            // Each step rounds every velocity, and the sums here, at 1e-16 of their terms.
+            // Velocities are rounded in each step, and the sums here once more, at 1e-16 of their terms.
             let tolerance = 1e-15 * (n + 10) as f64 * (scale + 1.0);
             let time = n as f64 * case.physics.dt;
             let (place, scale) = moment(&masses, &state.x);

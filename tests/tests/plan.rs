@@ -165,7 +165,7 @@ fn no_ground_is_equal_to_a_ground_out_of_reach() {
         });
         end(&case, &simulator(&case), &case.body())
     };
-    // A fall of 0.5 s from 4 m.
+    // The robot falls for 0.5 s from a height of 4 m.
     let planned = fall(ContactLaw::none(), 4.0);
     for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
         assert_eq!(planned, fall(contact.clone(), 4.0), "{contact:?}");

@@ -175,7 +175,7 @@ fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
         assert!(kept.0 != dropped.0, "{mode:?}: nothing is dropped");
         let length = |g: &[f64]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
         let off: Vec<f64> = kept.1.iter().zip(&dropped.1).map(|(a, b)| a - b).collect();
-        // Positions differ by some 1e-7 m in robots with cells of 0.1 m.
+        // Kept void edges change positions by about 1e-7 m in robots with cells of 0.1 m.
         assert!(length(&off) < 1e-4 * length(&kept.1), "{mode:?}");
     }
 }

@@ -28,7 +28,7 @@ struct Work {
 #[derive(Clone)]
 struct Robot {
     design: Design<[f64; 3]>,
-    /// The design with the mixtures that are simulated.
+    /// The design after the projection, with the mixtures that are simulated.
     projected: Design<Mixture<f64>>,
     controller: Controller<f64>,
 }

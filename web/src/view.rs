@@ -18,7 +18,7 @@ pub(crate) fn drawn_steps(codesign: &CoDesign) -> Vec<usize> {
     (0..=steps).step_by(every(codesign)).collect()
 }
 
-/// The number of steps between two frames.
+/// The number of time steps between two frames.
 fn every(codesign: &CoDesign) -> usize {
     let physics = &codesign.scene().physics;
     ((INTERVAL / physics.dt) as usize).clamp(1, physics.steps)

@@ -146,7 +146,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     assert_eq!(bench.results("a"), bench.results("b"));
     let says = [
         "iterations=2 in the existing results",
-        "another folder by --out",
+        "another folder with --out",
     ];
     grounds("a", "").fails(2, &says);
     let refused = |base: &str, says: &str| {
@@ -155,7 +155,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     };
     refused("[physics]\nsteps = 0", "base.toml:2:9");
     // Valid by itself, but not for the scenes of the study.
-    let says = "error: the settings of base.toml do not fit the study's: the three-legged";
+    let says = "error: the settings of base.toml do not fit those of the study: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
     assert!(!bench.path("c-runs").exists());
 }
@@ -171,20 +171,20 @@ fn results_of_other_settings_are_not_replaced() {
     let before = bench.read(results);
     assert!(!bench.path("docs").exists());
     let refused = |more: &str, says: &str| {
-        study(more).fails(2, &[says, "another folder by --out"]);
+        study(more).fails(2, &[says, "another folder with --out"]);
         assert_eq!(bench.read(results), before);
     };
     refused(
         "--seeds 1 --iterations 2",
-        "seeds: 0 to 1 in the existing results, 0 to 0 in this study",
+        "seeds: 0 to 1 in the existing results, but 0 to 0 in this study",
     );
     let out = "--out runs/study-ablation --runs other --seeds 2 --iterations";
     refused(
         &format!("{out} 3"),
-        "none: iterations=2 in the existing results, iterations=3 in",
+        "none: iterations=2 in the existing results, but iterations=3 in",
     );
     bench.write("base.toml", SHORT.replace("hidden = 2", "hidden = 3"));
-    let says = "none: controller.hidden=2 in the existing results, controller.hidden=3 in";
+    let says = "none: controller.hidden=2 in the existing results, but controller.hidden=3 in";
     refused(&format!("{out} 2"), says);
     assert!(!bench.path("other").exists());
 }
@@ -288,7 +288,7 @@ fn a_study_of_one_s_own_is_a_file() {
     let said = bench.ok("study grounds.toml");
     assert_eq!(ended(&said), 4, "{said:?}");
     bench.write("grounds.toml", OWN.replace("9.81", "3.7"));
-    let says = "heavy: physics.gravity=9.81 in the existing results, physics.gravity=3.7 in";
+    let says = "heavy: physics.gravity=9.81 in the existing results, but physics.gravity=3.7 in";
     bench.fails("study grounds.toml", 2, &[says]);
 }
 

@@ -174,7 +174,7 @@ fn problems_have_the_recorded_values() {
             let recorded = std::iter::once(&iteration.f0).chain(&iteration.f);
             assert_eq!(values.len(), 1 + iteration.f.len(), "{}", case.name);
             for (i, (&found, &expected)) in values.iter().zip(recorded).enumerate() {
-                // Sums of some hundred terms up to 1e3, in another order: 1e-16 * 1e3 * 10.
+                // Some hundred terms up to 1e3 are summed in another order: the error is about 1e-16 * 1e3 * 10.
                 assert_near(&format!("{} {k}: f{i}", case.name), found, expected, 1e-12);
             }
         }

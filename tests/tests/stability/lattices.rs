@@ -80,7 +80,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
     every_step(&bare, start, steps, |state| {
         let share = energy(state) / at_start;
         (least, most) = (least.min(share), most.max(share));
-        // Steps after the last whole window are in no mean.
+        // Steps after the last complete window are not part of a mean.
         if let Some(mean) = means.get_mut(step / window) {
             *mean += share / window as f64;
         }

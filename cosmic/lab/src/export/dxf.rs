@@ -101,7 +101,7 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.section("ENTITIES", |dxf| {
         for (number, layer) in pattern.layers.iter().enumerate() {
             let label = format!("layer {}", number + 1);
-            // Texts are placed by their middles. Labels of layers are about 4 heights wide.
+            // `text` places a text by its middle. The labels of layers are about 4 times as wide as high.
             let middle = layer.label + Vector::new([2.0 * LABEL, 0.0]);
             dxf.text(middle, LABEL, 0.0, &label);
             for part in &layer.parts {
@@ -119,7 +119,7 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.0
 }
 
-/// The table of line types, which layers need, and the table of layers.
+/// Writes the table of line types, which layers need, and the table of layers.
 fn tables(dxf: &mut Dxf, pattern: &Pattern) {
     let lines = "0 TABLE 2 LTYPE 70 1 0 LTYPE 2 CONTINUOUS 70 0 3 Solid 72 65 73 0 40 0.0 0 ENDTAB";
     let words: Vec<&str> = lines.split(' ').collect();

@@ -90,7 +90,7 @@ impl Frame {
         frame.check().map(|()| frame)
     }
 
-    /// Refuses a joint that would overlap other struts or joints.
+    /// Returns an error if a joint would overlap other struts or joints.
     fn check(&self) -> Result<()> {
         let apart = |a: Range, b: Range| a.high <= b.low || b.high <= a.low;
         for (k, joint) in self.joints.iter().enumerate() {

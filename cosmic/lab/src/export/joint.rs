@@ -70,12 +70,12 @@ fn corners_at(sides: usize) -> f64 {
     (TAU / (n * (TAU / n).sin())).sqrt()
 }
 
-/// The part of a joint in one plane.
+/// The prism of a joint in one plane.
 pub(super) struct Disc {
     pub(super) level: usize,
     /// The volume of the strut ends that the disc replaces, mm3.
     missing: f64,
-    /// Thickness, mm.
+    /// The thickness, mm.
     pub(super) height: f64,
 }
 
@@ -85,7 +85,7 @@ pub(super) struct Joint {
     pub(super) place: Vector<f64>,
     /// The distance from the node to the faces at which struts end, mm.
     pub(super) trim: f64,
-    /// The corners around the node, counterclockwise.
+    /// The corners of the prism's base relative to the node, counterclockwise.
     corners: Vec<Vector<f64>>,
     /// One disc for each plane of the node, from the lowest to the highest.
     pub(super) discs: Vec<Disc>,
@@ -163,7 +163,7 @@ pub(super) fn joint(
 ) -> Joint {
     let own = members.iter().zip(&stack.of_member);
     let own: Vec<_> = own.filter(|(m, _)| m.nodes.contains(&node)).collect();
-    // A single strut keeps its whole end if the joint has eight sides.
+    // With this trim, the sides of a joint with eight sides are as wide as a strut. Single struts get such a joint.
     let mut trim = own.iter().map(|(m, _)| radii.reach(m)).fold(0.0, f64::max);
     let thinnest = own
         .iter()
@@ -213,7 +213,7 @@ fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
     let mut sides = Vec::new();
     for (k, &angle) in angles.iter().enumerate() {
         let next = angles.get(k + 1).copied().unwrap_or(angles[0] + TAU);
-        // A right angle that is rounded up still counts as one.
+        // The margin of 1e-9 is for a right angle that is rounded up.
         let parts = ((next - angle) / FRAC_PI_2 - 1e-9).ceil().max(1.0);
         sides.extend((0..parts as usize).map(|p| angle + (next - angle) * p as f64 / parts));
     }
@@ -243,7 +243,7 @@ mod tests {
             assert!(corners.len() >= angles.len().max(4));
             for angle in angles {
                 let along = |corner: &Vector<f64>| corner.dot(Vector::at_angle(angle));
-                // All corners are behind the side, and two are its ends.
+                // No corner is outside the side, and two corners are on it.
                 let on_it = corners.iter().filter(|c| (along(c) - 2.0).abs() < 1e-12);
                 assert_eq!(on_it.count(), 2);
                 assert!(corners.iter().all(|corner| along(corner) < 2.0 + 1e-12));

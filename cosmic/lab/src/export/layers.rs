@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 pub(super) struct Stack {
     /// The layer of each bar.
     pub(super) of_member: Vec<usize>,
-    /// The lowest to the highest layer at each node with a bar.
+    /// The range from the lowest to the highest layer at each node at which a bar ends.
     pub(super) at_node: BTreeMap<usize, RangeInclusive<usize>>,
     /// The index of an edge and of a node if the stack cannot be built: the bar of the edge lies across the pin of the
     /// node.
@@ -76,7 +76,7 @@ pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, Vector<f64>> {
     members.iter().flat_map(ends).collect()
 }
 
-/// For each bar, the nodes nearer than `reach` at which only other bars end.
+/// For each bar, the nodes that are nearer than `reach` and at which it does not end.
 fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
     let joints = joints(members);
     let of_member = |m: &Member| {
@@ -107,7 +107,7 @@ mod tests {
         Stack::new(members, 2.0, |a, b| a.distance(b) < 1.0)
     }
 
-    /// Bars between nodes in a row, 10 mm apart.
+    /// Bars between nodes that are in a row, 10 mm apart.
     fn in_a_row(edges: &[[usize; 2]]) -> Vec<Member> {
         let place = |node: usize| [10.0 * node as f64, 0.0];
         let bars = edges.iter().enumerate();
@@ -128,7 +128,7 @@ mod tests {
                 assert!(a.distance(b) >= 1.0 || stack.of_member[k] != stack.of_member[l]);
             }
         }
-        // Opposite sides share a layer; the diagonals touch everything.
+        // Opposite sides of the square share a layer; each diagonal touches all other bars.
         assert_eq!((stack.height(), stack.blocked), (4, None));
         assert!(stack.at_node.values().all(|span| span.end() > span.start()));
     }

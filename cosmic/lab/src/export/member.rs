@@ -1,4 +1,4 @@
-//! The bars to be made: the solid edges of a layout.
+//! The bars that the workshop makes: the solid edges of a layout.
 
 use super::sizes::misfit;
 use crate::report::RobotFiles;
@@ -9,7 +9,7 @@ use cosmic::geometry::{Segment, Vector};
 /// Millimetres in a metre.
 pub(super) const MM: f64 = 1e3;
 
-/// A bar to be made.
+/// A bar that the workshop makes.
 #[derive(Clone, Debug)]
 pub(super) struct Member {
     /// The index of its edge in the lattice.
@@ -77,7 +77,9 @@ pub(super) fn members(robot: &RobotFiles) -> Result<Vec<Member>> {
     let solid = edges.enumerate().filter(|(_, (m, _))| m.is_solid());
     let members: Vec<Member> = solid.map(member).collect();
     if members.is_empty() {
-        return Err(misfit("the robot has no solid bar".to_owned()));
+        return Err(misfit(
+            "all edges of the robot are void, so there is nothing to export".to_owned(),
+        ));
     }
     Ok(members)
 }

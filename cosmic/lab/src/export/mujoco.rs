@@ -105,7 +105,7 @@ fn check(case: &Case) -> Result<()> {
     match refusals.iter().find(|(is_refused, _)| *is_refused) {
         None => Ok(()),
         Some((_, setting)) => Err(Error::Usage(format!(
-            "the model for MuJoCo can only express {setting}, and the scene has something else; export it \
+            "the model for MuJoCo can only express {setting}, but the scene has another value; export it \
              with --set {setting}"
         ))),
     }
@@ -125,7 +125,7 @@ struct Robot<'c> {
     nodes: Vec<usize>,
     /// The edges of the model, ascending.
     bars: Vec<usize>,
-    /// The edges that the controller strains, ascending.
+    /// The edges that the controller can strain, ascending.
     actuators: Vec<usize>,
 }
 
@@ -183,7 +183,7 @@ impl<'c> Robot<'c> {
         self.settings.friction.unwrap_or(own).min(MOST_FRICTION)
     }
 
-    /// The model in MJCF.
+    /// The text of the model in MJCF.
     fn model(&self) -> String {
         let physics = &self.case.physics;
         let dt = physics.dt / self.substeps() as f64;
@@ -288,7 +288,7 @@ impl<'c> Robot<'c> {
         self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
     }
 
-    /// The end stops of an actuator: a spring with a dead band.
+    /// The end stops of an actuator as a second tendon: a spring with a dead band.
     fn stops(&self, edge: usize) -> String {
         let strain = self.body.strain[edge];
         match &self.stops {

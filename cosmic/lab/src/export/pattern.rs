@@ -18,9 +18,9 @@ pub(super) const LABEL: f64 = 6.0;
 
 /// A bar on the sheet, mm from the sheet's lower left corner.
 pub(super) struct Part {
-    /// The number of its edge.
+    /// The index of its edge.
     pub(super) edge: usize,
-    /// The nodes of its holes.
+    /// The nodes at its first and second hole.
     pub(super) nodes: [usize; 2],
     /// The line from the middle of the first hole to the middle of the second.
     pub(super) axis: Segment,
@@ -69,7 +69,8 @@ impl Pattern {
         let stack = Stack::new(members, reach, |a, b| a.distance(b) < apart);
         if let Some([edge, node]) = stack.blocked {
             return Err(misfit(format!(
-                "the bar of edge {edge} lies across node {node}, whose pin would go through it"
+                "the bar of edge {edge} lies across node {node}, whose pin would go through it; use --csv or \
+                 --stl instead"
             )));
         }
         let ends = members
@@ -83,7 +84,7 @@ impl Pattern {
         let columns = (count as f64).sqrt().ceil() as usize;
         let rows = count.div_ceil(columns);
         let layer = |layer: usize| {
-            // From left to right, then downwards, as on a page.
+            // Layers are placed from left to right, and then downwards, as on a page.
             let place = [layer % columns, rows - 1 - layer / columns].map(|k| k as f64);
             let corner = tile.zip_with(Vector::new(place), |size, place| place * size);
             let shift = corner + inset - bounds.low;

@@ -2,7 +2,7 @@
 
 use cosmic::geometry::Vector;
 
-/// A convex prism.
+/// A convex prism in space.
 pub(super) struct Prism {
     /// The corners of its base, counterclockwise as seen from its top, mm.
     pub(super) base: Vec<[f64; 3]>,
@@ -116,7 +116,7 @@ mod tests {
             volume += area * dot(a) / 3.0;
             (0..3).for_each(|k| vector_area[k] += area * n[k]);
         }
-        // Coordinates up to 20 mm are rounded to 1e-6 mm; faces have 20 mm2.
+        // Coordinates up to 20 mm are rounded to 1e-6 mm, and faces have about 20 mm2.
         let expected = 1.5 * 3.0_f64.sqrt() * 9.0 * 7.0;
         assert!(
             (volume / expected - 1.0).abs() < 1e-5,

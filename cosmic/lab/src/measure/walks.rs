@@ -148,7 +148,7 @@ pub(crate) fn check_python(python: &Path) -> Result<()> {
     })
 }
 
-/// The standard output of a program in Python; `None` if it was stopped.
+/// Runs a Python program and returns its standard output; `None` if it was stopped.
 fn output_of(
     python: &Path,
     program: &str,

@@ -18,7 +18,7 @@ use super::view::{EARTH, MARK, View, label};
 use crate::child;
 use crate::table::decimals;
 
-/// Width and height of a [`frame`], of a GIF and of a film, pixels.
+/// Width and height of a [`frame`] in pixels. Next: of a GIF, of a film.
 const FRAME_SIZE: [u16; 2] = [480, 240];
 const GIF_SIZE: [u16; 2] = [800, 334];
 const FILM_SIZE: [u16; 2] = [1600, 668];
@@ -206,10 +206,10 @@ fn rgb(pixel: &PremultipliedColorU8) -> [u8; 3] {
 /// The number of shades between white and a colour. With fewer, edges look rough; with more, files become large.
 const SHADES: u16 = 4;
 
-/// The shades of all colours in a picture.
+/// The colour table of a GIF: shades of all colours that frames use.
 struct Palette {
     shades: Vec<[u8; 3]>,
-    /// The index of the nearest shade, by the upper five bits of red, green and blue.
+    /// The index of the nearest shade for every colour, of which only the upper five bits of red, green and blue count.
     nearest: Vec<u8>,
 }
 

@@ -14,7 +14,7 @@ const TOP: f64 = 56.0;
 /// The height of a bar including the space around it.
 const ROW: f64 = 30.0;
 
-/// One experiment. Numbers that are not finite are not drawn.
+/// A bar, which stands for one experiment. Numbers that are not finite are not drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bar {
     /// The name of the experiment.
@@ -109,7 +109,7 @@ mod tests {
             x.split_once('"').unwrap().0.parse::<f64>().unwrap()
         };
         assert_eq!(end(4), end(30));
-        // Letters of 12 pixels are half as wide as high.
+        // In a font of 12 pixels, letters are 6 pixels wide.
         assert!(end(60) > 60.0 * 6.0 && end(200) > 200.0 * 6.0);
     }
 }

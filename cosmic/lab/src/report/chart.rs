@@ -74,7 +74,7 @@ impl LogChart {
     }
 }
 
-/// The points of a line whose two numbers are positive and finite.
+/// The points of a line that can be drawn: both numbers are positive and finite.
 fn shown(line: &Line) -> impl Iterator<Item = Vector<f64>> + Clone {
     let fits = |point: &Vector<f64>| point.iter().all(|v| v.is_finite() && *v > 0.0);
     line.points.iter().copied().filter(fits)

@@ -73,7 +73,7 @@ impl Comparison {
         Ok(Self { runs })
     }
 
-    /// A row for each run, in the order of the runs.
+    /// Begins the table with a row for each run.
     fn columns(&self) -> TableOf<'_, ComparedRun> {
         let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
         with_numbers(names, |run| &run.summary)

@@ -20,7 +20,7 @@ const PITCH: f64 = 182.0;
 /// A chart over the iterations. It is drawn in a picture, or becomes data of a page.
 #[derive(Serialize)]
 pub(super) struct Chart {
-    /// The id of its canvas in a page.
+    /// The id of the chart's canvas in a page.
     id: &'static str,
     title: &'static str,
     /// What the dashed lines mean.
@@ -37,7 +37,7 @@ pub(super) struct Chart {
 #[derive(Serialize)]
 struct Series {
     name: &'static str,
-    /// The index of its colour.
+    /// The index of the line's colour.
     colour: usize,
     /// A cell for each iteration. The line continues across a missing number, and is interrupted at a text.
     numbers: Vec<Cell>,

@@ -19,12 +19,12 @@ const PARTS: f64 = 1000.0;
 /// The divisor on a page with several runs.
 const LANE_PARTS: f64 = 200.0;
 
-/// The data of a robot in motion.
+/// The data of a page that shows only a robot in motion.
 pub(super) fn of_motion(motion: &Motion) -> Value {
     of_walks(motion, motion.robot, &[walk(motion)])
 }
 
-/// The data of a run.
+/// The data of a run's page.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
@@ -82,7 +82,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     })
 }
 
-/// The lattice and the delivered design.
+/// The data of a robot: its lattice and the delivered design.
 fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
@@ -97,7 +97,7 @@ fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     })
 }
 
-/// The shares of void, skeleton and actuator of every edge, in thousandths.
+/// The mixture of every edge: void, skeleton and actuator in thousandths.
 fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
     let mixtures = robot.mixtures(z).into_iter();
     mixtures
@@ -123,14 +123,14 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     })
 }
 
-/// The walk of the delivered robot, with 25 frames a second, or fewer for a long rollout.
+/// The walk of the delivered robot, with 25 frames per second, or fewer if the rollout is long.
 fn walk(motion: &Motion) -> Option<Walk> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);
     Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
-/// The charts over the iterations, and the phases.
+/// The data of the charts over the iterations, and the phases.
 fn history(run: &RunFiles) -> Value {
     let phases = run.history.chunk_by(|a, b| a.phase == b.phase).map(|part| {
         let ends = [&part[0], &part[part.len() - 1]].map(|record| record.iteration);

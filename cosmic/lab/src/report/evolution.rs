@@ -61,13 +61,13 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
     Ok(before.chain([delivered]).collect())
 }
 
-/// The motions of robots.
+/// Prepares the walks for drawing.
 pub(super) fn motions<'m>(walkers: &'m [Walker]) -> Vec<Motion<'m>> {
     let motion = |walker: &'m Walker| Motion::new(&walker.robot, &walker.trajectory);
     walkers.iter().map(motion).collect()
 }
 
-/// The shots of all robots, one robot after another.
+/// The frames of all robots, one robot after another.
 pub(super) fn in_turn<'m>(
     walkers: &[Walker],
     motions: &'m [Motion<'m>],

@@ -208,7 +208,7 @@ mod tests {
         let gait = Gait::new(&run).unwrap();
         let shown = gait.last_periods(&motion);
 
-        // The largest strain and force equal those of the summary, which are over all steps.
+        // The largest strain and force equal those in the summary. Both are over all steps.
         let summary = run.summary.loads.as_ref().unwrap();
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         let most = |of: fn(&[f64]) -> f64| {
@@ -238,7 +238,8 @@ mod tests {
             .filter(|node| run.robot.lattice.places[**node].up() == 0.0);
         assert!(lowest.eq(&begins), "{begins:?}");
 
-        // At the start nothing moves and nothing has sunk. Later the energies are sums over all nodes.
+        // At the start nothing moves, so the kinetic and potential energies are zero. Later they are sums over all
+        // nodes.
         let energies = gait.energies(&motion);
         let at = |name: &str, k: usize| energies[name][k].as_f64().unwrap();
         assert_eq!([at("kinetic", 0), at("height", 0)], [0.0; 2]);
@@ -248,7 +249,7 @@ mod tests {
         near(at("kinetic", motion.states().len() - 1), kinetic.sum());
         assert!(at("elastic", 3) > 0.0);
 
-        // A file of an earlier version has only states.
+        // A trajectory file of an earlier version has only states, without loads.
         let mut earlier = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
         earlier.trajectory.bars.clear();
         let gait = Gait::new(&earlier).unwrap();

@@ -90,7 +90,7 @@ mod tests {
             };
             let [one, zero] = [one, zero].map(|stroke| Bounds::of(stroke.iter().copied()));
             assert!(left <= one.low[0] && one.high[0] < zero.low[0] && zero.high[0] <= right);
-            // A font of 12 pixels has digits of 8.4.
+            // In a font of 12 pixels, digits are 8.4 pixels high.
             assert!(one.low[1] >= 41.6 - 1e-9 && zero.high[1] <= 50.0);
         }
     }

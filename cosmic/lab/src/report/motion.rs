@@ -10,9 +10,9 @@ use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::Scene;
 
-/// Skeleton bars.
+/// The colour of skeleton bars.
 pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
-/// The payload and its path.
+/// The colour of the payload and its path.
 pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
 /// The colour of an actuator at the largest contraction. Next: at rest, at the largest extension, beyond these strains.
 const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
@@ -26,7 +26,7 @@ const MOST_FRAMES: usize = 2000;
 /// The camera's height follows the mean height of the ground at the ends of this many intervals.
 const FLOORS: u32 = 16;
 
-/// An edge in a picture.
+/// An edge as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
     /// The line from the edge's first node to its second, m.
@@ -37,7 +37,7 @@ pub(super) struct DrawnEdge {
     pub(super) faint: bool,
 }
 
-/// A robot's rollout.
+/// A robot's rollout, prepared for drawing.
 pub(super) struct Motion<'r> {
     pub(super) robot: &'r RobotFiles,
     trajectory: &'r TrajectoryFile,
@@ -134,7 +134,7 @@ impl<'r> Motion<'r> {
         bars
     }
 
-    /// The colour of an actuator's strain.
+    /// The colour of an actuator that has this strain.
     pub(super) fn colour(&self, strain: f64) -> Colour {
         strained(strain / self.limit)
     }
@@ -244,7 +244,7 @@ mod tests {
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{GroundSettings, Scene, StartKind};
 
-    /// The short three-legged robot after one iteration.
+    /// A run of one iteration with the short three-legged robot.
     fn results() -> RunFiles {
         results_on(GroundSettings::default())
     }
@@ -292,7 +292,7 @@ mod tests {
         }
     }
 
-    /// Ridges of 1 and 3 cm between nodes of the lowest row.
+    /// If nodes stand between ridges of 1 and 3 cm, the bars between them cut into the ridges.
     #[test]
     fn bars_cut_into_ridges_between_their_nodes() {
         let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
@@ -302,7 +302,7 @@ mod tests {
         let motion = Motion::new(&results.robot, &results.trajectory);
         let start = &motion.states()[0];
         let floor = |x: f64| motion.ground_height(x) - 0.1;
-        // Sums of numbers below 1.
+        // The tolerance is for sums of numbers below 1.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(near(floor(0.35), 0.03) && near(floor(0.3), 0.0) && near(floor(0.34), 0.015));
         let line = motion.ground_line(Range::new(0.0, 0.36));
@@ -332,7 +332,7 @@ mod tests {
         let state = &motion.states()[0];
         let bounds = Bounds::of(motion.places(state));
         assert_eq!(motion.bounds(state), bounds);
-        // 0.6 - 0.1, rounded once.
+        // The width is 0.6 - 0.1, rounded once.
         assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
     }
 }

@@ -6,7 +6,7 @@ use cosmic::record::Summary;
 /// A column, and the function that returns its cell for a run.
 type Number = (Column, fn(&Summary) -> Cell);
 
-/// Adds the numbers of every run's summary to a table of runs.
+/// Adds columns with the numbers of every run's summary to a table of runs.
 pub(super) fn with_numbers<'r, S>(
     table: TableOf<'r, S>,
     of: impl Fn(&'r S) -> &'r Summary + Copy,

@@ -12,11 +12,11 @@ use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
 
-/// The text of a page for an undecided design, which has no actuators to show.
+/// The text that a page shows instead of actuators if the design is undecided.
 const UNDECIDED: &str = "The design is undecided: the run ended before every edge had one material. \
     There are no bars and no actuators yet.";
 
-/// A whole page of HTML.
+/// A complete HTML page.
 pub(super) fn html(title: &str, body: &str) -> String {
     let title = escape(title);
     let style = [
@@ -135,7 +135,7 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// The four most important numbers.
+/// The four most important numbers of a run, and a warning if the robot is unreliable.
 fn figures(summary: &Summary) -> String {
     let ends = summary.displacement_p10.zip(summary.displacement_p90);
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {

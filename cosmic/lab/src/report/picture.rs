@@ -43,11 +43,11 @@ impl Colour {
 }
 
 pub(super) const PAPER: Colour = Colour::hex(0xffffff);
-/// Text and axes.
+/// The colour of text and axes.
 pub(super) const INK: Colour = Colour::hex(0x1f2328);
-/// Secondary text.
+/// The colour of secondary text.
 pub(super) const MUTED: Colour = Colour::hex(0x656d76);
-/// Grid lines of charts.
+/// The colour of the grid lines of charts.
 pub(super) const RULE: Colour = Colour::hex(0xd8dee4);
 
 /// The style of a line.
@@ -112,9 +112,9 @@ impl Font {
 /// A part of a picture.
 pub(super) enum Shape {
     Line(Vec<Place>, Pen),
-    /// The middle, the radius, the fill and the edge.
+    /// A disc: its middle, its radius, its fill and its edge.
     Disc(Place, f64, Colour, Pen),
-    /// The upper left corner, the size and the fill.
+    /// A rectangle: its upper left corner, its size and its fill.
     Rectangle(Place, Place, Colour),
     /// A text with its baseline at a place.
     Text(Place, String, Font),

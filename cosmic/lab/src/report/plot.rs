@@ -74,14 +74,14 @@ pub struct Line {
     pub name: String,
     /// The colour.
     pub colour: Colour,
-    /// Lengths of dashes and gaps in turn, pixels, as in SVG; empty for a solid line.
+    /// The lengths of dashes and gaps in pixels, as SVG writes them; empty for a solid line.
     pub dashes: &'static str,
     /// The points. A point that is not finite makes a gap.
     pub points: Vec<Vector<f64>>,
 }
 
 impl Line {
-    /// A line in the `k`-th colour.
+    /// Creates a line with the `k`-th colour.
     pub fn new(
         name: String,
         k: usize,
@@ -149,7 +149,7 @@ impl Axes {
         let mut left = (self.origin + self.size)[0];
         let y = self.origin[1] - 10.0;
         for Line { name, colour, .. } in lines.iter().rev() {
-            // An average letter of 12 pixels is about 6 wide.
+            // In a font of 12 pixels, an average letter is about 6 pixels wide.
             left -= 6.4 * name.chars().count() as f64 + 12.0;
             picture.text([left, y], &name[..], Font::PLAIN);
             left -= 22.0;
@@ -248,7 +248,7 @@ mod tests {
             y: Axis::logarithmic(Range::new(1.0, 100.0)),
         };
         let middle = Vector::new([60.0, 45.0]);
-        // Quotients of logarithms, rounded at 1e-16, times 50 pixels.
+        // The tolerance is for quotients of logarithms, rounded at 1e-16, times 50 pixels.
         assert!(axes.place(Vector::new([2.0, 10.0])).distance(middle) < 1e-12);
         assert_eq!(axes.place(Vector::new([9.0, 0.0])), [110.0, 70.0]);
         let both = Axes {

@@ -1,4 +1,4 @@
-//! The tables and figures of a verification as a page, as JSON, CSV and SVG files, and as text.
+//! Writes the tables and figures of a verification as an HTML page, as JSON, CSV and SVG files, and as text.
 
 use super::chart::LogChart;
 use super::page;
@@ -131,7 +131,7 @@ impl Sheet {
         })
     }
 
-    /// Everything except the charts.
+    /// All results as JSON, except the charts.
     pub fn to_json(&self) -> Value {
         json!({
             "title": self.title,
@@ -184,7 +184,7 @@ impl Sheet {
     }
 }
 
-/// Scrolling for wide tables, and colours for marked rows.
+/// The styles of the page: scrolling for wide tables, and colours for marked rows.
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
     tr.failed td { background: #fdecea; color: #a3260b; }</style>\n";

@@ -10,7 +10,7 @@ use cosmic::geometry::Vector;
 use cosmic::record::history::DesignRow;
 
 const SIZE: Place = Vector::new([460.0, 420.0]);
-/// The corners of void, skeleton and actuator.
+/// The corners of the triangle that stand for void, skeleton and actuator.
 const CORNERS: [Place; 3] = [
     Vector::new([62.0, 362.0]),
     Vector::new([398.0, 362.0]),

@@ -22,10 +22,10 @@ pub(super) struct View<'m> {
 }
 
 impl View<'_> {
-    /// The place of a point of the world.
+    /// The place in the picture of a point of the world.
     pub(super) fn place(&self, point: Vector<f64>) -> Place {
         let away = (point - self.corner) * self.scale;
-        // Pixels are counted downwards.
+        // The world's y points up, but pixels are counted downwards.
         self.origin + away.with_up(-away.up())
     }
 

@@ -1,4 +1,4 @@
-//! The report of a run, or of a design alone.
+//! Writes the report of a run, or of a design alone.
 
 use super::animation::{self, FILM, GIF, Pace, Shot};
 use super::files::{RobotFiles, RunFiles};
@@ -17,11 +17,11 @@ use std::path::{Path, PathBuf};
 /// The animations of a report. If neither `gif` nor `mp4` is true, the report of a run has a GIF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Animations {
-    /// `gait.gif`.
+    /// Write `gait.gif`.
     pub gif: bool,
-    /// `gait.mp4`, which needs ffmpeg on the path.
+    /// Write `gait.mp4`, which needs ffmpeg on the path.
     pub mp4: bool,
-    /// Also `evolution.gif`, `evolution.mp4` or both, which show robots from the first iteration to the last.
+    /// Also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first iteration to the last.
     pub evolution: bool,
 }
 
@@ -38,7 +38,7 @@ pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Resul
     let (folder, design) = if path.is_file() {
         if path.extension().is_none_or(|name| name != "json") {
             return Err(Error::Usage(format!(
-                "{}: expected the folder of a run or a design.json",
+                "{}: this is neither the folder of a run nor a design.json; give one of these",
                 path.display()
             )));
         }

@@ -54,7 +54,7 @@ pub(super) struct Variant {
     pub(super) title: Option<String>,
     #[serde(default)]
     pub(super) about: String,
-    /// Read by [`TomlFile::change`].
+    /// Ignored here, because [`TomlFile::change`] reads it.
     #[serde(rename = "settings")]
     _settings: Option<IgnoredAny>,
 }
@@ -83,7 +83,7 @@ pub(super) struct Question {
     pub(super) paper: String,
 }
 
-/// One experiment, to be run with every seed.
+/// One experiment, which is run with every seed.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     pub(super) name: String,
@@ -204,7 +204,7 @@ impl StudyFile {
             let scene = scene.map_err(|error| match &base.file[..] {
                 "" => error,
                 file => Error::Usage(format!(
-                    "the settings of {file} do not fit the study's: {}",
+                    "the settings of {file} do not fit those of the study: {}",
                     error.within()
                 )),
             });

@@ -18,11 +18,11 @@ use std::path::PathBuf;
 
 const FORMAT: Format = Format::new("cosmic-study", 2);
 
-/// The unit of all bars.
+/// The unit of the bars in all charts.
 const UNIT: &str = "displacement along the ground, m \
     (bar: median; dots: seeds; stroke: the paper's, or Coulomb here)";
 
-/// The results in JSON.
+/// The content of the results' JSON file.
 #[derive(Serialize, Deserialize)]
 struct Results {
     first_seed: u64,
@@ -102,8 +102,8 @@ impl Study {
                 (before?, self.file.trials(&self.base, &self.registry)?);
             if let Some([what, before, now]) = before.differs(&Results::of(self, &trials)) {
                 return Err(Error::Usage(format!(
-                    "{}: {what}: {before} in the existing results, {now} in this study; name another \
-                     folder by --out",
+                    "{}: {what}: {before} in the existing results, but {now} in this study; name another \
+                     folder with --out",
                     path.display()
                 )));
             }
@@ -141,8 +141,8 @@ impl Study {
         Ok(written)
     }
 
-    /// Writes a chart for each table, and pictures of the best run of each trial of the first table. Adds them
-    /// to the document.
+    /// Draws a chart for each table, and pictures of each trial's best run for the trials of the first table. Adds
+    /// links to them to `text`.
     fn write_figures(&self, rows: &[TrialRow], text: &mut String) -> Result<Vec<PathBuf>> {
         let (keys, name) = (&self.file.keys, &self.file.name);
         let mut drawn = Vec::new();

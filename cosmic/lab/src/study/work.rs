@@ -69,7 +69,7 @@ impl Study {
             let runs = self.runs.display();
             return Err(Error::Usage(format!(
                 "{runs}: its runs have other scenes or another number of iterations; name another \
-                 folder by --runs"
+                 folder with --runs"
             )));
         }
         if before != plan {
@@ -135,7 +135,7 @@ impl Study {
         let run = |index: usize| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
-            // A process that was killed may have left a finished run without its measurements.
+            // If a process was killed, a finished run may lack its measurements.
             let mut study = plan.study.iter().filter(|_| state == RunState::Done);
             study.try_for_each(|study| {
                 study.measure(&folder, &self.registry, &|| false).map(drop)

@@ -48,11 +48,11 @@ struct Seen {
     content: Vec<u8>,
     /// The time when the content last changed, or was first seen.
     since: Instant,
-    /// True if the content has ever changed.
+    /// True if the content has changed since it was first seen.
     changed: bool,
 }
 
-/// The answer to a claim.
+/// The outcome of an attempt to claim a run.
 pub(super) enum Answer {
     /// This process holds the claim.
     Granted(Claim),
@@ -62,7 +62,7 @@ pub(super) enum Answer {
     Watched,
 }
 
-/// A claim that is held until it is dropped.
+/// A claim of this process. Dropping it gives the claim back.
 pub(super) struct Claim {
     is_lost: Arc<AtomicBool>,
     stop: Option<Sender<()>>,
@@ -180,7 +180,7 @@ fn holder(path: &Path, pace: Pace) -> Result<Holder> {
         .as_deref()
         .is_some_and(|own| host == Some(own.as_bytes()))
     {
-        // The holder's lock was released when the holder ended.
+        // If the file can be locked, the holder has ended, because its lock is released.
         return Ok(if file.try_lock_shared().is_ok() {
             Holder::Gone
         } else {

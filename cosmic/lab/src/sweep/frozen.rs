@@ -48,7 +48,9 @@ impl SweepPlan {
         match is_used(folder) {
             Ok(true) => {
                 let folder = folder.display();
-                Err(Error::Usage(format!("{folder}: the folder is not empty")))
+                Err(Error::Usage(format!(
+                    "{folder}: the folder is not empty; name a new or empty folder"
+                )))
             }
             Err(source) if source.kind() != ErrorKind::NotFound => {
                 Err(Error::reading(folder)(source))
@@ -101,8 +103,8 @@ impl SweepPlan {
             let before: Self = parse_json(&copy, &before, FORMAT)?;
             if let Some([key, now, before]) = plan.edit(&before) {
                 return refuse(format!(
-                    "edited after it was frozen: `{key}` is {now}, but was {before}; undo the edit, or plan \
-                     another sweep"
+                    "the plan was edited after it was frozen: `{key}` is {now}, but was {before}; undo the edit, or \
+                     plan another sweep"
                 ));
             }
         }

@@ -7,7 +7,7 @@ use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// A key of a scene and the values that it takes in turn.
+/// An axis of a grid: a key of a scene and the values that it takes.
 #[derive(Clone, Debug, PartialEq)]
 struct GridAxis {
     key: String,
@@ -20,7 +20,7 @@ struct GridAxis {
 struct Combination {
     /// The suffix to the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
     suffix: String,
-    /// The settings, such as `physics.friction=0.6`.
+    /// The settings of the point, such as `physics.friction=0.6`.
     settings: Vec<String>,
 }
 
@@ -113,7 +113,7 @@ impl GridAxis {
     }
 }
 
-/// The parts between commas outside brackets and quotes.
+/// Splits a text at commas, except commas inside brackets or quotes.
 fn separated(text: &str) -> Vec<String> {
     let (mut parts, mut depth, mut quote) = (vec![String::new()], 0_usize, None);
     for c in text.chars() {
@@ -272,7 +272,7 @@ mod tests {
 
     #[test]
     fn names_differ_and_fit() {
-        // Two axes share the last part of their keys, so the whole key is shown.
+        // If two keys have the same last part, the suffix shows the whole keys.
         let keys = suffixes(&["volume.kind=1", "loss.kind=2"]);
         assert_eq!(keys, ["+volume.kind=1+loss.kind=2"]);
         assert_eq!(suffixes(&["a.b='x/y',x:y"]), ["+b=x_y", "+b=x_y~2"]);

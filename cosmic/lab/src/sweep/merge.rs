@@ -84,7 +84,7 @@ impl SurveyedRun {
     }
 }
 
-/// The result of one run.
+/// The result of one run as `results.json` has it.
 #[derive(Serialize)]
 struct MergedRun {
     #[serde(flatten)]
@@ -140,7 +140,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     })
 }
 
-/// What is collected while `results.json` is written.
+/// What is collected for the CSV file while `results.json` is written.
 struct Progress {
     missing: usize,
     /// The text of `results.csv` so far.

@@ -36,7 +36,7 @@ pub struct PlannedScene {
 pub struct SweptValue {
     /// The key, such as `physics.friction`.
     pub key: String,
-    /// The value.
+    /// The value of the key.
     pub value: Value,
 }
 

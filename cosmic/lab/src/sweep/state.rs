@@ -19,7 +19,7 @@ pub enum RunState {
     Begun,
     /// Finished, with a summary.
     Done,
-    /// Finished, with a design that diverges.
+    /// Finished, but the delivered design diverges.
     Diverged,
 }
 

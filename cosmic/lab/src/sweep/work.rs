@@ -33,7 +33,7 @@ pub enum RunOutcome {
     Taken,
 }
 
-/// A run that ended just now.
+/// A run that has just ended.
 #[derive(Clone, Debug)]
 pub struct Ended {
     /// The run's number in the plan.
@@ -56,9 +56,9 @@ pub trait Overseer: Sync {
 
 /// A sweep to work on.
 pub struct Sweep<'s> {
-    /// The folder.
+    /// The folder of the sweep.
     pub folder: &'s Path,
-    /// The plan.
+    /// The plan of the sweep.
     pub plan: &'s SweepPlan,
     /// The laws and losses that the scenes may name.
     pub registry: &'s Registry,

@@ -1,4 +1,4 @@
-//! Cells, columns, and the formats of their numbers.
+//! The cells and columns of tables, and how their numbers are formatted.
 
 use super::words::{decimals, plain, quoted, three_digits};
 use serde::Serialize;
@@ -60,10 +60,10 @@ impl From<Option<&str>> for Cell {
     }
 }
 
-/// The head of a column.
+/// The description of a column: its heading, its meaning, and how its numbers are formatted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// The heading, and the key in JSON and CSV.
+    /// The heading, which is also the key in JSON and CSV.
     pub name: String,
     /// The meaning of the column. It includes the unit if `unit` is empty.
     pub says: String,
@@ -144,7 +144,7 @@ impl Column {
             (Cell::Missing, ..) => String::new(),
             (Cell::Number(x), Some(places), _) => plain(*x, places),
             (Cell::Number(x), None, Some(_)) => x.to_string(),
-            // Without an exponent a very large or small number would be hundreds of digits long.
+            // Use an exponent, because a very large or small number would otherwise have hundreds of digits.
             (Cell::Number(x), None, None) => format!("{x:e}"),
         }
     }

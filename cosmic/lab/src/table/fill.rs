@@ -74,7 +74,7 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// The subjects of the rows.
+    /// The subjects, one for each row.
     pub(crate) fn subjects(&self) -> &'a [S] {
         self.subjects
     }

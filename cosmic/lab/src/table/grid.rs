@@ -1,4 +1,4 @@
-//! A table and its five writers.
+//! Tables, which can be written as CSV, JSON, HTML, Markdown and text.
 
 use super::words::{escape, prose, quoted};
 use super::{Cell, Column};
@@ -37,10 +37,10 @@ pub struct Row {
     pub standing: Standing,
 }
 
-/// Rows under named columns.
+/// A table: rows of cells under named columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The name of the file; may be empty.
+    /// The name of the table's file; may be empty.
     pub name: String,
     /// The heading; may be empty.
     pub title: String,
@@ -64,7 +64,7 @@ impl Table {
         table
     }
 
-    /// CSV: a line of names, then a line for each row.
+    /// The table as CSV: a line of names, then a line for each row.
     pub fn to_csv(&self) -> String {
         let head = self.columns.iter().map(|column| quoted(&column.name));
         let rows = self.rows.iter().map(|row| self.written(row, Column::csv));
@@ -89,7 +89,7 @@ impl Table {
         })
     }
 
-    /// HTML. The meaning of a column appears when the mouse rests on its heading.
+    /// The table as HTML. The meaning of a column appears when the mouse rests on its heading.
     pub fn to_html(&self) -> String {
         let mut html = String::from("<table>");
         let named = self.columns.iter().any(|column| !column.name.is_empty());
@@ -119,7 +119,7 @@ impl Table {
         html + "</tbody></table>\n"
     }
 
-    /// Markdown: the first column left-aligned, the others right-aligned.
+    /// The table as Markdown: the first column left-aligned, the others right-aligned.
     pub fn to_markdown(&self) -> String {
         let rule = |k: usize| if k == 0 { "---" } else { "--:" }.to_owned();
         let mut lines = self.shown();
@@ -128,7 +128,7 @@ impl Table {
         lines.iter().map(line).collect()
     }
 
-    /// Text for a terminal, [`aligned`].
+    /// The table as text for a terminal; see [`aligned`].
     pub fn to_text(&self) -> String {
         aligned(&self.shown())
     }

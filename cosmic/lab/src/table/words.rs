@@ -45,7 +45,7 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Text as HTML. A passage between two backticks becomes code.
+/// A text converted to HTML. A passage between two backticks becomes code.
 pub fn prose(text: &str) -> String {
     let mut html = String::new();
     let mut rest = text;
@@ -59,7 +59,7 @@ pub fn prose(text: &str) -> String {
     html + &escape(rest)
 }
 
-/// Text as a cell of CSV, in quotes if it contains a separator.
+/// A text as a cell of CSV: in quotes if it contains a separator.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

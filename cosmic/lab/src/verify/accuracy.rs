@@ -159,7 +159,7 @@ impl Reference {
         let errors = errors(states, &self.states);
         std::array::from_fn(|k| {
             let least = RESOLVED * self.uncertainty[k];
-            // NaN is an error beyond all bounds.
+            // NaN counts as an infinite error.
             let resolved = errors[k] >= least || errors[k].is_nan();
             (least.is_finite() && resolved).then_some(errors[k])
         })
@@ -213,7 +213,7 @@ impl Run {
         }
     }
 
-    /// The outcome in a few words.
+    /// A few words about the outcome of the run.
     fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
             _ if self.is_failed() => "diverged",

@@ -89,7 +89,7 @@ impl Chaos {
                  The largest grew {most:.0} times in between."
             );
         }
-        // Steps after which rounding has used up all binary digits of a number type.
+        // The number of steps after which rounding has destroyed all binary digits of a number type.
         let horizon = |digits: u32| f64::from(digits - SPENT) * self.doubling;
         let [double, single] = [f64::MANTISSA_DIGITS, f32::MANTISSA_DIGITS].map(horizon);
         let [doubling, double_s, single_s] =
@@ -144,7 +144,7 @@ fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
 /// directions; these steps are few, so they are included.
 fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
     let small = distances.iter().take_while(|&&d| d < PARTED);
-    // Motions that agree to the last bit count as one rounding apart.
+    // If motions agree to the last bit, their distance counts as one rounding.
     let logs: Vec<f64> = small.map(|d| d.max(f64::EPSILON).log2()).collect();
     if logs.len() < 2 {
         return 0.0;
@@ -169,7 +169,7 @@ mod tests {
         let steps: Vec<usize> = (0..100).map(|k| 8 * k).collect();
         let grown = |n: &usize| (1e-9 * (*n as f64 / 40.0).exp2()).min(0.3);
         let distances: Vec<f64> = steps.iter().map(grown).collect();
-        // Logarithms near 20 rounded at 4e-15, fitted over hundreds of steps.
+        // The logarithms are near 20 and rounded at 4e-15; the fit is over hundreds of steps.
         assert!((growth_rate(&steps, &distances) - 1.0 / 40.0).abs() < 1e-12);
         assert_eq!(growth_rate(&steps[..3], &[f64::NAN; 3]), 0.0);
         let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
@@ -177,7 +177,8 @@ mod tests {
         assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
     }
 
-    /// A robot whose controller is silent comes to rest, and so do its neighbours.
+    /// Motions of a robot whose controller does nothing come to rest from all neighbouring starts, so they do not
+    /// diverge.
     #[test]
     fn a_resting_robot_is_not_chaotic() {
         let mut chaos = Chaos::of(&small([2, 2], |scene| {
@@ -185,7 +186,7 @@ mod tests {
         }));
         assert_eq!(chaos.doubling, f64::INFINITY);
         assert!(chaos.note().contains("do not double"));
-        // The payload sags by micrometres.
+        // The payload only sags by micrometres.
         assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
         // Growth is as measured, and after the last measurement continues at the mean rate.
         (chaos.doubling, chaos.grown) = (10.0, vec![(0, 1.0), (8, 4.0), (16, 8.0)]);

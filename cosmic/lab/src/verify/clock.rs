@@ -60,7 +60,7 @@ pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64
         let held = before.and_then(|before| Some(peak_memory()?.saturating_sub(before)));
         (result.expect("the work was done"), time, held)
     };
-    // A new thread has no spare buffers of earlier work.
+    // Run in a new thread, which has no spare buffers of earlier work.
     std::thread::scope(|scope| {
         let done = scope.spawn(measure).join();
         done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
@@ -89,7 +89,7 @@ fn ballast() -> Vec<Vec<u8>> {
     blocks
 }
 
-/// The most memory that this process has held so far, in bytes, if the system tells.
+/// The peak memory of this process so far in bytes; `None` if the system does not tell.
 pub fn peak_memory() -> Option<u64> {
     memory("VmHWM:")
 }

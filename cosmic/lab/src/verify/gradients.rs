@@ -163,7 +163,7 @@ impl Row {
         self.is_checked() && !right
     }
 
-    /// The outcome in a few words.
+    /// A few words about the outcome of the row.
     fn status(&self) -> &'static str {
         match WAYS[self.way].limit {
             _ if self.left_out => "left out: too much memory",
@@ -438,8 +438,8 @@ mod tests {
             let horizons: Vec<usize> = rows.iter().map(|row| row.steps).collect();
             assert_eq!(horizons, [2, 4, 8, 16, 32, 64, 128]);
             let worst = rows.iter().map(|row| row.error).fold(0.0, f64::max);
-            // Rounding of some hundred steps in each type. Differences lose a third of the digits. The error of
-            // truncation is large.
+            // The expected errors are: rounding of some hundred steps in each number type; a third of the digits lost
+            // for differences; and a large error for truncation.
             let expected = match of.limit {
                 Limit::Rounding => 0.0..1e-10,
                 Limit::Single => 0.0..1e-2,
@@ -464,7 +464,7 @@ mod tests {
         let truth = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let mut turned = truth;
         turned[1] = 1.0;
-        // Rounding of a root and an arc sine.
+        // The tolerances are for the rounding of a root and an arc sine.
         assert!((relative_error(&turned, &truth) - 1.0).abs() < 1e-15);
         assert!((angle(&turned, &truth) - 45.0).abs() < 1e-13);
         assert_eq!(angle(&truth, &truth), 0.0);

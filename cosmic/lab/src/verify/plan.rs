@@ -133,14 +133,14 @@ impl Plan {
     }
 }
 
-/// The settings and the body of a rollout.
+/// The settings and the body of a rollout, which a change may modify.
 struct Parts {
     physics: PhysicsSettings,
     sight: ControllerSettings,
     body: Body<f64>,
 }
 
-/// A change of the planned rollout.
+/// A change that puts a term into the planned rollout, or leaves it out.
 type Change<'f> = dyn Fn(&mut Parts) + 'f;
 
 /// A rollout of [`STEPS`] steps to which a change is applied.
@@ -175,7 +175,7 @@ fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
 }
 
 impl<'f> Row<'f> {
-    /// Adds the change, if the condition holds.
+    /// Adds the change to the row if `holds` is true.
     fn or(mut self, holds: bool, other: impl Fn(&mut Parts) + 'f) -> Self {
         if holds {
             self.other = Some(Box::new(other));
@@ -184,7 +184,7 @@ impl<'f> Row<'f> {
     }
 }
 
-/// All terms of a case's rollout.
+/// The rows of all terms of a case's rollout.
 fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let mut rows = controller_rows(case, body);
     rows.extend(force_rows(case, body));

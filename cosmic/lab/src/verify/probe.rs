@@ -18,7 +18,7 @@ use cosmic::task::Task;
 /// The distance by which every coordinate of a start is moved to get neighbouring starts, m.
 pub(super) const MOVED: f64 = 1e-9;
 
-/// The robot of a case in its world.
+/// The robot of a case in its world, ready to run in any number type.
 #[derive(Clone)]
 pub(super) struct Probe<'a> {
     pub(super) case: &'a Case,
@@ -98,7 +98,7 @@ pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
-/// The scalar product.
+/// The scalar product of two vectors.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

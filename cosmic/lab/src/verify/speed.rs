@@ -168,7 +168,7 @@ impl TwoMatvecs {
         }
     }
 
-    /// Computes them `steps` times; returns the input vector.
+    /// Computes the products `steps` times; returns the input vector.
     pub fn run(self, steps: usize) -> Vec<f64> {
         let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);

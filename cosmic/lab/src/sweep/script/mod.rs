@@ -14,14 +14,14 @@ use task::Tasks;
 
 pub use task::HandOver;
 
-/// A program that runs tasks.
+/// A program that runs the tasks of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheduler {
-    /// Slurm, by an array of tasks.
+    /// Slurm, which runs an array of tasks.
     Slurm,
     /// GNU parallel, on one machine.
     Parallel,
-    /// Kubernetes, by an indexed Job.
+    /// Kubernetes, which runs an indexed Job.
     Kubernetes,
 }
 

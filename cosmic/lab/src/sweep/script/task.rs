@@ -5,7 +5,7 @@ use cosmic::error::in_shell;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Seconds between the signal and the end of a task's time.
+/// How long before the end of its time a task receives the signal, s.
 pub(super) const GRACE: u64 = 60;
 
 /// The runs that are handed to a scheduler, and the options of their tasks.
@@ -62,7 +62,7 @@ impl Tasks {
     }
 }
 
-/// A name that every scheduler accepts.
+/// Turns a name into one that every scheduler accepts.
 fn label(name: &str) -> String {
     let letters = name.chars().map(|c| {
         let c = c.to_ascii_lowercase();

@@ -28,7 +28,7 @@ fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     assert!(failures.is_empty(), "{failures:?}");
     for run in &mut accuracy.runs {
         assert!(run.time > 0.0);
-        // Hundreds of steps, each with some ten roundings of numbers near 1.
+        // In each of hundreds of steps, some ten numbers near 1 are rounded.
         let rounding = [1e-9..1e-3, 0.0..1e-12, 0.0..f64::MIN_POSITIVE];
         assert!(
             rounding[run.precision].contains(&run.rounding[3]),
@@ -118,11 +118,11 @@ fn errors_are_at_least_three_uncertainties() {
         uncertainty: [1.0, 1.0, 1.0, 0.0],
         states: along([0.0; 4]),
     };
-    // A row that diverged is wrong by any measure.
+    // If a run diverged, its NaN counts as an error.
     let found = reference.errors(&along([2.5, 3.0, f64::NAN, 0.0]));
     assert!(found[2].is_some_and(f64::is_nan));
     assert_eq!([found[0], found[1], found[3]], [None, Some(3.0), Some(0.0)]);
-    // Against a reference that diverged, the error of no row is known.
+    // If the reference diverged, no error is known.
     reference.uncertainty = [f64::INFINITY; 4];
     let found = reference.errors(&along([9.0, 9.0, f64::NAN, 0.0]));
     assert_eq!(found, [None; 4]);

@@ -66,7 +66,7 @@ impl Group {
 /// A check of a gradient that is wrong on purpose. If the check accepts it, the other checks prove nothing.
 #[derive(Clone, Debug)]
 pub struct NegativeControl {
-    /// The group whose gradient was made wrong.
+    /// The name of the group whose gradient was made wrong.
     pub group: String,
     /// The verdict of the check.
     pub verdict: Verdict,
@@ -149,7 +149,7 @@ pub fn check_gradients_of(
     let steps_taken = case.physics.steps as f64;
     let options = &Options {
         noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
-        // Names of inputs differ from block to block.
+        // Names of inputs are left out, because they differ from block to block.
         names: Vec::new(),
         ..options.clone()
     };
@@ -236,7 +236,7 @@ impl<'a> CaseLoss<'a> {
         subject
     }
 
-    /// See [`GradientCheck::rounding`].
+    /// Estimates [`GradientCheck::rounding`].
     fn rounding(&self) -> f64 {
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let steps = self.probe.case.physics.steps as f64;

@@ -25,7 +25,7 @@ pub(super) type Slopes = [f64; DIRECTIONS];
 pub(super) struct Subject<'a> {
     probe: Probe<'a>,
     blocks: Vec<Block>,
-    /// Unit vectors.
+    /// The directions, as unit vectors.
     directions: [Vec<f64>; DIRECTIONS],
 }
 
@@ -116,12 +116,12 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The gradient by the rollout driver.
+    /// The gradient as the rollout driver computes it.
     pub(super) fn driver<R: Real>(&self, steps: usize) -> Vec<R> {
         self.reverse(|inputs| self.losses(inputs, &[steps])[0])
     }
 
-    /// The gradient by a tape of every operation.
+    /// The gradient as computed with a tape of every operation.
     pub(super) fn full_tape(&self, steps: usize) -> Vec<f64> {
         let Probe { case, task, .. } = &self.probe;
         self.reverse(|inputs| {

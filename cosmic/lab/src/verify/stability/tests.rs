@@ -18,7 +18,7 @@ fn odd_robots() -> Vec<(Case, usize)> {
         ),
         // Without springs every time step is stable, so only the robot's own is tried.
         (|scene| scene.materials.stiffness = [0.0; 3], 1),
-        // Nothing moves.
+        // Here nothing can move.
         (
             |scene| (scene.physics.gravity, scene.materials.max_strain) = (0.0, [0.0; 3]),
             5,
@@ -42,7 +42,7 @@ fn odd_robots() -> Vec<(Case, usize)> {
 #[test]
 fn every_extreme_ends_as_expected() {
     let mut trials = extreme_trials();
-    // The large lattices take minutes of an unoptimised test.
+    // Large lattices are left out, because they take minutes without optimisation.
     trials.retain(|trial| trial.case.lattice.nodes() <= 100);
     for (case, count) in odd_robots() {
         let of_case = case_trials(&case);
