@@ -163,7 +163,7 @@ pub(super) fn joint(
 ) -> Joint {
     let own = members.iter().zip(&stack.of_member);
     let own: Vec<_> = own.filter(|(m, _)| m.nodes.contains(&node)).collect();
-    // With this trim, the sides of a joint with eight sides are as wide as a strut. Single struts get such a joint.
+    // With this trim, a side of a joint with up to eight equal sides is at least as wide as a strut.
     let mut trim = own.iter().map(|(m, _)| radii.reach(m)).fold(0.0, f64::max);
     let thinnest = own
         .iter()
