@@ -108,7 +108,7 @@ impl Reference {
         let error = relative_error(got, expected);
         assert!(
             error <= bound,
-            "{name}: {result} is off by {error:e}; at most {bound:e} is allowed"
+            "{name}: {result} has the error {error:e}, but at most {bound:e} is allowed"
         );
     }
 }
@@ -120,7 +120,7 @@ impl Reference {
 pub fn references(folder: &Path) -> Vec<Reference> {
     let mut paths = entries(folder);
     paths.retain(|path| has_extension(path, &["json"]));
-    assert!(!paths.is_empty(), "no case in {}", folder.display());
+    assert!(!paths.is_empty(), "no JSON file in {}", folder.display());
     paths.into_iter().map(read).collect()
 }
 
@@ -139,7 +139,7 @@ fn read(path: PathBuf) -> Reference {
 pub fn number(object: &Value, key: &str) -> f64 {
     object[key]
         .as_f64()
-        .unwrap_or_else(|| panic!("no number `{key}` in {object}"))
+        .unwrap_or_else(|| panic!("`{key}` is missing or not a number in {object}"))
 }
 
 /// All numbers of a JSON value, which may be nested lists, in the order of the text.
@@ -166,7 +166,7 @@ pub fn assert_near(got: f64, expected: f64, bound: f64, of: &dyn Display) {
     let error = (got - expected).abs();
     assert!(
         error <= bound,
-        "{of}: {got} for {expected}, off by {error:e}"
+        "{of}: found {got}, expected {expected}; off by {error:e}, at most {bound:e} is allowed"
     );
 }
 

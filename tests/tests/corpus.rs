@@ -20,7 +20,7 @@ fn no_file_of_the_corpus_makes_a_reader_panic() {
                     assert!(!error.to_string().is_empty());
                     assert!([2, 3].contains(&error.exit_code()), "{path:?}: {error}");
                 }
-                Err(_) => panic!("{} makes the reader of a {name} panic", path.display()),
+                Err(_) => panic!("the reader of a {name} panics on {}", path.display()),
             }
         }
         // Each corpus has both valid and invalid files.

@@ -211,14 +211,23 @@ fn row_fault(situation: &Situation, update: &Update, (i, value): (usize, f64)) -
     // The elastic variable y has the marginal cost c + d y, which is at least the multiplier, and equal to it if y > 0.
     let price = (parameters.c + parameters.d * y - multiplier) / (1.0 + multiplier);
     let conditions = [
-        (y >= 0.0 && multiplier >= 0.0, "has the wrong sign"),
+        (
+            y >= 0.0 && multiplier >= 0.0,
+            "has a negative elastic variable or multiplier",
+        ),
         (excess <= TOLERANCE, "is violated"),
         (
             multiplier == 0.0 || excess >= -TOLERANCE,
-            "has slack and a multiplier",
+            "is not active, but its multiplier is not 0",
         ),
-        (price >= -TOLERANCE, "should give way further"),
-        (y == 0.0 || price <= TOLERANCE, "gives way too far"),
+        (
+            price >= -TOLERANCE,
+            "has an elastic variable that is too small",
+        ),
+        (
+            y == 0.0 || price <= TOLERANCE,
+            "has an elastic variable that is too large",
+        ),
     ];
     let broken = conditions.iter().find(|(holds, _)| !holds)?;
     Some(format!(
@@ -235,7 +244,7 @@ fn variable_fault(
     let x = update.point[j];
     if !models.moves(j) {
         let moved = x != models.situation.point[j];
-        return moved.then(|| format!("variable {j} has no room and moved"));
+        return moved.then(|| format!("variable {j} is fixed, but has moved"));
     }
     let (alpha, beta) = models.bounds(j);
     // Numbers up to 10 are rounded at about 1e-15.
@@ -250,10 +259,10 @@ fn variable_fault(
     let conditions = [
         (
             (alpha..=beta).contains(&x) || at(alpha) || at(beta),
-            "has left its box",
+            "is outside its bounds",
         ),
-        (slope <= TOLERANCE || at(alpha), "should fall"),
-        (slope >= -TOLERANCE || at(beta), "should rise"),
+        (slope <= TOLERANCE || at(alpha), "is too large"),
+        (slope >= -TOLERANCE || at(beta), "is too small"),
     ];
     let broken = conditions.iter().find(|(holds, _)| !holds)?;
     Some(format!(

@@ -32,7 +32,7 @@ fn cases() -> Vec<Case> {
     let references = references(&own_reference_folder());
     let cases = references.iter().map(|reference| reference.case());
     let small: Vec<Case> = cases.filter(|case| case.lattice.nodes() <= 12).collect();
-    assert!(!small.is_empty(), "no small case");
+    assert!(!small.is_empty(), "the reference folder has no small case");
     small
 }
 

@@ -96,7 +96,8 @@ fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
             let by_number = ByNumber::new(&case, name);
             let surroundings = by_number.simulator.surroundings::<f64>();
             let value = surroundings.iter().find(|(other, _)| other == name);
-            let (_, value) = value.unwrap_or_else(|| panic!("{surroundings:?} lacks {name}"));
+            let (_, value) =
+                value.unwrap_or_else(|| panic!("{name} is missing in {surroundings:?}"));
             // Contacts cause kinks, which a relative step of 1e-2 would reach.
             let options = Options {
                 largest_step: 1e-5,

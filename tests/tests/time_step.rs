@@ -143,14 +143,17 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                 let [own_off, fastest_off] = vibration(&shaken(&lattice.positions));
                 // The slack is for rounding and for the softening of lengths, 1e-12 of a length squared of 1e-2.
                 let slack = 1.0 + 1e-9;
-                assert!(fastest <= own * slack, "{fastest} above its bound {own}");
+                assert!(
+                    fastest <= own * slack,
+                    "the frequency {fastest} is above its bound {own}"
+                );
                 assert!(
                     fastest_off <= own_off * slack,
                     "{fastest_off} above {own_off}"
                 );
                 assert!(
                     own <= bound * slack,
-                    "{own} above that of any design {bound}"
+                    "the bound {own} of this design is above the bound {bound} of any design"
                 );
                 if radius == 0.0 && stiffening == 0.0 {
                     nearest = nearest.max(fastest / bound);
@@ -164,7 +167,10 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
             }
         }
     }
-    assert!(nearest > 0.9, "far from any design: {nearest}");
+    assert!(
+        nearest > 0.9,
+        "no design comes near the bound of any design: {nearest} of it"
+    );
 }
 
 /// An optimisation refuses an unstable start, unless the scene allows it. If a later design becomes unstable because

@@ -74,7 +74,10 @@ fn cases() -> Vec<Case> {
 fn uniform(what: &str, list: &[f64], otherwise: f64) -> f64 {
     let first = list.first().copied().unwrap_or(otherwise);
     let is_uniform = list.iter().all(|&entry| entry == first);
-    assert!(is_uniform, "`{what}` differs between constraints: {list:?}");
+    assert!(
+        is_uniform,
+        "`{what}` must be the same for all constraints, but is {list:?}"
+    );
     first
 }
 

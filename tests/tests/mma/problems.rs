@@ -51,7 +51,7 @@ const KINDS: [(&str, Build); 7] = [
 pub(crate) fn problem(statement: &str, data: Value) -> Box<dyn Problem> {
     let kind = KINDS.iter().find(|(start, _)| statement.starts_with(start));
     let Some((_, build)) = kind else {
-        panic!("the statement {statement:?} belongs to no known problem: add it to KINDS");
+        panic!("unknown problem {statement:?}; add it to KINDS");
     };
     build(data).unwrap_or_else(|error| panic!("the data of {statement:?} do not fit: {error}"))
 }
