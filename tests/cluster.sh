@@ -4,7 +4,7 @@
 # Run it by hand, as root on Debian:
 #   tests/cluster.sh
 # It installs what it needs (slurm-wlm, munge, parallel, faketime, sshfs), takes half an hour, and prints results.
-# If COSMIC_PROGRAM names a program, nothing is built.
+# If the variable COSMIC_PROGRAM names a built program, nothing is built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -27,14 +27,14 @@ if [ -z "${COSMIC_PROGRAM:-}" ]; then
   cargo build --release --quiet -p cosmic-program
   COSMIC_PROGRAM=$PWD/target/release/cosmic
 fi
-# A new folder with the program as `cosmic`.
+# Creates a new folder with the program as `cosmic` in it.
 here=$(mktemp -d)
 mkdir "$here/bin"
 ln -s "$(realpath "$COSMIC_PROGRAM")" "$here/bin/cosmic"
 export PATH=$here/bin:$PATH
 cd "$here"
 
-# Ends everything that was started, even after a failure.
+# Stops everything that was started, even after a failure.
 stop() {
   scancel --full --user="$(id -un)" 2>/dev/null || true
   for pid in slurmd slurmctld; do
@@ -49,7 +49,7 @@ stop() {
 }
 trap stop EXIT
 
-# The results in $1.json and $1.csv without wall times, which may differ.
+# Prints the results in $1.json and $1.csv without wall times, which may differ.
 untimed() {
   sed -E 's/"seconds": ?[0-9.e+-]+/"seconds":0/g' "$1.json"
   # The table's column of that name.
@@ -63,7 +63,7 @@ results() {
 same() {
   results "$1" >"$1.results"
   cmp serial.results "$1.results" || fail "$1: results differ from those of the serial run"
-  echo "$1: the results of the serial run, byte for byte (seconds aside)"
+  echo "$1: same results as the serial run, byte for byte (except wall times)"
 }
 left() { cosmic sweep status "$1" --json | grep -c '"state": *"\(waiting\|begun\)"' || true; }
 plan() { cosmic sweep plan coulomb --grid physics.friction=0.6,1,2.5 --seeds 8 --quiet --out "$1"; }
@@ -183,7 +183,7 @@ echo "the first host is gone after $(cosmic sweep status shared/sweep --json | g
 head -qn 1 shared/sweep/claims/*/* | sort | uniq -c
 began=$SECONDS
 wait "$second" || fail 'the second host did not finish'
-echo "the second host finished all, $((SECONDS - began)) s later"
+echo "the second host finished all runs, $((SECONDS - began)) s later"
 same shared/sweep
 
 say 'a disk that fills up'
@@ -228,7 +228,7 @@ cosmic sweep script kubernetes-sweep --kubernetes --throttle 8 --out job.yaml
 if python3 -m venv checker && checker/bin/pip install --quiet kubernetes-validate; then
   checker/bin/kubernetes-validate --strict job.yaml
 else
-  echo 'no schema checker to be had: the manifest is not validated'
+  echo 'no schema checker is available, so the manifest is not validated'
 fi
 
 say 'done'

@@ -1,7 +1,8 @@
-// Compares the library in WebAssembly with the native program: processor time, displacement, bits.
+// Compares the library in WebAssembly with the native program: processor time, displacement, and whether bits are
+// equal.
 //   node web/bench.mjs [--seeds 8] [--scalars 2] [--program COSMIC] [--write]
 // Bits are compared for the first --scalars seeds.
-// With --write the table goes into docs/web.md. `web/build.sh` and `cargo build --release` come first.
+// --write puts the table into docs/web.md. Run `web/build.sh` and `cargo build --release` first.
 import { execFileSync, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { cpus, tmpdir } from "node:os";
@@ -23,7 +24,7 @@ const { values: given, positionals } = parseArgs({
   },
 });
 
-/** Designs a robot in this process, without pictures, and prints the result. */
+/** Designs a robot with the WebAssembly library in this process, and prints the result. */
 function inWebAssembly(scene, seed) {
   const engine = new Engine(new WebAssembly.Module(readFileSync(here("dist/cosmic.wasm"))));
   engine.ask({ do: "begin", scene: { scene, settings: [] }, seed });
@@ -51,7 +52,7 @@ function natively(scene, seed) {
   return { seconds, far };
 }
 
-/** The native library without SIMD registers. */
+/** Designs a robot with the native library, built without SIMD registers. */
 function inScalars(scene, seed) {
   return execFileSync("cargo", ["run", "--release", "--quiet", "--example", "design", "--", scene, String(seed)], {
     cwd: here("."), encoding: "utf8", maxBuffer: 1 << 26,

@@ -11,7 +11,7 @@ if ! rustup target add "$target" >/dev/null 2>&1 &&
   exit 0
 fi
 
-# Rollouts need more than the megabyte of stack that a program has by default.
+# Rollouts need more stack than the default of one megabyte.
 flags='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
 RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
 

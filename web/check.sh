@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds the page and tests it in the installed browsers: every control, the files that it saves, its robot in the native
-# program, Lighthouse's score. Tests whose tools are missing are named and skipped. Pictures of the page go to the folder
-# $1, if it is given.
+# Builds the page and tests it in the installed browsers: every control, the files that it saves, the saved robot in the
+# native program, and Lighthouse's score. If a tool is missing, its tests are skipped, and the output says so. If $1 is
+# given, screenshots of the page are written into that folder.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -15,7 +15,7 @@ if ! [ -e dist/cosmic.wasm ]; then
 fi
 RUSTFLAGS='-C target-feature=+simd128' cargo clippy --release --quiet --locked --target wasm32-unknown-unknown -- -D warnings
 
-say 'what the tests need'
+say 'installing what the tests need'
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then
   echo 'SKIPPED: no node with npm: the page is not tested'
   exit 0

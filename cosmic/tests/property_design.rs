@@ -1,4 +1,4 @@
-//! Properties of every design: projections, measures and the snap.
+//! Properties that hold for every design: of projections, of measures and of the snap.
 
 use cosmic::design::{LayoutRules, Material, Mixture, Structure, VolumeBounds, snap};
 use cosmic::lattice::Lattice;
@@ -13,7 +13,7 @@ fn vectors(entries: std::ops::Range<f64>) -> impl Strategy<Value = Vec<[f64; 3]>
 
 const BOTH: [Projection; 2] = [Projection::Performance, Projection::Stability];
 
-/// The largest difference of two shares.
+/// The largest difference between the shares of two lists of mixtures.
 fn largest_change(a: &[Mixture<f64>], b: &[Mixture<f64>]) -> f64 {
     let shares = |of: &[Mixture<f64>]| of.iter().flat_map(|m| m.0).collect::<Vec<_>>();
     let pairs = shares(a).into_iter().zip(shares(b));
@@ -23,20 +23,20 @@ fn largest_change(a: &[Mixture<f64>], b: &[Mixture<f64>]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// This holds even far outside the optimiser's range.
+    /// The shares add up to one even far outside the optimiser's range.
     #[test]
     fn the_shares_of_a_mixture_add_up_to_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
         for projection in BOTH {
             for Mixture(row) in mixtures(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
                 prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
-                // Three roundings of quotients, two of the sum.
+                // Three quotients and two sums are rounded.
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{:?}", row);
             }
         }
     }
 
-    /// The performance projection depends on differences within an edge, the stability projection on differences
-    /// between edges.
+    /// The performance projection depends only on differences within an edge, so shifting all entries of an edge has no
+    /// effect. The stability projection depends only on differences between edges.
     #[test]
     fn common_shifts_have_no_effect(
         z in vectors(0.0..1.0),
@@ -64,13 +64,14 @@ proptest! {
             let within = |x: f64, most: f64| (-rounding..=most + rounding).contains(&x);
             prop_assert!(within(found.volume, 1.0) && within(found.actuator_volume, 1.0));
             prop_assert!(found.actuator_volume <= found.volume + rounding);
-            // The largest values are those of three thirds and of two halves.
+            // The largest values occur for three equal shares and for two equal shares.
             prop_assert!(within(found.binarisation, 1.0 - (1.0f64 / 3.0).sqrt()));
             prop_assert!(found.overlap.iter().all(|&g| within(g, 0.5)));
         }
     }
 
-    /// A snap gives one material per edge, volumes within the bounds, and one piece if the scene requires it.
+    /// After a snap every edge has one material, the volumes are within the bounds, and the robot is in one piece if
+    /// the scene requires it.
     #[test]
     fn a_snap_meets_the_volumes(
         z in prop::collection::vec(prop::array::uniform3(0.0..1.0), 110),

@@ -1,4 +1,4 @@
-//! Files read back to the same bits.
+//! Values that are written to a file and read back have the same bits.
 
 use cosmic::Registry;
 use cosmic::case::Case;

@@ -1,4 +1,4 @@
-//! Files are written completely or not at all, and JSON begins with its format and version.
+//! A file is written completely or not at all, and JSON files begin with their format and version.
 
 use cosmic::Error;
 use cosmic::record::files::{Format, read_json, write_atomic, write_json};
@@ -25,7 +25,7 @@ fn body() -> Body {
     }
 }
 
-/// The names in a folder.
+/// The names of the files in a folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name());
@@ -142,7 +142,8 @@ fn links_and_pipes_are_kept() {
     assert_eq!(names(folder.path()).len(), 5);
 }
 
-/// The variable with the folder for the copy of this test that dies in the middle of a write.
+/// This test starts a copy of itself that is killed in the middle of a write. The environment variable has the folder
+/// in which the copy writes.
 const VICTIM: &str = "COSMIC_TEST_VICTIM";
 
 #[test]

@@ -1,4 +1,4 @@
-//! The built-in scenes against the files of their folder.
+//! The built-in scenes are the files of the folder `scenes/`.
 
 use cosmic::scene::{BUILTIN, Named, Scene};
 use std::collections::BTreeMap;
@@ -29,8 +29,8 @@ fn every_scene_of_the_folder_is_built_in_and_reads_back() {
     assert!(BUILTIN.iter().all(|builtin| builtin.about().len() > 10));
 }
 
-/// `resolved_scenes.txt` has the settings of the built-in scenes from before scenes named their bases: all settings of
-/// `stability`, and for each other scene the settings that differ.
+/// Built-in scenes have the same settings as before scenes named their bases. `resolved_scenes.txt` has the old
+/// settings: all settings of `stability`, and for each other scene the settings that differ.
 #[test]
 fn no_built_in_scene_has_changed() {
     let mut scenes = include_str!("resolved_scenes.txt").split("\n[");
@@ -62,7 +62,7 @@ fn no_built_in_scene_has_changed() {
     assert_eq!(Scene::load("stability").unwrap(), Scene::paper());
 }
 
-/// This rules out cycles of bases: each scene is the paper's scene with some changes.
+/// Every built-in scene is the paper's scene `stability` with some changes, so there are no cycles of bases.
 #[test]
 fn the_base_of_every_built_in_scene_is_stability() {
     for builtin in BUILTIN {

@@ -1,4 +1,4 @@
-//! Wrong scenes: each is refused at its line and column. The message says what is wrong, the report what is
+//! Every wrong scene is refused at the right line and column. The message says what is wrong, and the report what is
 //! allowed.
 
 use cosmic::scene::Scene;
@@ -6,7 +6,8 @@ use cosmic::{Error, error};
 use proptest::prelude::*;
 use std::fs;
 
-/// The message and the report of the error for a text in which `^` marks the place of the fault.
+/// Parses a scene in which `^` marks the place of a fault, asserts that the error is at that place, and returns its
+/// message and its report.
 fn refusal(text: &str) -> (String, String) {
     let (before, after) = text.split_once('^').unwrap();
     match Scene::parse("my.toml", &[before, after].concat()) {
@@ -29,7 +30,7 @@ fn refusal(text: &str) -> (String, String) {
     }
 }
 
-/// Each scene of `wrong_scenes.txt` is refused at its place and with its words.
+/// Each scene of `wrong_scenes.txt` is refused at the marked place, with the words that the file lists.
 #[test]
 fn wrong_scenes_are_refused_where_they_are_wrong() {
     let (head, scenes) = include_str!("wrong_scenes.txt").split_once("\n\n").unwrap();
@@ -92,7 +93,7 @@ fn unreadable_files_and_malformed_files_are_different_errors() {
     assert!(read("huge.toml").to_string().contains("1048576 bytes"));
 }
 
-/// Any text is read as a scene, or refused with a place inside the text.
+/// Asserts that a text is read as a scene, or refused with a place inside the text.
 fn survives(text: &str) -> error::Result<()> {
     match Scene::parse("any", text) {
         Err(Error::Malformed { line, column, .. }) => {
@@ -103,7 +104,7 @@ fn survives(text: &str) -> error::Result<()> {
     }
 }
 
-/// Too deep for a recursive reader.
+/// A list nested so deeply that a recursive reader would overflow the stack.
 const NESTED: &str = match str::from_utf8(&[b'['; 4000]) {
     Ok(text) => text,
     Err(_) => "",

@@ -1,4 +1,4 @@
-//! Warnings about settings without effect, and checks that these settings have no effect.
+//! Warnings about settings without effect. The tests check that these settings really have no effect.
 
 use autodiff::Real;
 use cosmic::Registry;
@@ -9,7 +9,7 @@ use cosmic::scene::Scene;
 use cosmic::simulator::Trajectory;
 use std::collections::BTreeMap;
 
-/// The height of the payload.
+/// A loss: the height of the payload.
 struct Height;
 
 impl Loss for Height {
@@ -49,7 +49,7 @@ const SMALL: [&str; 19] = [
     "loss.every=4",
 ];
 
-/// Other scenes, as changes of the small scene.
+/// Other scenes, each written as changes of [`SMALL`].
 const OTHERS: [&[&str]; 20] = [
     &[
         "lattice.columns=6",
@@ -103,7 +103,7 @@ const OTHERS: [&[&str]; 20] = [
     &["lattice.file=square", "lattice.drop=0"],
 ];
 
-/// More values to try: names, and numbers far from those in the scenes.
+/// Further values to try: names, and numbers far from those in the scenes.
 const NAMES: [&str; 14] = [
     "design.feet=3",
     "mma.asymin=0.2",
@@ -121,7 +121,7 @@ const NAMES: [&str; 14] = [
     "binarisation.method=constraints",
 ];
 
-/// Values near the value of a file: every number a little larger or smaller, and booleans flipped.
+/// Values to try instead of `value`: numbers a little larger and smaller, and booleans flipped.
 fn others(key: &str, value: &str) -> Vec<String> {
     let named = NAMES
         .iter()
@@ -165,15 +165,15 @@ fn warning(scene: &Scene, key: &str) -> Option<String> {
     doubts.find(of_key).map(|doubt| doubt.to_string())
 }
 
-/// Changing a key with a warning does not change a single bit of the result. A key with a warning in one scene has an
-/// effect in another scene, so no condition is too wide. No scene has a warning about a key that it reads.
+/// If a scene has a warning about a key, changing the key does not change a single bit of the result. And such a key
+/// has an effect in another scene without the warning, so no condition for a warning is too wide.
 #[test]
 fn exactly_the_settings_without_effect_have_a_warning() {
     let square: Truss = serde_json::from_str(TRUSS).unwrap();
     let registry = Registry::default().with_loss("height", Height);
     let registry = registry.with_lattice("square", square);
     let small = registry.load("stability").unwrap().set(&SMALL).unwrap();
-    // For keys that some scenes do not read: whether the key had an effect in the scenes that read it.
+    // For each key with a warning in some scene: whether it had an effect in another scene.
     let mut matters: BTreeMap<String, bool> = BTreeMap::new();
     let mut wrong = Vec::new();
     let scenes: Vec<_> = OTHERS
@@ -212,8 +212,8 @@ fn exactly_the_settings_without_effect_have_a_warning() {
             }
         }
     }
-    // It matters only if the controller with the best rollout does not have the best median, which happens in none of
-    // these scenes.
+    // This key has an effect only if the controller with the best rollout does not have the best median, which does not
+    // happen in these scenes.
     matters.remove("selection.candidates");
     let idle = matters.iter().filter(|(_, matters)| !**matters);
     wrong.extend(idle.map(|(key, _)| format!("{key} matters nowhere")));

@@ -1,4 +1,4 @@
-//! The values of a scene from its base, from the file of a run and from `--set`, and the departures from the paper.
+//! Where a scene's values come from: its base, the file of a run, or `--set`. Also its departures from the paper.
 
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
@@ -17,7 +17,7 @@ fn missing_keys_come_from_the_base() {
         let named = Scene::parse("named", &format!("base = {:?}", builtin.name)).unwrap();
         assert_eq!(named, load(builtin.name));
         assert_eq!(named.base.name(), builtin.name);
-        // The complete text names its base, so removing a line changes nothing.
+        // The complete text names its base, so a removed line gets the same value from the base.
         let text = named.to_toml().replace("gravity = ", "# ");
         assert_eq!(Scene::parse("shown", &text).unwrap(), named);
     }
@@ -38,12 +38,13 @@ fn missing_keys_come_from_the_base() {
     assert_eq!(scene.physics.dt, 1e-3);
     assert_eq!(scene.gradient.cotangent_bound, None);
     assert_eq!(scene.physics.steps, Scene::default().physics.steps);
-    // A number may be written without a point.
+    // A number may be written without a decimal point.
     let scene = Scene::parse("two", "physics.gravity = 5").unwrap();
     assert_eq!(scene.physics.gravity, 5.0);
 }
 
-/// The scene of a run must have every key of its version. Newer keys get the values that reproduce the old behaviour.
+/// The scene file of a run must have every key of its version. Keys that are newer get the values that reproduce the
+/// old behaviour.
 #[test]
 fn the_scene_of_a_run_is_complete() {
     let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
@@ -71,7 +72,7 @@ fn the_scene_of_a_run_is_complete() {
         .unwrap_err()
         .to_string();
     assert!(says.contains("`stops.at` is missing"), "{says}");
-    // In files from before versions, no key comes from a base, and keys that did not exist yet are off.
+    // In files that are older than versions, no key comes from a base, and keys that did not exist yet are off.
     let old = without(&without(&without(&text, "format"), "version"), "base");
     assert_eq!(
         Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
@@ -143,7 +144,7 @@ fn departures_are_named_and_can_be_switched_off() {
     assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
-/// The error of `--set` with these settings of the paper's scene.
+/// The report of the error when `--set` applies these settings to the paper's scene.
 fn refused_setting(settings: &[&str]) -> String {
     Scene::paper().set(settings).unwrap_err().to_string()
 }
@@ -172,7 +173,7 @@ fn single_settings_replace_those_of_a_scene() {
     assert!(set.controller.two_goals && set.schedule.cycle == [Pass::Design, Pass::Controller]);
     assert_eq!(set.physics.friction, scene.physics.friction);
     assert_eq!(scene.set(&[""; 0]).unwrap(), scene);
-    // Each alone contradicts the scene; together they fit.
+    // Each setting alone contradicts the scene; both together fit.
     let both = [
         "schedule.iterations=100",
         "schedule.snap_at=90",
@@ -185,7 +186,7 @@ fn single_settings_replace_those_of_a_scene() {
     assert_eq!((set.physics.dt, set.physics.steps), (0.001, 5000));
 }
 
-/// Settings that are refused: words of the message, and the option as it is shown.
+/// Settings that are refused, each with words of the message and the option as the report shows it.
 const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     (
         "base=stability",
@@ -245,7 +246,7 @@ fn a_wrong_setting_is_shown_as_the_user_wrote_it() {
         assert!(report.contains(says) && report.contains(shown), "{report}");
         assert!(!report.contains("-->"), "{report}");
     }
-    // A conflict is shown in the setting that names one of its keys.
+    // If two keys conflict, the report shows the setting that names one of them.
     let report = refused_setting(&["physics.dt=0.001", "physics.steps=512"]);
     assert!(
         report.contains("the horizon (4096 steps) is longer"),
@@ -255,7 +256,7 @@ fn a_wrong_setting_is_shown_as_the_user_wrote_it() {
         report.contains("--set physics.steps=512\n  |                     ^^^"),
         "{report}"
     );
-    // A fault found later is shown in the last setting of its key, or in the scene.
+    // If a fault is found later, the report shows the last setting of its key, or else the scene.
     let shown = |name, settings: &[&str], key| {
         let error = Registry::default().fault(name, settings, key, "too long", "take less");
         error.map(|error| error.to_string())

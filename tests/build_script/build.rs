@@ -1,4 +1,4 @@
-//! Emits the adjoint of the kernel, so that no emitted code is checked in or stale.
+//! Emits the adjoint of the kernel at build time, so that no generated code is checked in or out of date.
 
 use autodiff::{Kernel, Real, emit};
 
@@ -7,7 +7,7 @@ mod drag;
 
 use drag::Drag;
 
-/// The build script needs only the formula of the kernel.
+/// The kernel without an adjoint, which is enough for the build script.
 impl Kernel<3, 1> for Drag {
     fn eval<R: Real>(&self, x: [R; 3]) -> [R; 1] {
         self.decelerated(x)

@@ -1,4 +1,4 @@
-//! Shared by the tests across both crates: reading reference files and comparing with them, and small robots.
+//! Helpers for the tests across both crates: reference files, comparisons with them, and small robots.
 
 mod bare;
 pub mod readers;
@@ -13,17 +13,18 @@ use std::path::{Path, PathBuf};
 use cosmic::case::Case;
 use serde_json::Value;
 
-/// The folder of reference cases: `REFERENCE_DIR` if it is set, otherwise the project's own.
+/// The folder of reference cases: the environment variable `REFERENCE_DIR` if it is set, otherwise the project's
+/// folder.
 pub fn reference_folder() -> PathBuf {
     std::env::var_os("REFERENCE_DIR").map_or_else(own_reference_folder, PathBuf::from)
 }
 
-/// The project's own reference cases.
+/// The project's own folder of reference cases.
 pub fn own_reference_folder() -> PathBuf {
     workspace().join("tests/data/reference")
 }
 
-/// A folder of the reference cases by its name, or the project's own folder of that name.
+/// The subfolder `name` of the reference cases, or the project's own one if it does not exist there.
 pub fn reference_subfolder(name: &str) -> PathBuf {
     let given = reference_folder().join(name);
     match given.is_dir() {
@@ -74,21 +75,21 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
 /// A reference file: its path, its text, and the JSON in it.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Its path.
+    /// The path of the file.
     pub path: PathBuf,
-    /// Its text.
+    /// The text of the file.
     pub text: String,
-    /// Its JSON.
+    /// The JSON in the file.
     pub json: Value,
 }
 
 impl Reference {
-    /// The name by which a failure is reported.
+    /// The name that failures mention.
     pub fn name(&self) -> String {
         self.path.display().to_string()
     }
 
-    /// The case in it.
+    /// Reads the case in the file.
     ///
     /// # Panics
     /// If the file is not a case.
@@ -96,29 +97,30 @@ impl Reference {
         Case::parse(&self.name(), &self.text).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Asserts that a result agrees with the expected one, within one of the tolerances of the file.
+    /// Asserts that `got` agrees with `expected` within the file's tolerance of the name `tolerance`. `result` names
+    /// the result in the failure.
     ///
     /// # Panics
-    /// If it does not, or the file does not have that tolerance.
+    /// If they do not agree, or the file does not have that tolerance.
     pub fn check(&self, result: &str, tolerance: &str, [got, expected]: [&[f64]; 2]) {
         let name = self.name();
         let bound = number(&self.json["tolerance"], tolerance);
         let error = relative_error(got, expected);
         assert!(
             error <= bound,
-            "{name}: {result} is off by {error:e}; at most {bound:e} is allowed"
+            "{name}: {result} has the error {error:e}, but at most {bound:e} is allowed"
         );
     }
 }
 
-/// Every `*.json` file directly in a folder, sorted by name.
+/// Reads every `*.json` file directly in a folder, sorted by name.
 ///
 /// # Panics
-/// If there is no such file: a test that reads no case shows nothing.
+/// If there is no such file, because a test without cases would prove nothing.
 pub fn references(folder: &Path) -> Vec<Reference> {
     let mut paths = entries(folder);
     paths.retain(|path| has_extension(path, &["json"]));
-    assert!(!paths.is_empty(), "no case in {}", folder.display());
+    assert!(!paths.is_empty(), "no JSON file in {}", folder.display());
     paths.into_iter().map(read).collect()
 }
 
@@ -130,17 +132,17 @@ fn read(path: PathBuf) -> Reference {
     Reference { path, text, json }
 }
 
-/// A number of an object.
+/// The number `key` of a JSON object.
 ///
 /// # Panics
 /// If the object has no number of that name.
 pub fn number(object: &Value, key: &str) -> f64 {
     object[key]
         .as_f64()
-        .unwrap_or_else(|| panic!("no number `{key}` in {object}"))
+        .unwrap_or_else(|| panic!("`{key}` is missing or not a number in {object}"))
 }
 
-/// All numbers of a JSON value, nested lists from first to last.
+/// All numbers of a JSON value, which may be nested lists, in the order of the text.
 ///
 /// # Panics
 /// If the value holds anything but numbers and lists.
@@ -155,7 +157,7 @@ pub fn numbers(value: &Value) -> Vec<f64> {
     }
 }
 
-/// Asserts that a number is within a bound of the expected one; `of` names the number.
+/// Asserts that `got` differs from `expected` by at most `bound`. `of` names the number in the failure.
 ///
 /// # Panics
 /// If it is not within the bound.
@@ -164,12 +166,12 @@ pub fn assert_near(got: f64, expected: f64, bound: f64, of: &dyn Display) {
     let error = (got - expected).abs();
     assert!(
         error <= bound,
-        "{of}: {got} for {expected}, off by {error:e}"
+        "{of}: found {got}, expected {expected}; off by {error:e}, at most {bound:e} is allowed"
     );
 }
 
-/// Relative error `|got - expected| / |expected|` of a whole field, in the L2 norm; the absolute
-/// error if the expected field is zero.
+/// The relative error `|got - expected| / |expected|` of a vector in the L2 norm, or the absolute error if the expected
+/// vector is zero.
 pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(got.len(), expected.len(), "the fields differ in length");
     let norm = |terms: &mut dyn Iterator<Item = f64>| terms.map(|x| x * x).sum::<f64>().sqrt();
@@ -178,7 +180,7 @@ pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
     if size == 0.0 { error } else { error / size }
 }
 
-/// The code of the repository's README, compiled and run with the documentation's.
+/// Makes the code of the repository's README a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 struct Readme;

@@ -1,5 +1,5 @@
-//! A reader of files must either read any bytes or return a clear error. A value that was read is written, read
-//! again and compared.
+//! Checks of the readers of files. For any bytes, a reader must return a value or a clear error. A value is then
+//! written, read again and compared.
 //!
 //! Fuzzing calls these functions, and a test runs them over the corpus that fuzzing found.
 
@@ -11,7 +11,7 @@ use cosmic::error::Error;
 use cosmic::record::{DesignFile, RunPlan, snapshot};
 use cosmic::scene::Scene;
 
-/// A reader.
+/// A check of one reader: reads bytes, and panics if the reader is wrong.
 pub type Reader = fn(&[u8]) -> Result<()>;
 
 /// Every reader with its name, which is also the name of its corpus and of its fuzz target.
@@ -22,14 +22,14 @@ pub const READERS: [(&str, Reader); 4] = [
     ("snapshot", snapshot),
 ];
 
-/// The most steps, nodes and hidden units of a case that is run: a fuzzer needs many short cases.
+/// Cases with more steps, nodes or hidden units are not run, because a fuzzer needs many short cases.
 const FEW: usize = 16;
 
 fn text(bytes: &[u8]) -> Result<&str> {
     std::str::from_utf8(bytes).map_err(|_| Error::Usage("not UTF-8".to_owned()))
 }
 
-/// Reads a scene. Its own text must read back to the same scene.
+/// Reads a scene. The text that the scene writes must read back to the same scene.
 ///
 /// # Errors
 /// The errors of the reader.

@@ -1,4 +1,4 @@
-//! Small robots, and the check of their gradients.
+//! Small robots, and a check of their gradients.
 
 use autodiff::check::{Options, Verdict};
 use cosmic::case::Case;
@@ -8,9 +8,9 @@ use cosmic::scene::{PhysicsSettings, Scene};
 use cosmic::simulator::Span;
 use cosmic_lab::verify::check_gradients;
 
-/// A robot of 3x2 nodes that falls on the ground while it moves along it, and whose edges all have different
-/// mixtures. `settings` are TOML, over the paper's scene. The 90 steps are long enough to land and to push off,
-/// and short enough for differences.
+/// A robot of 3x2 nodes that falls on the ground while it moves along it. All its edges have different mixtures.
+/// `settings` is TOML that changes the paper's scene. The rollout of 90 steps is long enough to land and to push off,
+/// and short enough for finite differences.
 ///
 /// # Panics
 /// If the settings are wrong.
@@ -19,13 +19,13 @@ pub fn robot(settings: &str) -> Case {
     robot_of(scene.unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// The same robot in another scene. Its lattice, its steps and its network remain those of [`robot`].
+/// The robot of [`robot`] in another scene. Lattice, number of steps and network stay the same.
 ///
 /// # Panics
 /// If the robot does not fit the scene.
 pub fn robot_of(mut scene: Scene) -> Case {
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
-    // High enough that nothing touches in the first step, low enough to land in a third of the time.
+    // High enough that no node touches the ground in the first step, low enough to land in a third of the time.
     scene.lattice.drop += 0.004;
     // The controller must have an effect within so few steps.
     (scene.controller.hidden, scene.controller.velocity_scale) = (6, 0.5);
@@ -51,7 +51,7 @@ pub fn states(case: &Case) -> Vec<State<f64>> {
     seen.states
 }
 
-/// The least height of a node above the profile of its ground, m.
+/// The smallest height of any node above the terrain in any of the states, m.
 pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     let (profile, ground) = (physics.ground.resolved(), Ground::from(physics));
     let nodes = states.iter().flat_map(|state| &state.x);
@@ -59,11 +59,11 @@ pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     heights.fold(f64::INFINITY, f64::min)
 }
 
-/// Asserts that the gradients by all blocks of a case's inputs agree with differences and forward mode, that
-/// none is zero, and that a wrong gradient is found.
+/// Asserts that the gradients with respect to all blocks of a case's inputs agree with differences and forward mode,
+/// that no gradient is zero, and that a wrong gradient is found.
 ///
 /// # Panics
-/// If they do not.
+/// If one of these does not hold.
 pub fn assert_smooth(name: &str, case: &Case) {
     let check = check_gradients(case, None, case.physics.steps, &Options::default());
     for group in &check.groups {

@@ -1,4 +1,4 @@
-//! Case files: what may be absent, and the messages and exit codes for wrong files.
+//! The reader of case files: which keys may be absent, and the errors for wrong files.
 
 use cosmic::Error;
 use cosmic::case::Case;
@@ -9,14 +9,14 @@ fn some_case() -> Reference {
     references(&own_reference_folder()).remove(0)
 }
 
-/// Reads a case after a change of its JSON.
+/// Applies a change to the JSON of a case, and reads the case.
 fn parse(change: impl FnOnce(&mut Value)) -> Result<Case, Error> {
     let mut json = some_case().json;
     change(&mut json);
     Case::parse("case.json", &json.to_string())
 }
 
-/// The message of the error after a change of a case's JSON.
+/// The message of the error when a change makes the JSON of a case wrong.
 fn message(change: impl FnOnce(&mut Value)) -> String {
     let error = parse(change).expect_err("the change makes the case wrong");
     assert_eq!(error.exit_code(), 2, "{error}");
@@ -48,7 +48,7 @@ fn some_keys_are_read_if_they_are_there() {
         json["scene"]["goal_scale"] = json!(0.25);
         json["scene"]["goal_relative"] = json!(true);
         json["format"] = json!("cosmic-case");
-        // Only the numbers of the steps are read from the results.
+        // Of the results, only the step numbers are read.
         json["results"] = json!({"anything": 1, "trajectory": {"2": null}});
     });
     let case = case.unwrap_or_else(|error| panic!("{error}"));
@@ -67,7 +67,7 @@ fn set(json: &mut Value, pointer: &str, value: Value) {
     }
 }
 
-/// Each value of `wrong_cases.txt` is refused with its words.
+/// Each value of `wrong_cases.txt` is refused, with the words that the file lists.
 #[test]
 fn values_without_a_meaning_are_refused() {
     let (_, rows) = include_str!("wrong_cases.txt")
@@ -169,13 +169,13 @@ fn written_cases_read_back_the_same() {
     }
 }
 
-/// A case file has all settings of a robot.
+/// A robot that is written as a case and read back is the same, because a case file has all settings of a robot.
 #[test]
 fn a_robot_written_as_a_case_reads_back_the_same() {
     let mut scene = cosmic::scene::Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.tilt, scene.physics.steps) = (0.2, 8);
-    // A case is evaluated with any time step.
+    // A case does not store `unstable_step`: it is evaluated with any time step.
     scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     scene.materials.penalisation = 3;
     scene.projection.hold_materials = 0.05;

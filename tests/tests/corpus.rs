@@ -1,4 +1,4 @@
-//! The corpus from fuzzing: every file is read, or refused with a clear error.
+//! Every file of the corpus from fuzzing is read, or refused with a clear error.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -20,10 +20,10 @@ fn no_file_of_the_corpus_makes_a_reader_panic() {
                     assert!(!error.to_string().is_empty());
                     assert!([2, 3].contains(&error.exit_code()), "{path:?}: {error}");
                 }
-                Err(_) => panic!("{} makes the reader of a {name} panic", path.display()),
+                Err(_) => panic!("the reader of a {name} panics on {}", path.display()),
             }
         }
-        // The corpus has files of both kinds.
+        // Each corpus has both valid and invalid files.
         assert!(
             read_well > 0 && refused > 0,
             "{name}: {read_well} {refused}"

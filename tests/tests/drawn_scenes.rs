@@ -1,4 +1,4 @@
-//! Random scenes and robots: every gradient against differences and forward mode. Some errors show only for
+//! For random scenes and robots, every gradient agrees with differences and forward mode. Some errors show only for
 //! combinations of settings.
 
 use autodiff::check::Options;
@@ -12,14 +12,14 @@ use cosmic_lab::verify::check_gradients;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// A run with 1500 scenes passed once.
+/// The number of random scenes. The test passed once with 1500.
 const SCENES: u64 = 40;
 
 fn one_of<T: Copy>(rng: &mut ChaCha8Rng, all: &[T]) -> T {
     all[rng.random_range(0..all.len())]
 }
 
-/// A small world.
+/// A random scene with a small lattice.
 fn scene(rng: &mut ChaCha8Rng) -> Scene {
     let mut scene = Scene::paper();
     let (lattice, physics) = (&mut scene.lattice, &mut scene.physics);
@@ -55,7 +55,8 @@ fn scene(rng: &mut ChaCha8Rng) -> Scene {
     scene
 }
 
-/// Terrain in half of the scenes. The lattice stands at the height of the highest corner or a little higher.
+/// Gives half of the scenes terrain. The lattice starts at the height of the terrain's highest corner, or a little
+/// higher.
 fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
     let kinds = [ProfileKind::Flat, ProfileKind::Steps, ProfileKind::Rough];
     scene.physics.ground = GroundSettings {
@@ -73,7 +74,7 @@ fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
     scene.lattice.drop += heights.fold(0.0, f64::max);
 }
 
-/// A robot in a scene: at rest or moving, of mixtures or of one material per edge.
+/// A random robot in a scene: at rest or moving, with mixtures or with one material per edge.
 fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
     let seed = rng.random();
     let mut case = Case::of_scene(scene, seed).unwrap_or_else(|error| panic!("{error}"));
@@ -89,8 +90,8 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
         let material = |_| one_of(rng, &Material::ALL);
         case.design = Design::Layout((0..case.design.edges()).map(material).collect());
     }
-    // Next to the sharp projection's shares of almost zero, bending changes its slope within a millionth:
-    // differences cannot resolve that.
+    // Near shares of almost zero, which the sharp projection gives, the slope of bending changes within a millionth.
+    // Differences cannot resolve that.
     if case.physics.bending_radius == 0.0 {
         case.projection = one_of(rng, &[Projection::Performance, Projection::Stability]);
     }
@@ -108,7 +109,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         let mut scene = scene(&mut rng);
         lay_terrain(&mut ChaCha8Rng::seed_from_u64(!seed), &mut scene);
         let case = robot(&mut rng, &scene);
-        // With an unstable time step, motions grow without bound, and differences mean nothing.
+        // With an unstable time step, motions grow without bound, so differences mean nothing.
         if case.step_check().accept(&case.physics).is_err() {
             continue;
         }

@@ -1,5 +1,5 @@
-//! The architecture of each crate: the order of the modules in `lib.rs`, no circles between files,
-//! and no derivative written by hand.
+//! The architecture of each crate: modules import only those above them in `lib.rs`, files do not import one another in
+//! a circle, and no derivative is written by hand.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use cosmic_tests::{files_below, workspace};
 
-/// The sources of every crate whose architecture is tested.
+/// The source folders of all crates whose architecture is tested.
 const SOURCES: [&str; 6] = [
     "autodiff/src",
     "cosmic/src",
@@ -17,24 +17,24 @@ const SOURCES: [&str; 6] = [
     "tests/src",
 ];
 
-/// A path of modules and perhaps an item, from the root of its crate.
+/// The path of a module or an item, from the root of its crate.
 type ItemPath = Vec<String>;
 
 struct SourceFile {
     path: PathBuf,
-    /// Code without comments and without the tests at its end.
+    /// The code without comments and without the tests at its end.
     code: String,
 }
 
-/// The files of a crate by their module.
+/// The files of a crate, by module.
 struct SourceTree {
     files: BTreeMap<ItemPath, SourceFile>,
 }
 
-/// A path that a file names, from the root of its crate.
+/// A path that a file mentions, from the root of its crate.
 struct Mention {
     path: ItemPath,
-    /// True if the file passes the item on by `pub use`.
+    /// True if the file re-exports the item with `pub use`.
     reexport: bool,
 }
 
@@ -51,7 +51,7 @@ impl SourceTree {
         }
     }
 
-    /// The modules of the crate's root from top to bottom.
+    /// The modules that `lib.rs` declares, from top to bottom.
     fn floors(&self) -> Vec<String> {
         let declared = |line: &str| {
             let name = line.trim_start_matches("pub ").strip_prefix("mod ")?;
@@ -92,7 +92,7 @@ impl SourceTree {
         mentions
     }
 
-    /// A path in a module, from the crate's root; `None` if it leaves the crate.
+    /// Resolves a path that `module` uses to a path from the crate's root. Returns `None` if it leaves the crate.
     fn path_from_root(&self, module: &ItemPath, path: &str) -> Option<ItemPath> {
         let mut segments = path.split("::").map(str::trim).peekable();
         let mut base = module.clone();
@@ -120,10 +120,10 @@ impl SourceTree {
         Some(base)
     }
 
-    /// The file that defines what a path names; re-exports are followed.
+    /// The module of the file that defines what a path names. Follows re-exports.
     fn defining(&self, path: &ItemPath, reexports: &BTreeMap<ItemPath, ItemPath>) -> ItemPath {
         let mut path = path;
-        // A chain of re-exports is short; the bound ends circular ones.
+        // Chains of re-exports are short; the limit is for circular ones.
         for _ in 0..8 {
             let Some(further) = (0..=path.len())
                 .rev()
@@ -138,7 +138,7 @@ impl SourceTree {
         path[..length].to_vec()
     }
 
-    /// Which files each file imports.
+    /// For each file, the files that it imports.
     fn imports(&self) -> BTreeMap<ItemPath, BTreeSet<ItemPath>> {
         let mentions: BTreeMap<_, _> = self
             .files
@@ -166,11 +166,11 @@ impl SourceTree {
         mentions.into_iter().map(of_file).collect()
     }
 
-    /// The files that import one another in a circle, and those that circles connect.
+    /// The files that import one another in circles, and files on a chain of imports between two circles.
     fn circles(&self) -> Vec<String> {
         let mut imports = self.imports();
-        // Files that import nothing, and files that nothing imports, are in no circle. Remove them until
-        // all that remain are in circles or between circles.
+        // A file that imports no file, or that no file imports, is not in a circle. Remove such files until only files
+        // in circles or between circles remain.
         loop {
             let before = imports.len();
             let left: BTreeSet<_> = imports.keys().cloned().collect();
@@ -191,7 +191,7 @@ impl SourceTree {
         }
     }
 
-    /// Imports of modules further down, as `file: path`.
+    /// The imports of modules that are further down in `lib.rs`, as `file: path`.
     fn upward(&self, floors: &[String]) -> Vec<String> {
         let floor = |module: &ItemPath| {
             let name = module.first()?;
@@ -212,7 +212,7 @@ impl SourceTree {
     }
 }
 
-/// The module that a file is: `a/b.rs` and `a/b/mod.rs` are `a::b`.
+/// The module path of a file: both `a/b.rs` and `a/b/mod.rs` are `a::b`.
 fn module_of(path: &Path, root: &Path) -> ItemPath {
     let inside = path.strip_prefix(root).unwrap().with_extension("");
     let mut module: ItemPath = inside
@@ -237,7 +237,7 @@ fn without_comments_and_tests(text: &str) -> String {
     code.lines().map(line).collect()
 }
 
-/// What comes before and after the `use ` of a statement, without its semicolon.
+/// The parts of a statement before and after `use `, without the semicolon.
 fn split_at_use(statement: &str) -> Option<(&str, &str)> {
     let begins_word =
         |at: &usize| !statement[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -249,7 +249,7 @@ fn split_at_use(statement: &str) -> Option<(&str, &str)> {
     Some((&statement[..at], tree))
 }
 
-/// The paths of a tree of imports: `a::{b, c::d}` has `a::b` and `a::c::d`.
+/// The single paths of a tree of imports: `a::{b, c::d}` gives `a::b` and `a::c::d`.
 fn leaves(tree: &str) -> Vec<String> {
     let tree = tree.trim();
     let Some((stem, branches)) = tree.split_once('{') else {
@@ -279,7 +279,7 @@ fn leaves(tree: &str) -> Vec<String> {
         .collect()
 }
 
-/// Paths in code, `super::a`, `child::b`: words joined by `::`.
+/// The paths in code, such as `super::a` or `child::b`: words joined by `::`.
 fn paths_in(code: &str) -> Vec<String> {
     let in_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':' || c == '$';
     let words = code
@@ -305,7 +305,7 @@ fn every_module_imports_only_modules_above_it() {
     );
 }
 
-/// The reversed order must fail, or the test above finds nothing.
+/// With the modules in reversed order, upward imports are found. Otherwise the test above could not fail.
 #[test]
 fn upward_imports_are_found() {
     for source in ["autodiff/src", "cosmic/src", "cosmic/lab/src"] {
@@ -316,7 +316,7 @@ fn upward_imports_are_found() {
     }
 }
 
-/// The folders of tests that are one binary.
+/// The folders whose tests form one binary each.
 const TESTS: [&str; 4] = [
     "autodiff/tests",
     "cosmic/tests",
@@ -324,14 +324,14 @@ const TESTS: [&str; 4] = [
     "tests/tests",
 ];
 
-/// A file that no module declares is not compiled.
+/// Every test file is declared as a module; otherwise it would not be compiled.
 #[test]
 fn every_file_is_declared() {
     let mut lost = Vec::new();
     for source in SOURCES.into_iter().chain(TESTS) {
         let tree = SourceTree::read(source);
         for (module, SourceFile { path, .. }) in &tree.files {
-            // The last is a binary of its own.
+            // `number_types.rs` is a separate binary.
             let roots = ["main.rs", "lib.rs", "number_types.rs"];
             let is_root = roots.iter().any(|root| path.ends_with(root));
             let Some((name, parent)) = module.split_last().filter(|_| !is_root) else {
@@ -366,7 +366,7 @@ fn no_files_import_one_another_in_a_circle() {
     }
 }
 
-/// A crate of three files with a circle through a re-export, and one beside it.
+/// Circles are found, even through a re-export. Files beside a circle are not reported.
 #[test]
 fn circles_are_found() {
     let file = |module: &str, code: &str| {
@@ -417,13 +417,13 @@ fn circles_are_found() {
     );
 }
 
-/// The files of the application.
+/// The files of the application, in which derivatives must not be written by hand.
 fn application() -> impl Iterator<Item = SourceFile> {
     let sources = ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"].into_iter();
     sources.flat_map(|source| SourceTree::read(source).files.into_values())
 }
 
-/// Lines of the application's code that hold any of the words, as `file: line`.
+/// The lines of the application's code that contain any of the words, as `file: line`.
 fn lines_with(words: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     for SourceFile { path, code } in application() {
@@ -434,8 +434,8 @@ fn lines_with(words: &[&str]) -> Vec<String> {
     found
 }
 
-/// Derivatives come from the engine: the application states one straight-through and no other rule,
-/// and the only adjoints of kernels are those emitted from recordings.
+/// All derivatives come from the engine. The application defines one straight-through estimator and no other rule, and
+/// the adjoints of its kernels are all emitted from recordings.
 #[test]
 fn nothing_is_differentiated_by_hand() {
     let rules = lines_with(&[
@@ -457,8 +457,8 @@ fn nothing_is_differentiated_by_hand() {
     assert_eq!(adjoints_by_hand(), Vec::<String>::new());
 }
 
-/// Derivatives of kernels whose body calls neither emitted code, nor the default by duals, nor the function of a
-/// law.
+/// The derivatives of kernels that are written by hand: their body calls neither emitted code, nor the default with
+/// dual numbers, nor the function of a law.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
     for SourceFile { path, code } in application() {
@@ -478,7 +478,7 @@ fn adjoints_by_hand() -> Vec<String> {
     found
 }
 
-/// True for a call of emitted code, of the default by duals, or of a law's function.
+/// True for a line that calls emitted code, the default with dual numbers, or a law's function.
 fn is_a_call(line: &str) -> bool {
     let Some((callee, arguments)) = line.split_once('(') else {
         return false;

@@ -1,4 +1,4 @@
-//! Robots and single nodes on the height profile of the ground.
+//! The height profile of the ground: how robots and single nodes move on it.
 
 use cosmic::case::Case;
 use cosmic::geometry::{Ground, Profile, Vector};
@@ -15,7 +15,7 @@ fn profile(points: &[[f64; 2]]) -> GroundSettings {
         .into()
 }
 
-/// A mixture of the default lattice that falls, with a velocity along the ground.
+/// A robot of mixtures on the default lattice that falls and moves along the ground.
 fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     scene.physics.steps = 256;
@@ -28,7 +28,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     case
 }
 
-/// From equal states of the world, a profile of one slope gives the motion on an incline.
+/// On a profile that is a single slope, a robot moves as on an incline with that slope.
 #[test]
 fn a_profile_of_one_slope_is_the_incline() {
     for (contact, incline_deg) in [
@@ -53,7 +53,7 @@ fn a_profile_of_one_slope_is_the_incline() {
         });
         let off = off.fold(0.0, f64::max);
         println!("{contact:?}, {incline_deg} degrees: {off:.1e}");
-        // The two frames round differently, some 1e-16 in each of 256 steps, and the motion magnifies it.
+        // The two frames round differently, by about 1e-16 in each of 256 steps, and the motion magnifies that.
         assert!(off < 1e-12, "{contact:?}, {incline_deg} degrees: {off:e}");
         // The nodes reach the ground.
         let last = on_slope.last().unwrap();
@@ -62,7 +62,7 @@ fn a_profile_of_one_slope_is_the_incline() {
     }
 }
 
-/// A world with points for its profile, and one node in it.
+/// A world with a random profile of points, for a single node.
 fn world(rng: &mut ChaCha8Rng) -> PhysicsSettings {
     let mut at = 0.0;
     let count = rng.random_range(1..20);
@@ -83,7 +83,7 @@ fn world(rng: &mut ChaCha8Rng) -> PhysicsSettings {
     }
 }
 
-/// Over drawn profiles, with sharp ridges, narrow gaps and walls, no node is ever below the ground.
+/// No node is ever below the ground, on random profiles with sharp ridges, narrow gaps and walls.
 #[test]
 fn no_node_is_below_the_ground() {
     const STEPS: usize = 400;
@@ -107,7 +107,7 @@ fn no_node_is_below_the_ground() {
         let bare = Bare::free_node(physics);
         let seen = bare.run(&start, (0..=STEPS).collect());
         let least = least_height(&bare.physics, &seen.states);
-        // A place on a slope is rounded by 1e-16, in each step in which the node slides along it.
+        // While a node slides along a slope, its position is rounded by 1e-16 in each step.
         assert!(least > -1e-12, "seed {seed}: {least:e} m");
         let rests = |state: &State<f64>| state.v[0] == [0.0; 2];
         (low, high) = (
@@ -119,7 +119,7 @@ fn no_node_is_below_the_ground() {
     assert!(low > 250 && high > 100, "{low} {high}");
 }
 
-/// A robot above a stair for every second column of its lowest row.
+/// A robot above a stair. Every second column of its lowest row is above a new step.
 fn on_stairs(contact: ContactLaw) -> Case {
     falling(|scene| {
         scene.physics.contact = contact;
@@ -145,7 +145,7 @@ fn a_body_at_rest_on_a_step_stays() {
         let first = states(&case);
         let last = first.last().unwrap();
         let fastest = last.speeds().fold(0.0, f64::max);
-        // It stands, on two levels at least, and all vibration is damped.
+        // The robot stands on at least two levels, and all vibrations are damped.
         assert!(fastest < 1e-6, "{contact:?}: {fastest:e}");
         let profile = case.physics.ground.resolved();
         let ground = Ground::from(&case.physics);
@@ -162,12 +162,12 @@ fn a_body_at_rest_on_a_step_stays() {
         let moved = last.x.iter().zip(&second.last().unwrap().x);
         let moved = moved.map(|(a, b)| a.distance(*b));
         let moved = moved.fold(0.0, f64::max);
-        // The remaining vibration: below 1e-6 m/s, damped with 20 1/s.
+        // The remaining vibration is below 1e-6 m/s, and is damped with 20 1/s.
         assert!(moved < 1e-7, "{contact:?}: {moved:e}");
     }
 }
 
-/// Leapfrog, substeps and a world without ground.
+/// Profiles work with leapfrog, with substeps, and in a world without ground.
 #[test]
 fn a_profile_works_with_the_rest_of_the_physics() {
     let case = |change: fn(&mut PhysicsSettings)| {
@@ -194,7 +194,7 @@ fn a_profile_works_with_the_rest_of_the_physics() {
 /// A profile on an incline is measured along the incline and perpendicular to it.
 #[test]
 fn a_profile_turns_with_the_ground_line() {
-    // The world turned as a whole: a robot without weight and actuators moves as before, turned.
+    // If the whole world is turned, a robot without weight and actuators makes the same motion, turned.
     let mut case = on_stairs(ContactLaw::infinite());
     case.physics.steps = 300;
     (case.physics.gravity, case.physics.damping) = (0.0, 0.0);
@@ -210,7 +210,7 @@ fn a_profile_turns_with_the_ground_line() {
         let pairs = a.x.into_iter().zip(b.x);
         pairs.map(|(a, b)| a.distance(b)).collect::<Vec<_>>()
     });
-    // Roundings of 1e-16 in each of 300 steps, magnified by the motion.
+    // The tolerance is for roundings of 1e-16 in each of 300 steps, magnified by the motion.
     assert!(off.fold(0.0, f64::max) < 1e-9);
     // The robot reaches the stairs.
     assert!(least_height(&case.physics, &straight).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! The guard: every absurd state of a delivered rollout is found, however short it lasts.
+//! The guard finds every absurd state of a delivered rollout, however short it lasts.
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
@@ -9,7 +9,7 @@ use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
 use cosmic::simulator::{Guarded, Span};
 
-/// A robot of 2x2 nodes whose motion is unproblematic.
+/// A robot of 2x2 nodes that does not diverge, changed by `change`.
 fn case(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
@@ -20,8 +20,8 @@ fn case(change: impl FnOnce(&mut Scene)) -> Case {
     Case::of_scene(&scene, 0).expect("any lattice starts so")
 }
 
-/// A change of the scene, a change of the case, and what the guard must find: the step and the node of the first
-/// absurd or too fast state, and the end of the message.
+/// A change of the scene, a change of the case, and what the guard must find: the step and the node of the first state
+/// that is absurd or too fast, and the end of the message. `None` if it must find nothing.
 type Watched = (
     fn(&mut Scene),
     fn(&mut Case),
@@ -40,7 +40,8 @@ fn soft(scene: &mut Scene) {
     scene.materials.stiffness = [1e-3; 3];
 }
 
-/// Moves the whole world up. The guard's first search is relative to the ground, absurdity to the origin.
+/// Moves the whole world up. The guard's first search measures distances from the ground, but a state is absurd by its
+/// distance from the origin.
 fn raise(case: &mut Case, height: f64) {
     case.physics.ground_height = height;
     case.start.x.iter_mut().for_each(|x| x[1] += height);
@@ -50,7 +51,7 @@ fn on_incline(scene: &mut Scene) {
     (scene.physics.incline_deg, scene.physics.contact) = (15.0, ContactLaw::coulomb());
 }
 
-/// A node starts upwards at 30 m/s.
+/// Throws a node upwards at 30 m/s.
 fn throw(case: &mut Case) {
     case.start.v[3] = [0.0, 30.0].into();
 }
@@ -71,7 +72,7 @@ static WATCHED: [Watched; 18] = [
         |case| case.physics.integrator = Integrator::Leapfrog,
         None,
     ),
-    // Beyond the first search, and not yet absurd: the second search clears it.
+    // The first search reports this state, but it is not absurd: the second search accepts it.
     (loose, |case| case.start.v[2] = [7e5, 0.0].into(), None),
     (loose, |case| raise(case, 7e5), None),
     (
@@ -79,8 +80,8 @@ static WATCHED: [Watched; 18] = [
         |case| raise(case, 2e6),
         Some((0, 0, "mostly by gravity")),
     ),
-    // The node falls at 2000 km/s, is stopped by the ground in the third step, and is as slow as the
-    // others from then on: no later state shows it.
+    // The node falls at 2000 km/s until the ground stops it in the third step. From then on it is as slow as the
+    // others, so that later states do not show the absurd speed.
     (
         |s| {
             loose(s);
@@ -89,7 +90,7 @@ static WATCHED: [Watched; 18] = [
         |case| case.start.v[3] = [0.0, -2e6].into(),
         Some((0, 3, BY_VELOCITY)),
     ),
-    // By 10 km a step. Only the second block of the search finds it too far away.
+    // The node moves 10 km in each step. Only in the second block of the search it is too far away.
     (
         |s| {
             loose(s);
@@ -114,7 +115,7 @@ static WATCHED: [Watched; 18] = [
         |case| case.start.x[1] = case.start.x[0],
         Some((0, 1, "mostly by the spring of edge 3 [1, 3]")),
     ),
-    // The message names the acting force among those that a scene adds to Hooke's law.
+    // The message names the force that acts, if a scene adds forces to Hooke's law.
     (
         |s| {
             soft(s);
@@ -148,7 +149,7 @@ fn guarded(case: &Case, span: &Span) -> Guarded {
     let design = case.own_design();
     let (task, controller, start) = (case.task(), &case.controller, &case.start);
     let guarded = task.guarded(&design, controller, start, span);
-    // The guard does not change the states of a rollout, NaN for NaN.
+    // A guarded rollout has the same states as a plain one, including NaNs.
     let plain = task.rollout(&design, controller, start, span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
     guarded
@@ -172,7 +173,7 @@ fn every_absurd_state_is_found_and_replayed() {
         if (found.step, found.node) != (step, node) || !said.ends_with(words) {
             wrong.push(format!("{k}: {said}"));
         }
-        // The states up to the one found are those of the rollout, eight before it if there are as many.
+        // The report has the absurd state and up to eight states before it, and they are those of the rollout.
         let steps: Vec<usize> = (found.step.saturating_sub(7)..=found.step + 1).collect();
         assert_eq!(found.last.steps, steps);
         let last = guarded(&case, &Span::from_start(steps)).trajectory;
@@ -186,10 +187,10 @@ fn every_absurd_state_is_found_and_replayed() {
         assert!(!before.any(State::is_absurd), "{k}");
         let too_fast = case.physics.speed_bound.is_some();
         assert_eq!(after.is_absurd(), !too_fast, "{k}");
-        // A file replays it, and names the cause.
+        // The report's file replays the divergence, and names the cause.
         let text = case.diverged_json(&found);
         assert!(text.contains(&found.term.to_string()), "{text}");
-        // NaN and settings out of range cannot be read again.
+        // A case with NaN or with settings out of range cannot be read again.
         if Case::parse("case.json", &case.to_json()).is_err() {
             continue;
         }
@@ -202,11 +203,11 @@ fn every_absurd_state_is_found_and_replayed() {
         );
     }
     assert!(wrong.is_empty() && replayed > 3, "{replayed}: {wrong:#?}");
-    // A case without the key has no bound.
+    // If a scene has no speed bound, its case does not have the key.
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }
 
-/// The search for a divergence uses the clock of the rollout, even if the rollout begins late.
+/// If a rollout begins late, the search for a divergence uses the rollout's clock.
 #[test]
 fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     let case = case(|scene| {
@@ -237,7 +238,7 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     assert!(found > 0, "no part diverges");
 }
 
-/// Controllers and starts of another lattice, some of them long enough to be misread.
+/// The guard refuses controllers and starts that belong to another lattice, even if they are long enough to be misread.
 #[test]
 fn parts_of_another_lattice_are_refused() {
     let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
@@ -269,8 +270,8 @@ fn parts_of_another_lattice_are_refused() {
     }
 }
 
-/// Robots that run together in lanes and in pairs have the bits of single runs. If one start diverges, only that
-/// one is found.
+/// Asserts that robots that run together, in lanes and in pairs, have the same bits as single runs, and that if one
+/// start diverges, only that one is reported.
 fn hold_together(
     case: &Case,
     designs: &[Design<Mixture<f64>>],
@@ -298,7 +299,7 @@ fn hold_together(
     }
 }
 
-/// A state whose upper row diverges: the ground would stop a node of the lower row.
+/// A state whose upper row diverges. A node of the lower row would be stopped by the ground.
 fn thrown(start: &State<f64>) -> State<f64> {
     let mut thrown = start.clone();
     thrown.v[3] = [2e6, 0.0].into();
@@ -320,7 +321,8 @@ fn several_starts_together_are_watched_one_by_one() {
     }
 }
 
-/// Layouts that run together compute every void edge and every output of the controller that one of them needs.
+/// Layouts that run together have the same bits as alone, although the batch computes every void edge and every output
+/// of the controller that any of them needs.
 #[test]
 fn several_layouts_together_have_the_bits_of_each_alone() {
     const WRONG: usize = 5;
@@ -330,7 +332,7 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
             scene.physics.bending_radius = 0.02;
         });
         let edges = case.lattice.edges.len();
-        // Void, skeleton and actuator in turns, in another order in each layout.
+        // Void, skeleton and actuator in turn, starting with another material in each layout.
         let layout = |k: usize| {
             let material = |edge| Material::ALL[(edge * k + edge + k) % 3];
             Design::Layout((0..edges).map(material).collect())

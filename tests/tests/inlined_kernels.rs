@@ -1,17 +1,18 @@
-//! Every kernel in sources and documentation has `#[inline(always)]`. Without it a kernel computes the same numbers
-//! fifty times slower, silently.
+//! Every kernel in sources and documentation has `#[inline(always)]`. Without it, a kernel still computes the same
+//! numbers, but fifty times slower.
 
 use std::fs;
 
 use cosmic_tests::{files_below, workspace};
 
-/// A line of code, in documentation too.
+/// The code in a line, which may be a line of documentation.
 fn code(line: &str) -> &str {
     line.trim_start_matches(['/', '!', ' '])
         .trim_start_matches("# ")
 }
 
-/// The number of functions `eval` and `eval_with` of kernels, and those without `#[inline(always)]`.
+/// Returns the number of kernels' functions `eval` and `eval_with`, and the functions among them that have no
+/// `#[inline(always)]`.
 fn kernels(text: &str) -> (usize, Vec<String>) {
     let lines: Vec<&str> = text.lines().map(code).collect();
     let (mut seen, mut wrong) = (0, Vec::new());
@@ -49,7 +50,7 @@ fn kernels_are_inlined() {
         for file in files_below(&root.join(folder), &["rs", "md"]) {
             let text = fs::read_to_string(&file).expect("a source file can be read");
             let (here, wrong) = kernels(&text);
-            // This file tests numbers, not speed.
+            // Kernels in this file need not be fast.
             let is_test = file.ends_with("steps/tests.rs");
             assert!(is_test || wrong.is_empty(), "{}: {wrong:?}", file.display());
             seen += here;

@@ -1,4 +1,4 @@
-//! The integrators of a scene: order and substeps. Their stable steps are tested with laws and by `verify`.
+//! The integrators of a scene: their order and their substeps. Stable steps are tested with the laws and by `verify`.
 
 use cosmic::lattice::State;
 use cosmic::scene::{Integrator, PhysicsSettings};
@@ -27,7 +27,7 @@ fn square(integrator: Integrator, dt: f64, substeps: usize) -> (Bare, State<f64>
     (bare, start)
 }
 
-/// The largest distance of a node between two states.
+/// The largest distance between a node's positions in two states.
 fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
     pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
@@ -40,13 +40,13 @@ fn euler_is_of_first_order_and_leapfrog_of_second() {
         let (bare, start) = square(integrator, TIME / steps as f64, 1);
         bare.run_to_end(&start, steps)
     };
-    // 64 times shorter than the shortest step below, of second order: 1e-3 of its error at most.
+    // The steps are 64 times shorter than the shortest ones below, so the error is at most 1e-3 of theirs.
     let truth = run(Integrator::Leapfrog, 64 * 256);
     for (integrator, order) in BOTH.into_iter().zip([1.0, 2.0]) {
         let error = |steps| distance(&run(integrator, steps), &truth);
         let observed = (error(128) / error(256)).log2();
         println!("{integrator:?}: order {observed:.3}");
-        // The next term of the error is dt omega = 0.1 times the first, less in their quotient.
+        // The next term of the error is dt omega = 0.1 times the first, and matters less in the quotient of two errors.
         assert!((observed - order).abs() < 0.1, "{integrator:?}: {observed}");
     }
 }
@@ -63,7 +63,7 @@ fn leapfrog_falls_exactly() {
         bare.physics.dt = 1.0 / 256.0;
         let start = State::new(vec![[0.0, 0.0], [1.0, 0.0]], vec![[0.3, 1.0]; 2]);
         let end = bare.run_to_end(&start, 256);
-        // A second of 4.8 m/s2. Heights are counted from the ground: 512 roundings of 100.
+        // It falls for a second at 4.8 m/s2. Heights above the ground are near 100, and are rounded 512 times.
         let error: f64 = end.x[0][1] - (1.0 - 2.4);
         assert_eq!(
             error.abs() < 512.0 * 1.5e-14,
@@ -73,7 +73,7 @@ fn leapfrog_falls_exactly() {
     }
 }
 
-/// Without a controller, substeps are steps.
+/// Without a controller, n substeps give the same motion as n shorter steps.
 #[test]
 fn substeps_are_shorter_steps() {
     for integrator in BOTH {

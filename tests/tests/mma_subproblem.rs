@@ -1,5 +1,5 @@
-//! The subproblem of the method of moving asymptotes, solved for random problems: does the solution satisfy the
-//! optimality conditions of the model as the papers write it?
+//! The subproblem of the method of moving asymptotes: for random problems, the solution satisfies the optimality
+//! conditions of the model as the papers write it.
 
 use autodiff::{Dense, Real, jacobian};
 use cosmic::optimiser::{Linearisation, Mma, MmaState, OptimiserError, Update};
@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 /// The number of random problems; a thousand take some 20 milliseconds.
 const PROBLEMS: u64 = 20_000;
 
-/// Values and gradients at a point, and everything else that an update depends on.
+/// Everything that an update depends on: values and gradients at a point, bounds and parameters.
 #[derive(Debug)]
 struct Situation {
     parameters: MmaSettings,
@@ -41,7 +41,7 @@ impl Situation {
     }
 }
 
-/// A random number in the interval.
+/// A random number from `low` to `high`.
 fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
@@ -51,7 +51,7 @@ fn once_in(random: &mut ChaCha8Rng, count: u32) -> bool {
     random.random_range(0..count) == 0
 }
 
-/// A slope of any size, often exactly 0.
+/// A random slope of any magnitude, often exactly 0.
 fn slope(random: &mut ChaCha8Rng) -> f64 {
     if once_in(random, 4) {
         return 0.0;
@@ -60,8 +60,8 @@ fn slope(random: &mut ChaCha8Rng) -> f64 {
     if once_in(random, 2) { size } else { -size }
 }
 
-/// A random problem that is hard to solve: rows are equal, opposite or zero, points at their bounds, variables
-/// fixed, and values beyond the reach of any step.
+/// A random problem that is hard to solve: rows may be equal, opposite or zero; points may be at their bounds;
+/// variables may be fixed; and no step may be able to satisfy a constraint.
 fn situation(seed: u64) -> Situation {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
     let variables = random.random_range(1..=12);
@@ -117,8 +117,8 @@ fn situation(seed: u64) -> Situation {
     }
 }
 
-/// The models as Svanberg writes them, `sum_j p_j / (upp_j - x_j) + q_j / (x_j - low_j)` and the
-/// constant that makes them exact at the point, objective first.
+/// The models as Svanberg writes them, first of the objective and then of the constraints. A model is
+/// `sum_j p_j / (upp_j - x_j) + q_j / (x_j - low_j)` plus the constant that makes it exact at the point.
 struct Models<'a> {
     situation: &'a Situation,
     state: &'a MmaState,
@@ -129,7 +129,7 @@ impl Models<'_> {
         self.situation.lower[j] < self.situation.upper[j]
     }
 
-    /// The subproblem's box of a variable.
+    /// The bounds of a variable in the subproblem.
     fn bounds(&self, j: usize) -> (f64, f64) {
         let Situation {
             parameters: p,
@@ -180,12 +180,12 @@ impl Models<'_> {
     }
 }
 
-/// Relative to the size of the terms that cancel in a condition. The textbook form cancels terms of the
-/// size of a slope times an asymptote's distance, and an ulp of x moves a slope by 1e-15 over that
-/// distance, 0.005 at least: 1e-12, times what ten terms and multipliers up to 1e3 leave.
+/// The tolerance of a condition, relative to the size of its terms. In the textbook form, terms of the size of a slope
+/// times an asymptote's distance cancel. Rounding of x changes a slope by 1e-15 divided by that distance, which is at
+/// least 0.005: about 1e-12. Ten terms and multipliers up to 1e3 magnify that.
 const TOLERANCE: f64 = 1e-8;
 
-/// The first optimality condition that an update violates.
+/// The first optimality condition that an update violates, if any.
 fn fault(situation: &Situation, state: &MmaState, update: &Update) -> Option<String> {
     let models = Models { situation, state };
     let values = models.eval(&update.point);
@@ -208,17 +208,26 @@ fn row_fault(situation: &Situation, update: &Update, (i, value): (usize, f64)) -
     let changes = (0..lower.len()).map(|j| situation.jacobian[i][j].abs() * (upper[j] - lower[j]));
     let size = 1.0 + y + situation.constraints[i].abs() + changes.sum::<f64>();
     let excess = (value - y) / size;
-    // Its cost rises by c + d y >= multiplier, with equality if y > 0.
+    // The elastic variable y has the marginal cost c + d y, which is at least the multiplier, and equal to it if y > 0.
     let price = (parameters.c + parameters.d * y - multiplier) / (1.0 + multiplier);
     let conditions = [
-        (y >= 0.0 && multiplier >= 0.0, "has the wrong sign"),
+        (
+            y >= 0.0 && multiplier >= 0.0,
+            "has a negative elastic variable or multiplier",
+        ),
         (excess <= TOLERANCE, "is violated"),
         (
             multiplier == 0.0 || excess >= -TOLERANCE,
-            "has slack and a multiplier",
+            "is not active, but its multiplier is not 0",
         ),
-        (price >= -TOLERANCE, "should give way further"),
-        (y == 0.0 || price <= TOLERANCE, "gives way too far"),
+        (
+            price >= -TOLERANCE,
+            "has an elastic variable that is too small",
+        ),
+        (
+            y == 0.0 || price <= TOLERANCE,
+            "has an elastic variable that is too large",
+        ),
     ];
     let broken = conditions.iter().find(|(holds, _)| !holds)?;
     Some(format!(
@@ -235,25 +244,25 @@ fn variable_fault(
     let x = update.point[j];
     if !models.moves(j) {
         let moved = x != models.situation.point[j];
-        return moved.then(|| format!("variable {j} has no room and moved"));
+        return moved.then(|| format!("variable {j} is fixed, but has moved"));
     }
     let (alpha, beta) = models.bounds(j);
-    // Rounding of a number up to 10.
+    // Numbers up to 10 are rounded at about 1e-15.
     let at = |bound: f64| (x - bound).abs() <= 1e-14;
     let weighted = update.multipliers.iter().zip(slopes.iter().skip(1));
     let parts: Vec<f64> = std::iter::once(slopes[0][j])
         .chain(weighted.map(|(multiplier, row)| multiplier * row[j]))
         .collect();
-    // If all slopes are 0, only the curvature raa0 holds the variable.
+    // If all slopes are 0, only the curvature raa0 determines the variable, so allow for its size.
     let size = 1e-3 + parts.iter().map(|part| part.abs()).sum::<f64>();
     let slope = parts.iter().sum::<f64>() / size;
     let conditions = [
         (
             (alpha..=beta).contains(&x) || at(alpha) || at(beta),
-            "has left its box",
+            "is outside its bounds",
         ),
-        (slope <= TOLERANCE || at(alpha), "should fall"),
-        (slope >= -TOLERANCE || at(beta), "should rise"),
+        (slope <= TOLERANCE || at(alpha), "is too large"),
+        (slope >= -TOLERANCE || at(beta), "is too small"),
     ];
     let broken = conditions.iter().find(|(holds, _)| !holds)?;
     Some(format!(
@@ -269,7 +278,7 @@ fn random_subproblems_are_solved() {
         let (update, state) = situation.update();
         let fault = fault(&situation, &state, &update);
         assert_eq!(fault, None, "seed {seed}: {situation:?} {update:?}");
-        // The search gives up after a hundred steps. Among 400 000 problems one took 80, the others at most 36.
+        // The search fails after a hundred steps. Of 400 000 problems, one took 80 steps and the others at most 36.
         assert!(
             update.diagnostics.newton_steps <= 50,
             "seed {seed}: {update:?}"
@@ -277,8 +286,8 @@ fn random_subproblems_are_solved() {
     }
 }
 
-/// The conditions are sharp: they find a multiplier that is off by a millionth, or a variable that is off by a
-/// thousandth of its box.
+/// The optimality conditions find a multiplier that is off by a millionth, and a variable that is off by a thousandth
+/// of its range.
 #[test]
 fn wrong_solutions_are_found() {
     let (mut multipliers, mut variables) = (0, 0);
@@ -317,7 +326,7 @@ fn wrong_solutions_are_found() {
     );
 }
 
-/// Applies a change to a valid situation and returns the error. The state must be unchanged.
+/// Applies a change to a valid situation and returns the error of the update. Asserts that the state stays the same.
 fn refusal(change: impl FnOnce(&mut Situation, &mut MmaState)) -> OptimiserError {
     let mut situation = Situation {
         parameters: MmaSettings::default(),
@@ -354,7 +363,7 @@ fn bad_input_is_refused_with_its_place() {
         refusal(|s, _| s.point = vec![0.5]),
         refusal(|s, _| s.jacobian.clear()),
         refusal(|_, state| state.low[0] = f64::NAN),
-        // Finite, but the curvature of the dual is not.
+        // The numbers are finite, but the curvature of the dual problem is not.
         refusal(|s, _| s.jacobian[0] = vec![1e300, 1e300]),
     ]
     .map(|error| error.to_string());

@@ -1,5 +1,5 @@
-//! The terms of the objective that need no rollout: reverse mode against forward mode and finite differences,
-//! at the designs of the reference cases. The other terms are checked in rollouts.
+//! Gradients of the terms of the objective that need no rollout: reverse mode agrees with forward mode and finite
+//! differences, at the designs of the reference cases. The other terms are checked in `rollout_gradients.rs`.
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, jvp, vjp};
@@ -27,12 +27,12 @@ impl<F: Values> Function for Weighted<F> {
     }
 }
 
-/// Small cases: large cases only repeat their terms.
+/// The small reference cases. Large cases have the same terms, only more of them.
 fn cases() -> Vec<Case> {
     let references = references(&own_reference_folder());
     let cases = references.iter().map(|reference| reference.case());
     let small: Vec<Case> = cases.filter(|case| case.lattice.nodes() <= 12).collect();
-    assert!(!small.is_empty(), "no small case");
+    assert!(!small.is_empty(), "the reference folder has no small case");
     small
 }
 
@@ -68,7 +68,8 @@ fn performance_projections() {
     }
 }
 
-/// A held material has a share of almost zero, and the other shares the derivatives of fewer materials.
+/// Projections in which some edges have held materials have right derivatives. A held material has a share of almost
+/// zero.
 #[test]
 fn projections_with_held_materials() {
     for mut case in cases() {
@@ -85,8 +86,9 @@ fn projections_with_held_materials() {
     }
 }
 
-/// The value of the stability projection is sharper than its derivative, and differences belong to the value.
-/// So differences are tested with equal sharpness, and reverse against forward mode with both.
+/// The derivatives of the stability projection are right. Its value is sharper than its derivative by design, so
+/// differences of the value would not agree. So differences are compared at equal sharpness, and reverse mode with
+/// forward mode at both.
 #[test]
 fn stability_projections() {
     for mut case in cases() {
@@ -101,7 +103,7 @@ fn stability_projections() {
         let (_, tangent) = jvp(|x| function.eval(x), &z, &direction);
         let (_, gradient) = vjp(|x| function.eval(x), &z, &cotangent);
         let (forward, reverse) = (dot(&cotangent, &tangent), dot(&gradient, &direction));
-        // Some hundred terms of order one, each rounded at 1e-16.
+        // The tolerance is for some hundred terms of order one, each rounded at 1e-16.
         assert!((forward - reverse).abs() < 1e-12, "{forward} and {reverse}");
     }
 }
@@ -115,7 +117,7 @@ fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<Mixture<R>> {
     mixtures(Projection::Performance, z, &case.sharpness, &holds)
 }
 
-/// Volumes, measures and the augmented terms of a design.
+/// The volumes, measures and augmented terms of a design.
 struct Objectives<'a>(&'a Case);
 
 impl Values for Objectives<'_> {
@@ -135,7 +137,7 @@ fn objectives() {
     }
 }
 
-/// A term with a wrong derivative. Checks that miss it check nothing.
+/// Terms with a wrong derivative, which the check must find.
 struct Wrong<'a>(Objectives<'a>);
 
 impl Values for Wrong<'_> {

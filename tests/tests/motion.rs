@@ -1,4 +1,4 @@
-//! Symmetries and conserved quantities of every robot's motion.
+//! Symmetries and conserved quantities of the motion, which hold for every robot.
 
 use cosmic::case::Case;
 use cosmic::design::Design;
@@ -10,11 +10,10 @@ use cosmic::scene::{Scene, StartKind};
 use cosmic_tests::states;
 use proptest::prelude::*;
 
-/// Steps of a motion: a few periods of the fastest vibration, and too few for chaos to magnify roundings.
+/// The number of steps of a motion: a few periods of the fastest vibration, but too few for chaos to magnify roundings.
 const STEPS: usize = 48;
 
-/// A robot of 2x2 to 3x3 nodes with any mixture of materials, any controller and any velocities,
-/// in the default world.
+/// Random robots of 2x2 to 3x3 nodes in the default world, with any mixtures, any controller and any velocities.
 fn robots() -> impl Strategy<Value = Case> {
     let sizes = (2..=3usize, 2..=3usize, any::<u64>());
     sizes.prop_flat_map(|(columns, rows, seed)| {
@@ -35,7 +34,7 @@ fn robots() -> impl Strategy<Value = Case> {
     })
 }
 
-/// `sum m p`, and `sum m |p|` for scale.
+/// The moment `sum m p`, and `sum m |p|` as the scale of its rounding.
 fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
     let mut total = Vector::zero();
     let mut scale = 0.0;
@@ -46,14 +45,13 @@ fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
     (total, scale)
 }
 
-/// The weights of the mirrored robot: the signs of those on horizontal offsets, velocities and goals are
-/// reversed.
+/// The controller of the mirrored robot: weights of horizontal offsets, velocities and goals have reversed signs.
 fn mirrored(case: &Case) -> Controller<f64> {
     let mut controller = case.controller.clone();
     let clocks = case.observation.clocks;
     let inputs = observation_length(&case.observation, case.lattice.nodes());
     for row in controller.block_mut(NETWORK[0]).chunks_exact_mut(inputs) {
-        // After the clocks pairs of x and y: goal, offsets, velocities.
+        // After the clocks, inputs are pairs of x and y: goal, offsets, velocities.
         row[clocks..].iter_mut().step_by(2).for_each(|w| *w = -*w);
     }
     controller
@@ -70,8 +68,8 @@ fn mirror(state: &State<f64>) -> State<f64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Edges pull both ends equally, whatever the controller does, and bars that resist bending do not turn the
-    /// robot.
+    /// Momentum and spin are conserved: edges pull both ends equally, and bars that resist bending do not turn the
+    /// robot. The controller does not matter.
     #[test]
     fn momentum_and_spin_are_conserved_without_forces_from_outside(
         mut case in robots(),
@@ -89,33 +87,34 @@ proptest! {
             nodes.map(|(m, (x, v))| m * (x[0] * v[1] - x[1] * v[0])).sum()
         };
         let turned = (spin(&seen[STEPS]) - spin(&seen[0])).abs();
-        // Softening makes an arm of 0.1 m longer by a fraction of 5e-11, and arms differ.
+        // Softening makes an arm of 0.1 m longer by a fraction of 5e-11, and arms have different lengths.
         prop_assert!(turned < 1e-10, "{turned:e}");
         let (start, _) = moment(&masses, &case.start.v);
         let (centre, _) = moment(&masses, &case.start.x);
         for (n, state) in seen.iter().enumerate() {
             let (now, scale) = moment(&masses, &state.v);
-            // Each step rounds every velocity, and the sums here, at 1e-16 of their terms.
+            // Velocities are rounded in each step, and the sums here once more, at 1e-16 of their terms.
             let tolerance = 1e-15 * (n + 10) as f64 * (scale + 1.0);
             let time = n as f64 * case.physics.dt;
             let (place, scale) = moment(&masses, &state.x);
             for k in 0..2 {
                 prop_assert!((now[k] - start[k]).abs() < tolerance);
                 let expected = centre[k] + time * start[k];
-                // Positions near the ground far below are rounded like numbers of its size.
+                // Positions are relative to the ground far below, so they are rounded like numbers of that size.
                 prop_assert!((place[k] - expected).abs() < 1e-12 * (scale + 1.0));
             }
         }
     }
 
-    /// The controller observes offsets from the mean, not positions.
+    /// If the start is moved, the motion is the same, because the controller observes offsets from the mean, not
+    /// positions.
     #[test]
     fn motion_does_not_depend_on_the_place(
         mut case in robots(),
         moved in prop::array::uniform2(-4.0..4.0),
         coulomb in any::<bool>(),
     ) {
-        // In the air at first: exactly on the ground line, rounding decides which nodes touch.
+        // The robot starts in the air, because exactly on the ground line rounding would decide which nodes touch.
         case.start.x.iter_mut().for_each(|x| x[1] += 0.01);
         if coulomb {
             case.physics.contact = ContactLaw::coulomb();
@@ -128,15 +127,15 @@ proptest! {
         let there = states(&case);
         for (a, b) in here.iter().zip(&there) {
             for (a, b) in a.x.iter().zip(&b.x) {
-                // Positions near 4 are rounded at 4e-16, and neighbouring motions part by less
-                // than a factor of 1e3 in so few steps.
+                // Positions near 4 are rounded at 4e-16, and the motion magnifies that by less than 1e3 in so few
+                // steps.
                 let off = (*b - *a).distance(Vector::new(moved));
                 prop_assert!(off < 1e-11, "{off:?}");
             }
         }
     }
 
-    /// To the last bit: no operation of a step prefers a side.
+    /// A mirrored robot moves as the mirror image, to the last bit, because no operation of a step prefers a side.
     #[test]
     fn a_mirrored_robot_moves_as_the_mirror_image(mut case in robots(), coulomb in any::<bool>()) {
         if coulomb {

@@ -1,5 +1,5 @@
-//! Nodes weighted by how solid their edges are: gradients, the snap, and nodes without a bar. Policies have the
-//! check of these gradients.
+//! Robots whose nodes are weighted by how solid their edges are (`design.one_piece`): gradients, the snap, and nodes
+//! without a bar.
 
 use autodiff::{Var, gradient};
 use cosmic::case::Case;
@@ -12,8 +12,8 @@ use cosmic::simulator::Span;
 
 const STEPS: usize = 60;
 
-/// A robot in the air whose controller reacts more to the nodes than to the clock. One node has almost no solid
-/// edge.
+/// A robot in the air whose controller reacts more to the nodes than to the clock. The edges at one node are almost
+/// void.
 fn robot() -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
@@ -47,7 +47,7 @@ fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<
     seen.states[0].clone()
 }
 
-/// The largest difference of the nodes' positions, m.
+/// The largest distance between the positions in two states, over the nodes for which `nodes` is true, m.
 fn farthest(a: &State<f64>, b: &State<f64>, nodes: impl Fn(usize) -> bool) -> f64 {
     let pairs = a.x.iter().zip(&b.x).enumerate();
     let pairs = pairs.filter(|(node, _)| nodes(*node));
@@ -59,7 +59,7 @@ fn gradients_flow_through_the_presence_of_nodes() {
     let case = robot();
     let presence = case.body().presence;
     assert!((0.1..0.9).contains(&presence[8]), "{presence:?}");
-    // The presence contributes a notable part: without it the design gradient differs.
+    // The presence of nodes contributes a noticeable part: without it, the design gradient is different.
     let gradient = |one_piece: bool| {
         let mut other = case.clone();
         other.rules.one_piece = one_piece;
@@ -80,7 +80,7 @@ fn gradients_flow_through_the_presence_of_nodes() {
     );
 }
 
-/// Bars around the cell of node 0, and nothing else.
+/// A layout with bars only around the cell of node 0.
 fn cell(case: &Case) -> Vec<Material> {
     let material = |ends: &[usize; 2]| match ends {
         [0, 1] | [1, 0] => Material::Actuator,
@@ -90,7 +90,8 @@ fn cell(case: &Case) -> Vec<Material> {
     case.lattice.edges.iter().map(material).collect()
 }
 
-/// The motion of a mixture converges to that of the layout as each edge approaches one material.
+/// The snap causes no jump: as each edge approaches one material, the motion of the mixture converges to that of the
+/// layout.
 #[test]
 fn nothing_jumps_at_the_snap() {
     let case = robot();
@@ -103,17 +104,16 @@ fn nothing_jumps_at_the_snap() {
         let soft = end(&case, &Design::of_shares(&soft), &case.start);
         farthest(&soft, &snapped, live)
     };
-    // In proportion to the remaining shares of the other materials.
+    // The difference is proportional to the remaining shares of the other materials.
     let [far, near] = [1e-5, 1e-7].map(off);
     assert!(far > 0.0 && near < 0.02 * far, "{far} {near}");
-    // With equal weights of all nodes, a layout has other observations.
+    // If all nodes had equal weights, the layout's observations would be different, and the motion would jump.
     let mut alike = case.clone();
     alike.rules.one_piece = false;
     assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
 }
 
-/// Nodes without a bar stay where they are, and nothing depends on them: neither the others' motion nor
-/// any gradient.
+/// Nodes without a bar stay where they are. Neither the motion of the other nodes nor any gradient depends on them.
 #[test]
 fn nodes_without_a_bar_do_not_belong_to_the_robot() {
     let case = robot();
@@ -156,7 +156,7 @@ fn nodes_without_a_bar_do_not_belong_to_the_robot() {
     }
 }
 
-/// Bodies with different present nodes run in one call with the bits of single runs.
+/// Bodies in which different nodes are present can run in one call, and have the same bits as in single runs.
 #[test]
 fn bodies_of_different_nodes_run_together() {
     let case = robot();

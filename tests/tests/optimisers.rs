@@ -1,4 +1,4 @@
-//! Every optimiser on every problem: it converges, and a run that is saved and resumed ends with the same bits.
+//! Every optimiser converges on every problem, and a run that is saved and resumed ends with the same bits.
 
 use std::marker::PhantomData;
 
@@ -9,10 +9,10 @@ use cosmic::scene::MmaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// The box of both variables.
+/// The bounds of both variables.
 const BOX: (f64, f64) = (-2.0, 2.0);
 
-/// A function to minimise within a box, and constraints that must be at most 0.
+/// A problem: an objective to minimise within bounds, and constraints that must be at most 0.
 trait Problem {
     const NAME: &'static str;
     const START: [f64; 2];
@@ -24,13 +24,13 @@ trait Problem {
     }
 }
 
-/// A convex quadratic whose minimum lies outside the box, at a face.
+/// A convex quadratic whose unconstrained minimum is outside the bounds, so the solution is at a bound.
 struct Quadratic;
 
 impl Problem for Quadratic {
     const NAME: &'static str = "quadratic";
     const START: [f64; 2] = [-1.5, -1.0];
-    /// The first variable at its bound, the second at the minimum of the remaining parabola.
+    /// The first variable is at its bound, the second at the minimum of the remaining parabola.
     const MINIMISER: [f64; 2] = [2.0, -0.5];
 
     fn objective<R: Real>(x: &[R]) -> R {
@@ -39,7 +39,7 @@ impl Problem for Quadratic {
     }
 }
 
-/// A bent valley, not convex.
+/// Rosenbrock's function: a curved valley that is not convex.
 struct Rosenbrock;
 
 impl Problem for Rosenbrock {
@@ -53,13 +53,13 @@ impl Problem for Rosenbrock {
     }
 }
 
-/// The point of a disc nearest to one outside it, from a start outside.
+/// Finds the point of a disc that is nearest to a point outside it, from a start outside.
 struct Disc;
 
 impl Problem for Disc {
     const NAME: &'static str = "disc";
     const START: [f64; 2] = [1.8, 0.2];
-    /// By symmetry on the diagonal, at distance 1.
+    /// By symmetry the solution is on the diagonal, at distance 1 from the origin.
     const MINIMISER: [f64; 2] = [std::f64::consts::FRAC_1_SQRT_2; 2];
 
     fn objective<R: Real>(x: &[R]) -> R {
@@ -71,10 +71,11 @@ impl Problem for Disc {
     }
 }
 
-/// An optimiser of the table.
+/// An optimiser under test.
 trait Optimiser {
     const NAME: &'static str;
-    /// Updates that are enough for every problem, and the distance from the minimiser after them.
+    /// A number of updates that is enough for every problem. After them, the distance from the minimiser must be at
+    /// most `TOLERANCE`.
     const UPDATES: usize;
     const TOLERANCE: f64;
     type State: Serialize + DeserializeOwned;
@@ -89,8 +90,8 @@ impl Moving {
     fn method<P: Problem>() -> Mma {
         let parameters = MmaSettings {
             move_limit: 0.2,
-            // Where a gradient vanishes, the models have the slope's sign but not the function's curvature, so
-            // the method oscillates about the minimum at the asymptotes' least distance.
+            // The models do not have the function's curvature where a gradient vanishes. So the method oscillates about
+            // the minimum, at the smallest distance of the asymptotes, and that must be small.
             asymin: 1e-5,
             ..MmaSettings::default()
         };
@@ -101,7 +102,7 @@ impl Moving {
 impl Optimiser for Moving {
     const NAME: &'static str = "moving asymptotes";
     const UPDATES: usize = 1000;
-    /// Five times the asymptotes' least distance in this box of range 4.
+    /// Five times the smallest distance of the asymptotes, with bounds that are 4 apart.
     const TOLERANCE: f64 = 2e-4;
     type State = MmaState;
 
@@ -121,7 +122,7 @@ impl Optimiser for Moving {
     }
 }
 
-/// Adam, projected to the box, with the augmented Lagrangian for the constraints.
+/// Adam with projection onto the bounds, and an augmented Lagrangian for the constraints.
 struct Adaptive;
 
 impl Adaptive {
@@ -132,10 +133,10 @@ impl Adaptive {
 impl Optimiser for Adaptive {
     const NAME: &'static str = "Adam with an augmented Lagrangian";
     const UPDATES: usize = 4000;
-    /// The step does not shrink below the rate by itself, and multipliers never decrease. The decaying rate damps
-    /// the error of both.
+    /// Adam's steps do not become smaller than its rate, and multipliers never decrease. Both cause an error, which
+    /// falls with the decaying rate.
     const TOLERANCE: f64 = 1e-3;
-    /// With the violations of the last update.
+    /// The states of Adam and of the augmented Lagrangian, and the violations of the last update.
     type State = (AdamState, AugmentedLagrangian, [f64; 4]);
 
     fn init<P: Problem>() -> Self::State {
@@ -160,7 +161,7 @@ impl Optimiser for Adaptive {
     }
 }
 
-/// The violations of up to four constraints; zero for constraints that the problem does not have.
+/// The violations of four constraints; zero for constraints that the problem does not have.
 fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     let constraints = P::constraints(x);
     [0, 1, 2, 3].map(|k| {
@@ -179,7 +180,7 @@ impl<P: Problem> Constraints<P> {
     }
 }
 
-/// The end of a run that is saved to text and read back before some updates.
+/// Returns the end of a run. Before each update in `interruptions`, the run is saved as text and read back.
 fn run<O: Optimiser, P: Problem>(interruptions: &[usize]) -> Vec<f64> {
     let (mut state, mut x) = (O::init::<P>(), P::START.to_vec());
     for update in 0..O::UPDATES {

@@ -1,10 +1,10 @@
-//! User crates outside the workspace, with their own Cargo.toml and their own laws.
+//! Crates of users can be built outside the workspace, with their own Cargo.toml and their own laws.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The output of a command that succeeds.
+/// Runs a command, asserts that it succeeds, and returns its output.
 #[track_caller]
 fn done(command: &mut Command) -> String {
     let Output {
@@ -17,7 +17,7 @@ fn done(command: &mut Command) -> String {
     String::from_utf8(stdout).expect("text")
 }
 
-/// Copies files of the repository into a folder with its own manifest.
+/// Copies files of the repository, given as pairs of source and destination, into a new folder with its own manifest.
 fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
@@ -29,7 +29,7 @@ fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
         fs::create_dir_all(folder.expect("a folder")).unwrap();
         fs::copy(repository.join(from), outside.join(to)).unwrap();
     }
-    // Offline, only the versions of the workspace are available.
+    // Without a network, only the versions that the workspace uses are available.
     fs::copy(repository.join("Cargo.lock"), outside.join("Cargo.lock")).unwrap();
     let manifest = fs::read_to_string(repository.join(manifest)).unwrap();
     let manifest = manifest.replace("COSMIC", &repository.display().to_string());

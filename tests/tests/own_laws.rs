@@ -1,5 +1,5 @@
-//! Laws as a user writes them, in a separate crate: against built-in laws, against formulas of mechanics,
-//! and by the check of gradients.
+//! Laws as a user writes them, in a separate crate: they agree with built-in laws and with formulas of mechanics, and
+//! their gradients are right.
 
 use autodiff::Real;
 use autodiff::check::{Options, Verdict};
@@ -19,7 +19,7 @@ use cosmic_lab::verify::check_gradients;
 use cosmic_tests::{Bare, robot_of, states};
 
 cosmic::settings! {
-    /// A node stops.
+    /// A contact law: a node that hits the ground stops.
     struct Glue {}
 }
 
@@ -35,7 +35,7 @@ impl Contact for Glue {
 }
 
 cosmic::settings! {
-    /// A node leaves the ground with a fraction of its speed.
+    /// A contact law: a node bounces back with a fraction of its speed.
     struct Bounce<R> {
         /// The fraction.
         restitution: R = 0.5, allowed within(0.0, 1.0), source "a test";
@@ -55,7 +55,7 @@ impl Contact for Bounce {
 }
 
 cosmic::settings! {
-    /// Hooke's law a second time.
+    /// A law of bars: Hooke's law a second time.
     struct Again {}
 }
 
@@ -71,15 +71,16 @@ impl BarForce for Again {
 }
 
 cosmic::settings! {
-    /// A spring and a damper between every node and the ground's origin, and a pull that comes and goes.
+    /// A force on nodes: a spring and a damper between every node and the ground's origin, and a pull that varies as a
+    /// sine of the time.
     struct Tether<R> {
         /// Stiffness.
         stiffness: R = 2.0, allowed within(0.0, 1e6), unit "N/m", source "a test";
         /// Damping.
         damping: R = 0.0, allowed within(0.0, 1e6), unit "N s/m", source "a test";
-        /// The pull along x at its peak, times the node's number.
+        /// The largest pull along x; the force on a node is this times the node's index.
         pull: R = 0.0, allowed within(0.0, 1e6), unit "N", source "a test";
-        /// Weight of a kilogram.
+        /// The acceleration of gravity.
         gravity: R = 0.0, allowed within(0.0, 100.0), unit "m/s2", source "a test";
     }
 }
@@ -109,7 +110,7 @@ impl NodeForce for Tether {
     }
 }
 
-/// The laws of this test.
+/// A registry with the laws of this file.
 fn registry() -> Registry {
     Registry::default()
         .with_law(contact::<Glue>())
@@ -128,7 +129,7 @@ fn physics(settings: &str) -> PhysicsSettings {
     scene(settings).physics
 }
 
-/// A falling robot whose scene may name these laws.
+/// A falling robot. Its scene may name the laws of this file.
 pub(super) fn robot(settings: &str) -> Case {
     robot_of(scene(settings))
 }
@@ -137,7 +138,7 @@ fn last(case: &Case) -> State<f64> {
     states(case).pop().expect("a rollout has states")
 }
 
-/// The largest difference of two states' numbers.
+/// The largest difference between the numbers of two states.
 fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = |a: &[Vector<f64>], b: &[Vector<f64>]| -> f64 {
         let pairs = a.iter().zip(b);
@@ -160,14 +161,14 @@ fn the_tensions_of_all_laws_add_up() {
     let twice = robot("[physics]\nforces = [\"again\"]");
     let mut stiffer = robot("[materials]\nstiffness = [2e-7, 8e2, 6e1]");
     stiffer.design = twice.design.clone();
-    // Sums of 90 steps in another order; a metre has 15 digits behind the point.
+    // Sums are in another order in each of 90 steps; positions of a metre have 15 decimals.
     let off = distance(&last(&twice), &last(&stiffer));
     assert!(off < 1e-11, "{off:e}");
     // Without the second law the robot ends elsewhere.
     assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
 }
 
-/// Gravity as a law along the vertical equals the scene's gravity, on inclines too.
+/// A law for gravity along the vertical has the same effect as the scene's gravity, even on inclines.
 #[test]
 fn a_force_on_nodes_knows_the_vertical() {
     for incline in [
@@ -180,12 +181,14 @@ fn a_force_on_nodes_knows_the_vertical() {
             "{physics}gravity = 0.0\nforces = [\"tether\"]\n[tether]\nstiffness = 0.0\ngravity = 4.8"
         );
         let off = distance(&last(&robot(&own)), &last(&robot(&physics)));
-        // Impulses of a force are divided by the mass, those of gravity are not: a few roundings a step.
+        // Impulses of a force are divided by the mass, unlike those of gravity, which causes a few roundings in each
+        // step.
         assert!(off < 1e-11, "{incline}: {off:e}");
     }
 }
 
-/// Two steps of a resting node under a pull at 30 rad/s: the second step takes the time at the end of the first.
+/// A force depends on the node and on the time at the beginning of a step. The test makes two steps of a resting node
+/// under a pull at 30 rad/s.
 #[test]
 fn a_force_knows_the_time_and_the_node() {
     let physics = physics(
@@ -196,24 +199,25 @@ fn a_force_knows_the_time_and_the_node() {
     let start = State::new(vec![[0.0; 2]; 2], vec![[0.0; 2]; 2]);
     let end = bare.run_to_end(&start, 2);
     let expected = 3.0 * (30.0 * dt).sin() * dt / 0.01;
-    // The first step is at time 0, where the sine is 0, and node 0 has the weight 0. Products round.
+    // The first step is at time 0, where the sine is 0, and node 0 has the weight 0. The tolerance is for rounded
+    // products.
     assert!(
         (end.v[1][0] - expected).abs() < 1e-15 && end.v[0] == [0.0; 2],
         "{end:?}"
     );
 }
 
-/// A node dropped from one metre rises to a quarter of it, up to the error of its steps.
+/// A node that is dropped from one metre and bounces with half its speed rises to a quarter of a metre.
 #[test]
 fn a_bouncing_node_rises_again() {
     let settings = "[physics]\ngravity = 9.81\ndamping = 0.0\nground_height = 0.0\n\
                     contact = \"bounce\"\ndt = 1e-5";
     let bare = Bare::free_node(physics(settings));
     let start = State::new(vec![[0.0, 1.0]; 2], vec![[0.0; 2]; 2]);
-    // It falls for 0.4515 s and rises for half of that.
+    // The node falls for 0.4515 s and rises for half as long.
     let apex = (1.5 * (2.0 / 9.81_f64).sqrt() / 1e-5) as usize;
     let height = bare.run_to_end(&start, apex).x[0][1];
-    // Each step of 1e-5 s adds an error of that order, in parts of the speed of 4.4 m/s.
+    // The error of a step of 1e-5 s at a speed of 4.4 m/s.
     assert!((height - 0.25).abs() < 1e-4, "{height}");
 }
 
@@ -227,7 +231,7 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
          tether = {stiffness = 0.3, damping = 0.01, pull = 0.01}",
         "physics = {forces = ['damper', 'tether'], integrator = 'leapfrog', stiffening = 50}\n\
          damper.time = 1e-3",
-        // Stops so tight that most actuators are at them.
+        // The stops are so tight that most actuators reach them.
         "physics = {forces = ['stops'], contact = 'none'}\nstops = {at = 0.003, stiffness = 3}",
     ] {
         let check = check_gradients(&robot(settings), None, 90, &Options::default());
@@ -241,7 +245,8 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
     }
 }
 
-/// A free node with a spring and a damper to the origin: below the stable step it stays, above it flies away.
+/// The stable step takes forces on nodes and damping into account. A free node with a spring and a damper to the origin
+/// stays bounded with a step below the limit, and flies away with a step above it.
 #[test]
 fn the_stable_step_includes_forces_on_nodes_and_damping() {
     for (integrator, damping, own) in [
@@ -260,7 +265,7 @@ fn the_stable_step_includes_forces_on_nodes_and_damping() {
         let place = vec![Vector::new([0.3, 0.2]); 2];
         let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &place);
         let (frequency, eta) = (vibration.largest_frequency(), vibration.damping());
-        // sqrt(40 / 0.01) and 0.3 / 0.01, up to roundings of a power iteration.
+        // Expected are sqrt(40 / 0.01) and 0.3 / 0.01. The tolerance is for the rounding of a power iteration.
         assert!(
             (frequency / (4000f64).sqrt() - 1.0).abs() < 1e-9,
             "{frequency}"
@@ -276,7 +281,7 @@ fn the_stable_step_includes_forces_on_nodes_and_damping() {
         };
         let [below, above] = [0.99, 1.01].map(size);
         assert!(below < 30.0, "{integrator:?}, {damping}, {own}: {below}");
-        // Far above, infinities make NaN.
+        // With a step far above the limit, positions become infinite or NaN.
         assert!(
             above.is_nan() || above > 30.0,
             "{integrator:?}, {damping}, {own}: {above}"
@@ -297,7 +302,7 @@ fn the_energy_includes_forces_that_have_one() {
     let ground = Ground::from(&case.physics);
     let of_tether = case.start.to_ground(&ground).x;
     let of_tether: f64 = of_tether.iter().map(|x| x.dot(*x)).sum();
-    // Sums of a dozen terms.
+    // The tolerance is for sums of a dozen terms.
     assert!(
         (tethered - plain - of_tether).abs() < 1e-12,
         "{tethered} {plain}"
@@ -317,7 +322,7 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
     assert_eq!(registry().parse("own", &text).unwrap(), own);
     let set = own.set(&["bounce.restitution=0.75"]).unwrap();
     assert_ne!(set, own);
-    // Named again, it keeps its settings.
+    // If the law is named again, it keeps its settings.
     assert_eq!(set.set(&["physics.contact=bounce"]).unwrap(), set);
     // A case keeps the law too.
     let case = Case::of_scene(&set, 0).unwrap();
@@ -370,7 +375,7 @@ fn wrong_choices_are_refused_with_what_is_known() {
 }
 
 cosmic::settings! {
-    /// A law with the name of a section of scenes.
+    /// A law whose name is also the name of a section of scenes.
     struct Section {}
 }
 
@@ -396,7 +401,7 @@ fn a_name_is_taken_once() {
     let _ = registry().with_law(contact::<Glue>());
 }
 
-/// Stops far stiffer than the bars determine the stable step, even before an actuator has reached one.
+/// Stops that are far stiffer than the bars determine the stable step, even if no actuator has reached a stop yet.
 #[test]
 fn the_stable_step_includes_stops() {
     let bound = |stops: &str| {

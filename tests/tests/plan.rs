@@ -1,4 +1,4 @@
-//! Rollouts that leave terms out, against the full simulator.
+//! Rollouts leave out terms without effect. They agree with the full simulator.
 
 use autodiff::Real;
 use cosmic::case::Case;
@@ -13,7 +13,7 @@ use cosmic::task::Horizon;
 
 const STEPS: usize = 256;
 
-/// A robot that stands on three legs, its layout frozen.
+/// A robot that stands on three legs, with a frozen layout.
 fn layout() -> Case {
     case("baseline_tall", |_| ())
 }
@@ -29,10 +29,10 @@ fn simulator(case: &Case) -> Simulator {
     Simulator::new(&case.lattice, &case.physics, &case.observation)
 }
 
-/// Not zero, and smaller than the rounding of any sum that it is added to.
+/// A number that is not zero, but smaller than the rounding of any sum that it is added to.
 const TINY: f64 = 1e-150;
 
-/// The body with a strain for every edge: a tiny one if it had none.
+/// The body, in which every edge without a strain gets a tiny one, so that its output is computed.
 fn straining(body: &Body<f64>) -> Body<f64> {
     Body {
         strain: body.strain.iter().map(|s| s.max(TINY)).collect(),
@@ -52,7 +52,7 @@ fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
     pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
-/// The rows of a product are separate sums, so the remaining rows have the same bits.
+/// Leaving out the outputs of edges that do not strain changes no bit: the rows of a product are separate sums.
 #[test]
 fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     let case = layout();
@@ -65,10 +65,10 @@ fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     assert!(farthest(&planned, &case.start) > 0.01);
 }
 
-/// Nodes that a loss does not observe have cotangents of zero, on a tape or not.
+/// If a loss declares which nodes it observes, no bit changes: the cotangents of other nodes are zero anyway.
 #[test]
 fn nodes_that_a_loss_does_not_observe_change_no_bit() {
-    /// The loss, which declares that it observes only the payload, or declares nothing.
+    /// A loss of the payload's displacement. If the flag is true, it declares that it observes only the payload.
     struct Far(Displacement, bool);
     impl Loss for Far {
         fn observed(&self, steps: usize) -> Vec<usize> {
@@ -99,7 +99,7 @@ fn nodes_that_a_loss_does_not_observe_change_no_bit() {
     assert!(payload.1.iter().any(|g| *g != 0.0));
 }
 
-/// Without outputs there is no network, only springs.
+/// A robot without actuators has no outputs, so there is no network, only springs.
 #[test]
 fn a_robot_without_actuators_has_no_controller() {
     let case = layout();
@@ -109,7 +109,8 @@ fn a_robot_without_actuators_has_no_controller() {
     assert_eq!(end(&case, &simulator, &body), end(&case, &simulator, &full));
 }
 
-/// The gradient by the weights sums fewer rows, in another order.
+/// The gradient with respect to the weights agrees with that of the full simulator up to rounding: it sums fewer rows,
+/// in another order.
 #[test]
 fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let case = layout();
@@ -129,12 +130,13 @@ fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let largest = all.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
     assert!(largest > 0.0);
     for (a, b) in some.iter().zip(&all) {
-        // Roundings of sums of a hundred terms in 256 steps, in which perturbations barely double.
+        // Sums of a hundred terms are rounded in each of 256 steps, in which perturbations barely double.
         assert!((a - b).abs() < 1e-11 * largest, "{a} {b}");
     }
 }
 
-/// Without the columns of inputs with a scale of 0, a hidden unit adds the same terms in another order.
+/// Leaving out inputs with a scale of 0 changes a rollout by rounding only: a hidden unit adds the same terms in
+/// another order.
 #[test]
 fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
     let scales: [fn(&mut ControllerSettings) -> &mut f64; 2] =
@@ -147,7 +149,7 @@ fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
         let body = case.body();
         let planned = end(&case, &simulator(&case), &body);
         let apart = farthest(&planned, &end(&case, &full, &body));
-        // Activations that differ by some 1e-16, over 256 steps of a contact motion.
+        // Activations differ by about 1e-16, in each of 256 steps of a motion with contact.
         assert!(apart < 1e-12, "{apart} m");
         assert!(farthest(&planned, &case.start) > 1e-3);
     }
@@ -163,12 +165,12 @@ fn no_ground_is_equal_to_a_ground_out_of_reach() {
         });
         end(&case, &simulator(&case), &case.body())
     };
-    // A fall of 0.5 s from 4 m.
+    // The robot falls for 0.5 s from a height of 4 m.
     let planned = fall(ContactLaw::none(), 4.0);
     for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
         assert_eq!(planned, fall(contact.clone(), 4.0), "{contact:?}");
     }
-    // On the ground it differs, so the test can fail.
+    // With ground in reach the motion is different, so the test can fail.
     assert!(
         farthest(
             &fall(ContactLaw::none(), 0.0),

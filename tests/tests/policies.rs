@@ -1,4 +1,4 @@
-//! Policies: their gradients in every mode, and what they observe.
+//! Policies: their gradients are right in every mode, and they observe what is documented.
 
 use autodiff::check::{Options, Verdict};
 use autodiff::{Array, Kernel, Real};
@@ -10,10 +10,11 @@ use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::{Plan, check_gradients_of};
 
-/// The policies of the model, and one of a program.
+/// The policies to test: those of the model, and one that is defined here.
 const POLICIES: [&str; 3] = ["mlp", "clock", "reflex"];
 
-/// A hidden layer on the observation, and one rhythm for all edges, multiplied by a factor per edge.
+/// A policy with a hidden layer on the observation, plus one rhythm for all edges that is multiplied by a factor per
+/// edge.
 #[derive(Debug)]
 struct Reflex;
 
@@ -60,13 +61,14 @@ fn robot(name: &str, settings: &str) -> Case {
          policy = \"{name}\"\n{settings}"
     );
     let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
-    // Biases other than zero, so that a missing bias shows.
+    // Biases must not be zero, so that a missing bias is noticed.
     let numbers = case.controller.numbers_mut().iter_mut().enumerate();
     numbers.for_each(|(k, number)| *number += 0.1 * (k as f64).sin());
     case
 }
 
-/// Robots in one piece weight their nodes in the step; others fold the mean into the weights.
+/// Gradients are right, both for robots in one piece, which weight their nodes in every step, and for others, which
+/// fold the mean into the weights.
 #[test]
 fn gradients_are_right_in_every_mode() {
     for name in POLICIES {
@@ -91,8 +93,8 @@ fn gradients_are_right_in_every_mode() {
     }
 }
 
-/// The first activations of a rollout follow from the definition of the observation, also if nodes are only partly
-/// present.
+/// The first activations of a rollout are those that the definition of the observation gives, even if nodes are only
+/// partly present.
 #[test]
 fn a_step_uses_the_observation() {
     for settings in [
@@ -113,7 +115,7 @@ fn a_step_uses_the_observation() {
         let moments = task.moments(&case.own_design(), &case.controller, &start);
         let found = &moments[0].activation;
         for (a, b) in found.iter().zip(&expected) {
-            // Sums of some forty terms of order one, rounded at 1e-16.
+            // The tolerance is for sums of some forty terms of order one.
             assert!((a - b).abs() < 1e-13, "{settings}: {a} {b}");
         }
     }
@@ -133,8 +135,8 @@ fn explain_shows_hidden_units_only_of_networks() {
     assert!(why.starts_with("`reflex` has "), "{why}");
 }
 
-/// The robot's state does not affect the clock, but it affects the network, unless the network always observes one
-/// state.
+/// The policy `clock` is open loop: the robot's state does not affect it. The state affects the network, unless the
+/// network always observes the same state.
 #[test]
 fn the_clock_is_open_loop() {
     let moved = |name: &str, is_held: bool| {
@@ -151,14 +153,14 @@ fn the_clock_is_open_loop() {
                 .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])
                 .collect::<Vec<_>>()
         };
-        // A push that gives all nodes one velocity changes the robot's shape only if its controller observes it.
+        // A push gives all nodes the same velocity. It changes the robot's shape only if the controller observes it.
         let mut pushed = case.start.clone();
         pushed.v.iter_mut().for_each(|v| v[0] += 2.0);
         let (still, pushed) = (shape(&case.start), shape(&pushed));
         let pairs = still.as_flattened().iter().zip(pushed.as_flattened());
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
-    // Rounding at 1e-16 of places that differ by 0.1 m, over 60 steps of a robot without contact.
+    // The tolerance is for roundings at 1e-16 in each of 60 steps of a robot without contact.
     assert!(moved("clock", false) < 1e-12);
     assert!(moved("mlp", true) < 1e-12);
     assert!(moved("mlp", false) > 1e-6);

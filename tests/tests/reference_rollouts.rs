@@ -1,11 +1,11 @@
-//! Every reference case, run as `cosmic evaluate --gradient` runs it: states, losses, measures and
-//! gradients within the file's own tolerances.
+//! Every reference case is reproduced as `cosmic evaluate --gradient` runs it: states, losses, measures and gradients
+//! agree within the tolerances of the file.
 
 use cosmic::generator::edges;
 use cosmic_tests::{Reference, numbers, own_reference_folder, reference_folder, references};
 use serde_json::Value;
 
-/// The kind of tolerance for a result, by the key that leads to it.
+/// The name of the tolerance for the result at a path of keys.
 fn tolerance(path: &[&str]) -> &'static str {
     match path {
         ["trajectory", step, _] if step.parse::<usize>().is_ok_and(|n| n <= 3) => "early",
@@ -17,7 +17,7 @@ fn tolerance(path: &[&str]) -> &'static str {
     }
 }
 
-/// Compares everything that the file lists, and returns how many fields that was.
+/// Compares everything that the file lists, and returns the number of compared fields.
 fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) -> usize {
     if let Value::Object(fields) = expected {
         let field = |(key, expected): (&String, &Value)| {
@@ -65,8 +65,8 @@ fn the_steps_that_a_case_lists_are_recorded() {
     }
 }
 
-/// The project's own cases are all on regular lattices. The reader takes their edges from the file, which
-/// must have the order of the edges that the program lays out itself.
+/// Edges of regular lattices have the same order in files as in the program. All of the project's cases are on regular
+/// lattices, whose edges the reader takes from the file.
 #[test]
 fn edges_are_laid_out_in_the_order_of_the_files() {
     for reference in references(&own_reference_folder()) {

@@ -1,5 +1,5 @@
-//! Gradients of whole rollouts by every block of their inputs: reverse mode against forward mode
-//! and finite differences, for every contact law, integrator, force, ground and projection.
+//! Gradients of whole rollouts with respect to every block of their inputs: reverse mode agrees with forward mode and
+//! finite differences, for every contact law, integrator, force, ground and projection.
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};
@@ -12,7 +12,7 @@ use cosmic::scene::{HorizonMode, LossKind, LossSettings};
 use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
-/// Worlds of a robot, as TOML.
+/// The worlds to test, as settings in TOML.
 const WORLDS: [&str; 12] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
@@ -35,15 +35,15 @@ fn every_block_in_every_world_and_projection() {
     let mut touched = 0;
     for (k, world) in WORLDS.iter().enumerate() {
         for projection in [Projection::Performance, Projection::Stability] {
-            // Next to shares of almost zero, bending changes its slope within a millionth: differences
-            // cannot resolve that.
+            // Near shares of almost zero, the slope of bending changes within a millionth. Differences cannot resolve
+            // that.
             if projection == Projection::Stability && k >= 4 {
                 continue;
             }
             let mut case = robot(world);
             case.projection = projection;
             let lowest = least_height(&case.physics, &states(&case));
-            // To the rounding of an incline's frame.
+            // A touching node is on the ground up to the rounding of an incline's frame.
             touched += usize::from(lowest.abs() < 1e-12);
             assert_smooth(&format!("{world}, {projection:?}"), &case);
         }
@@ -52,7 +52,7 @@ fn every_block_in_every_world_and_projection() {
     assert!(touched > 10, "{touched}");
 }
 
-/// A loss of the design vectors over a horizon, made wrong by a factor on its derivative.
+/// A loss as a function of the design vectors. A factor other than 1 makes its derivative wrong.
 struct OfDesign<'a> {
     case: &'a Case,
     task: Task,
@@ -71,7 +71,7 @@ impl Function for OfDesign<'_> {
     }
 }
 
-/// The optimiser's loss: a mean over the last part of the rollout.
+/// The gradient of the optimiser's loss, a mean over the last part of the rollout, is right.
 #[test]
 fn the_mean_loss_of_a_rollout() {
     let case = robot("");
@@ -95,13 +95,13 @@ fn the_mean_loss_of_a_rollout() {
             case.design.vectors().as_flattened(),
             &Options::default(),
         );
-        // Forward mode is as wrong as reverse mode here: only the differences show it.
+        // Forward mode is as wrong as reverse mode here, so only the differences can find it.
         assert_eq!(report.verdict, expected, "{report}");
     }
 }
 
-/// If the first steps are detached, the derivative is that of the tail alone, from the state at the end of
-/// the head.
+/// If the first steps of a rollout (the head) are detached, the gradient is that of a rollout of the remaining steps
+/// (the tail) that starts with the state at the end of the head.
 #[test]
 fn the_tail_of_a_rollout() {
     const TAIL: usize = 40;
@@ -118,8 +118,8 @@ fn the_tail_of_a_rollout() {
         let design = case.projected(case.projection, &inputs.z);
         task.loss(&design, inputs, &at_end(), &horizon)
     });
-    // The value is that of the whole rollout, the gradient a part. Between head and tail, the state goes
-    // through the world's frame: a rounding of 1e-17, which 40 steps multiply by a hundred at most.
+    // The value is that of the whole rollout. Between head and tail, the state is converted to the world's frame, which
+    // rounds at 1e-17; 40 steps multiply that by a hundred at most.
     let whole = case.displacement_loss(&task, &inputs);
     assert!((value - whole).abs() < 1e-14, "{value} {whole}");
     let (_, all) = inputs.differentiate(DESIGN, |inputs| case.displacement_loss(&task, inputs));

@@ -1,4 +1,5 @@
-//! Rollouts in other surroundings: derivatives by gravity, friction and settings of laws, and batches that differ in them.
+//! Rollouts with other surroundings (gravity, friction, settings of laws): derivatives with respect to them, and
+//! batches of robots with different surroundings.
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, Var, gradient};
@@ -7,7 +8,7 @@ use cosmic::simulator::{Simulator, Span};
 
 use super::own_laws::robot;
 
-/// The payload's place at the end of a rollout, as a function of one number of its surroundings.
+/// The payload's position at the end of a rollout, as a function of one number of the surroundings.
 struct ByNumber<'a> {
     case: &'a Case,
     simulator: Simulator,
@@ -24,7 +25,8 @@ impl<'a> ByNumber<'a> {
         }
     }
 
-    /// What one rollout, or one after the other, makes of these values: the flat last states.
+    /// Rolls out once for each of `values`, all in one batch if `together`, and returns each last state as a list of
+    /// numbers.
     fn ends<R: Real>(&self, values: &[R], together: bool) -> Vec<Vec<R>> {
         let body = self.case.body().map(R::lit);
         let controller = self.case.controller.map(R::lit);
@@ -51,7 +53,7 @@ impl Function for ByNumber<'_> {
     }
 }
 
-/// Robots whose laws have settings, each with the names of some numbers.
+/// Robots whose laws have settings, each with the names of numbers of its surroundings.
 fn with_settings() -> [(Case, &'static [&'static str]); 3] {
     let sliding = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\nstiffening = 50.0\n\
@@ -85,7 +87,8 @@ fn with_settings() -> [(Case, &'static [&'static str]); 3] {
     ]
 }
 
-/// In reverse and forward mode and against differences, and wrong numbers are noticed.
+/// Derivatives with respect to gravity, friction and settings of laws agree in reverse mode, forward mode and
+/// differences, and wrong ones are noticed.
 #[test]
 fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
     for (case, names) in with_settings() {
@@ -93,8 +96,9 @@ fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
             let by_number = ByNumber::new(&case, name);
             let surroundings = by_number.simulator.surroundings::<f64>();
             let value = surroundings.iter().find(|(other, _)| other == name);
-            let (_, value) = value.unwrap_or_else(|| panic!("{surroundings:?} lacks {name}"));
-            // Contacts make kinks a relative step of 1e-2 away.
+            let (_, value) =
+                value.unwrap_or_else(|| panic!("{name} is missing in {surroundings:?}"));
+            // Contacts cause kinks, which a relative step of 1e-2 would reach.
             let options = Options {
                 largest_step: 1e-5,
                 ..Options::default()
@@ -106,7 +110,8 @@ fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
     }
 }
 
-/// Batches of two, of a register, and of more, in values and in the gradient by every robot's number.
+/// Robots of a batch may have different surroundings: values and gradients are those of single rollouts, for batches of
+/// two robots, as many as a register has lanes, and more.
 #[test]
 fn robots_of_a_batch_may_differ_in_their_surroundings() {
     for (case, names) in with_settings() {
@@ -134,7 +139,7 @@ fn robots_of_a_batch_may_differ_in_their_surroundings() {
     }
 }
 
-/// A scene's friction and a rollout's are one number.
+/// Setting the friction in the surroundings of a rollout has the same effect as setting it in the scene.
 #[test]
 fn surroundings_are_those_of_a_scene() {
     let friction = |value: f64| {

@@ -1,4 +1,4 @@
-//! The check of a time step: the bound first, then the largest frequency.
+//! The check of a time step: it is compared with a bound first, and only then with the largest frequency.
 
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
@@ -39,7 +39,7 @@ fn a_step_is_compared_with_the_bound_and_beyond_it_with_the_frequency() {
     for word in ["safe bound", &node, "physics.dt"] {
         assert!(close.to_string().contains(word), "{close}");
     }
-    // A step that is stable for the start but not for a single bar.
+    // A step between these two limits is stable for the start, but is not known to be stable for every design.
     let any = safe.any_design.expect("it vibrates");
     assert!(any < bound, "{any} {bound}");
     assert_eq!(check(0.002).of_other_designs(), None);
@@ -78,7 +78,7 @@ fn an_unstable_step_is_refused_with_its_node_and_a_remedy_that_works() {
     let mut patient = scene.physics;
     patient.unstable_step = UnstableStep::Warn;
     assert!(unstable.accept(&patient).is_ok());
-    // A scene that only warns does not show how to continue.
+    // If the scene only warns, the message does not say how to continue.
     let warned = said.split_once("; to continue").map(|(warned, _)| warned);
     assert_eq!(warned, Some(&*unstable.to_string()));
     let (_, rest) = said.split_once("physics.dt to ").expect("a remedy");
@@ -89,7 +89,8 @@ fn an_unstable_step_is_refused_with_its_node_and_a_remedy_that_works() {
     assert_eq!(check(dt.expect("a number")).grade(), Grade::Safe);
 }
 
-/// The mixtures of a design: void except for the first edge if `design` is 0, a layout if it is even.
+/// The mixtures of a test design. With `design` 0, all edges except the first are void; other even numbers give
+/// layouts, and odd numbers mixtures.
 fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     let one_hot = |chosen: usize| std::array::from_fn(|k| f64::from(u8::from(k == chosen)));
     let share = |e: usize| {
@@ -106,15 +107,15 @@ fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     (0..edges).map(share).collect()
 }
 
-/// Points moved by up to 0.02 m in each direction.
+/// The points, each moved by up to 0.02 m in each direction.
 fn shaken(points: &[Vector<f64>]) -> Vec<Vector<f64>> {
     let off = |n: usize| 0.02 * (2.7 * n as f64).sin();
     let moved = |(i, &x): (usize, &Vector<f64>)| x + Vector::new([off(2 * i), off(2 * i + 1)]);
     points.iter().enumerate().map(moved).collect()
 }
 
-/// On small and large lattices with all laws, no layout or mixture vibrates faster than the bound for any design,
-/// and a single stiff bar comes near it.
+/// No layout or mixture vibrates faster than the bound for any design, on small and large lattices with all laws. A
+/// single stiff bar comes near the bound.
 #[test]
 fn no_design_vibrates_faster_than_the_bound_of_any() {
     let laws = [
@@ -140,19 +141,22 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                     let vibration = Vibration::new(lattice, &body, physics, x);
                     [vibration.edge_bound(), vibration.largest_frequency()]
                 };
-                // At rest, and with nodes off their places by up to a fifth of the spacing.
+                // The lattice is at rest, or nodes are moved by up to a fifth of the spacing.
                 let [own, fastest] = vibration(&lattice.positions);
                 let [own_off, fastest_off] = vibration(&shaken(&lattice.positions));
-                // Up to rounding and the softening of lengths, 1e-12 of a length squared of 1e-2.
+                // The slack is for rounding and for the softening of lengths, 1e-12 of a length squared of 1e-2.
                 let slack = 1.0 + 1e-9;
-                assert!(fastest <= own * slack, "{fastest} above its bound {own}");
+                assert!(
+                    fastest <= own * slack,
+                    "the frequency {fastest} is above its bound {own}"
+                );
                 assert!(
                     fastest_off <= own_off * slack,
                     "{fastest_off} above {own_off}"
                 );
                 assert!(
                     own <= bound * slack,
-                    "{own} above that of any design {bound}"
+                    "the bound {own} of this design is above the bound {bound} of any design"
                 );
                 if radius == 0.0 && stiffening == 0.0 {
                     nearest = nearest.max(fastest / bound);
@@ -166,11 +170,14 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
             }
         }
     }
-    assert!(nearest > 0.9, "far from any design: {nearest}");
+    assert!(
+        nearest > 0.9,
+        "no design comes near the bound of any design: {nearest} of it"
+    );
 }
 
-/// An optimisation refuses an unstable start unless the scene allows it. As edges become stiff, the frequency
-/// exceeds the limit of the start, and the record shows it.
+/// An optimisation refuses an unstable start, unless the scene allows it. If a later design becomes unstable because
+/// its edges become stiff, the record shows it.
 #[test]
 fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
     let mut scene = scene(0.05);
@@ -192,7 +199,7 @@ fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
     let codesign = CoDesign::new(&scene).expect("a plan");
     let start = codesign.begin(0).expect("2 ms are stable");
     let frequency = codesign.step_check(&start).bound.frequency;
-    // The snap makes it all skeleton instead of a third: stiffer by more than the third that remains here.
+    // The snap turns a mixture of thirds into skeleton only. That raises the frequency by more than the factor 1 / 0.7.
     scene.physics.dt = 0.7 * step_limit(frequency, scene.physics.damping, 0.0);
     let mut shares = Vec::new();
     let mut codesign = CoDesign::new(&scene).expect("a plan");

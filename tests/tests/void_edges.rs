@@ -1,4 +1,4 @@
-//! Void edges of a layout, kept and dropped.
+//! The void edges of a layout, which a scene keeps or drops.
 
 use autodiff::{Dual, Real};
 use cosmic::case::Case;
@@ -25,15 +25,15 @@ fn case(scene: &str, void_edges: VoidEdges) -> Case {
     Case::of_scene(&scene, 3).unwrap()
 }
 
-/// The same robot in another world.
+/// The same robot with changed physics.
 fn with(case: &Case, change: impl FnOnce(&mut PhysicsSettings)) -> Case {
     let mut case = case.clone();
     change(&mut case.physics);
     case
 }
 
-/// Robots of 6x6 nodes that walk on three legs: a whole one, one that is void from the fourth row up, and one
-/// that is all void.
+/// Three robots of 6x6 nodes: one that walks on three legs; the same robot, but void from the fourth row up; and one
+/// that is void everywhere.
 fn layouts(void_edges: VoidEdges) -> [Case; 3] {
     let tall = case("baseline_tall", void_edges);
     let cut = |from: usize| {
@@ -55,7 +55,7 @@ fn simulator(case: &Case) -> Simulator {
     Simulator::new(&case.lattice, &case.physics, &case.observation)
 }
 
-/// All states of a rollout, from the start on.
+/// All states of a rollout, including the start.
 fn states(case: &Case) -> Vec<State<f64>> {
     states_of(case, &case.body())
 }
@@ -66,8 +66,8 @@ fn states_of(case: &Case, body: &Body<f64>) -> Vec<State<f64>> {
     seen.states
 }
 
-/// As [`states`], but every edge is computed, even edges without stiffness: the smallest number above zero times a
-/// time step is rounded to zero.
+/// Like [`states`], but every edge is computed, even without stiffness. Such edges get the smallest number above zero
+/// as their stiffness; times a time step, it is rounded to zero.
 fn states_with_all_edges(case: &Case) -> Vec<State<f64>> {
     let mut body = case.body();
     let least = f64::from_bits(1);
@@ -85,8 +85,8 @@ fn void_edges_are_kept_unless_a_scene_drops_them() {
     }
 }
 
-/// Dropped edges give the bits of void edges without stiffness that are computed: sums of the same terms in the
-/// same order, some of which are zero.
+/// Dropping void edges gives the same bits as computing them without stiffness: sums have the same terms in the same
+/// order, except for terms that are zero.
 #[test]
 fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
     let worlds: [fn(&mut PhysicsSettings); 4] = [
@@ -134,7 +134,7 @@ fn task_loss<R: Real>(
 
 const MODES: [HorizonMode; 2] = [HorizonMode::Head, HorizonMode::Tail];
 
-/// Value and gradient have the same bits whether or not a scene drops void edges.
+/// The loss and its design gradient have the same bits whether or not a scene drops void edges.
 #[test]
 fn nothing_is_dropped_in_a_design_gradient() {
     for mode in MODES {
@@ -157,7 +157,7 @@ fn nothing_is_dropped_in_a_design_gradient() {
     }
 }
 
-/// The controller's gradient belongs to the robot without void edges.
+/// If a scene drops void edges, the controller's gradient is that of the robot without them.
 #[test]
 fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
     for mode in MODES {
@@ -175,12 +175,13 @@ fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
         assert!(kept.0 != dropped.0, "{mode:?}: nothing is dropped");
         let length = |g: &[f64]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
         let off: Vec<f64> = kept.1.iter().zip(&dropped.1).map(|(a, b)| a - b).collect();
-        // Positions differ by some 1e-7 m in robots with cells of 0.1 m.
+        // Kept void edges change positions by about 1e-7 m in robots with cells of 0.1 m.
         assert!(length(&off) < 1e-4 * length(&kept.1), "{mode:?}");
     }
 }
 
-/// Neither the equal mixture of a start nor the softmax of one-hot design vectors is a layout.
+/// In mixtures no edge is dropped. Neither the equal mixture of a start nor the softmax of one-hot design vectors is a
+/// layout.
 #[test]
 fn mixtures_drop_nothing() {
     let mut sharp = case("baseline_tall", VoidEdges::Drop);
@@ -192,7 +193,8 @@ fn mixtures_drop_nothing() {
     }
 }
 
-/// Dropped edges take part in no vibration, and masses stay. Variations of a robot do not bring them back.
+/// Dropped edges do not affect vibrations, while masses stay the same. Robots with scattered stiffness do not get them
+/// back.
 #[test]
 fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
     let pairs = layouts(VoidEdges::Keep)
@@ -209,9 +211,9 @@ fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
             [bound, fastest]
         });
         assert!(after[0] <= before[0]);
-        // Frequencies squared move by at most 8 edges of 1e-7 N/m on two nodes of 1e-4 kg.
+        // A squared frequency changes by at most what 8 edges of 1e-7 N/m add to two nodes of 1e-4 kg.
         let most = 2.0 * 8.0 * kept.materials.stiffness[0] / kept.physics.node_mass;
-        // The largest frequency is found to 1e-12 of its square.
+        // The square of the largest frequency has a relative error of 1e-12.
         let rounding = 2e-12 * before[1].powi(2);
         assert!((before[1].powi(2) - after[1].powi(2)).abs() < most + rounding);
         let as_built = Variation {

@@ -2,8 +2,8 @@
 //!
 //!     RUSTFLAGS='--cfg unoptimised' cargo run --release --example design -- stability 0 [KEY=VALUE...]
 //!
-//! With this flag the library uses no SIMD registers. Like WebAssembly, it then has a fused multiply-add only in the
-//! elementary functions.
+//! With this flag the library uses no SIMD registers. It then computes as WebAssembly does: only the elementary
+//! functions use a fused multiply-add.
 
 use cosmic::codesign::CoDesign;
 use cosmic::record::DesignFile;

@@ -1,9 +1,9 @@
-// Requests to the worker.
+// Sends requests to the worker and returns its answers.
 
 /** An error that the library reported. */
 export class Refused extends Error {}
 
-/** The error of a request whose worker stopped. The page has been told by `onstop`. */
+/** The error of a request whose worker stopped before it answered. `onstop` has already told the page. */
 export class Stopped extends Error {}
 
 export class Client {
@@ -13,7 +13,7 @@ export class Client {
   /** Whether the worker has loaded the library. */
   #loaded = false;
 
-  /** @param onstop is called with a message when a panic or a lack of memory stops the worker. */
+  /** @param onstop is called with a message if a panic or a lack of memory stops the worker. */
   constructor(onstop) {
     this.onstop = onstop;
     this.start();
@@ -27,14 +27,14 @@ export class Client {
 
   /** Starts a new worker. The work of the old worker is lost. */
   start() {
-    this.#end("the worker was started again");
+    this.#end("the worker was restarted");
     this.#loaded = false;
     this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
     this.#worker.onmessage = ({ data }) => data.loaded ? this.#load() : this.#answer(data);
     this.#worker.onerror = event => this.#stop(event.message || "the worker cannot be loaded");
   }
 
-  /** Carries out a request. The promise gives the answer. */
+  /** Sends a request. The promise resolves to the answer. */
   ask(request) {
     return new Promise((resolve, reject) => {
       if (!this.#worker) return reject(new Stopped("the worker has stopped"));

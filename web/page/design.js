@@ -1,9 +1,9 @@
-// Designs a robot: the iterations, the robot after each of them, and the delivered robot.
+// Designs a robot: runs the iterations, and keeps the robot after each iteration and the delivered robot.
 /* global Walker: of drawing.js */
 
 import { Stopped } from "./client.js";
 
-/** A robot of the library's answer, with its walk. */
+/** A robot with its walk, from an answer of the library. */
 class Walk extends Walker {
   constructor({ robot, world }, { materials, mixtures, walk, along, diverged }) {
     super(robot, world, mixtures, walk);
@@ -18,20 +18,23 @@ class Walk extends Walker {
 
 export class Design {
   #client;
-  /** The number of the current scene and seed. Answers to requests of earlier ones are dropped. */
+  /** Counts the choices of scene and seed. Answers that belong to an earlier choice are dropped. */
   #run = 0;
-  /** The run that is being iterated, or null. */
+  /** The value of `#run` for which an iteration is being computed, or null. */
   #iterated = null;
   /** "empty", "preparing", "ready", "working", "paused", "measuring", "finished", "cancelled" or "stopped". */
   state = "empty";
   world = null;
-  /** The robots before the first iteration and after each one, with the records of the iterations. */
+  /** The robot before the first iteration and the robot after each iteration, with the iteration's record. */
   robots = [];
-  /** The delivered robot, as edited, with its measurements. */
+  /** The delivered robot with the user's edits, and its measurements. */
   delivered = null;
   seconds = 0;
 
-  /** @param onchange is called after every change. The library panics after the iteration `panicAfter`. */
+  /**
+   * @param onchange is called after every change.
+   * @param panicAfter is, for tests, the iteration after which the library panics.
+   */
   constructor(client, onchange, panicAfter = null) {
     this.#client = client;
     this.onchange = onchange;
@@ -42,12 +45,12 @@ export class Design {
     return this.robots.length - 1;
   }
 
-  /** Whether an iteration is being computed. After a pause, the current iteration still has to end. */
+  /** Whether an iteration is being computed. This can be true even after a pause, until the current iteration ends. */
   get iterates() {
     return this.#iterated !== null && this.#iterated === this.#run;
   }
 
-  /** The robot of a scene before its first iteration. */
+  /** Prepares the robot of a scene before its first iteration. */
   async prepare(scene, seed) {
     const run = ++this.#run;
     this.#change("preparing");
@@ -60,11 +63,11 @@ export class Design {
     this.#change("ready");
   }
 
-  /** Iterates until a pause or the end. */
+  /** Does iterations until a pause or the end. */
   async work() {
     const run = this.#run;
     this.#change("working");
-    // Resumed before the current iteration ended: it goes on.
+    // If the user resumes before the current iteration has ended, the earlier call continues.
     if (this.#iterated === run) return;
     this.#iterated = run;
     try {
@@ -114,7 +117,7 @@ export class Design {
     this.#change("finished");
   }
 
-  /** Gives the delivered robot other materials, or its own again. */
+  /** Gives the delivered robot other materials, or, for null, the designed ones again. */
   async edit(materials) {
     const run = this.#run;
     const { robot } = await this.#client.ask({ do: "edit", materials });

@@ -1,4 +1,4 @@
-// Edits the delivered robot, by a click on a bar or by the controls below the stage.
+// Edits the delivered robot. The user clicks on a bar, or uses the controls below the stage.
 /* global MATERIALS: of drawing.js */
 
 export class Editor {
@@ -7,7 +7,7 @@ export class Editor {
   #player;
   #parts;
   #design;
-  /** Bars from left to right and from bottom to top, as they are at rest. */
+  /** The bars, ordered from left to right and from bottom to top by their positions at rest. */
   #order = [];
   #bar = null;
   #busy = Promise.resolve();
@@ -26,7 +26,7 @@ export class Editor {
     canvas.addEventListener("keydown", event => this.#key(event));
   }
 
-  /** Begins editing a delivered robot, or ends editing with null. */
+  /** Begins editing the delivered robot of `design`. With null, ends editing. */
   open(design) {
     this.#design = design;
     this.#bar = null;
@@ -100,7 +100,7 @@ export class Editor {
   #give(material) {
     if (this.#bar === null) this.#bar = this.#order[0];
     const [bar, design] = [this.#bar, this.#design];
-    // One after the other: a quick second click edits the robot of the first click.
+    // Edits wait for one another, so that a quick second click edits the result of the first click.
     this.#busy = this.#busy.then(async () => {
       const materials = [...design.delivered.walk.materials];
       materials[bar] = material;

@@ -1,6 +1,6 @@
 // The library in WebAssembly. Requests and answers are JSON.
 
-/** An error that the library reported; the library can still be used. After any other exception of `ask` it cannot. */
+/** An error that the library reported. The library can still be used, unlike after any other exception of `ask`. */
 export class Refusal extends Error {}
 
 export class Engine {

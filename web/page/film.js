@@ -1,8 +1,8 @@
-// Records the canvas as a film of the walk, in a format that the browser can write.
+// Records a film of the walk from the canvas, in a format that the browser can write.
 
 const KINDS = [["video/webm;codecs=vp9", "webm"], ["video/webm;codecs=vp8", "webm"], ["video/webm", "webm"], ["video/mp4", "mp4"]];
 
-/** The kind of film that this browser can record, or null. */
+/** The kind of film that this browser can record; null if it cannot record films. */
 export function filmKind() {
   if (!("MediaRecorder" in globalThis) || !("captureStream" in HTMLCanvasElement.prototype)) return null;
   return KINDS.find(([type]) => MediaRecorder.isTypeSupported(type)) ?? null;
@@ -10,8 +10,9 @@ export function filmKind() {
 
 /**
  * Records one walk from its beginning to its end, at the player's speed.
- * @param label returns the text in the corner at a time; `onprogress` is called with the share that is done.
- * @returns the film and the extension of its file.
+ * @param label returns the text in the corner at a time.
+ * @param onprogress is called with the fraction that is recorded, from 0 to 1.
+ * @returns the film and its file extension.
  */
 export async function film({ canvas, player, label, colours, onprogress, signal }) {
   const [type, ending] = filmKind();
@@ -26,7 +27,7 @@ export async function film({ canvas, player, label, colours, onprogress, signal 
   recorder.start();
   for (let last = 0; ; last = player.time) {
     await new Promise(requestAnimationFrame);
-    // The walk began again, or another robot is shown.
+    // Stop if the walk has begun again or another robot is shown.
     if (player.time < last || signal.aborted) break;
     copyFrame(pen, canvas, colours, label(player.time));
     onprogress(player.time / player.walk.duration);

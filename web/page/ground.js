@@ -1,10 +1,10 @@
-// The profile of the ground, drawn with a pointer or with keys.
+// Lets the user draw the profile of the ground with a pointer or with keys.
 /* global Drawing, levelAt: of drawing.js */
 
-/** Metres between places, and the number of places. A scene has at most 64 points. */
+/** The distance between the places whose height can be set, m. Next: their number. A scene has at most 64 points. */
 const APART = 0.1;
 const PLACES = 40;
-/** The largest height and depth of a place, m, and the step of a key. */
+/** The largest height or depth of a place, m; and how far a key changes it, m. */
 const MOST = 0.1;
 const STEP = 0.005;
 
@@ -16,7 +16,7 @@ export class GroundEditor extends Drawing {
   #place = 0;
   #drawing = null;
 
-  /** @param ondrawn is called with points [along, height] at the end of a stroke. */
+  /** @param ondrawn is called at the end of a stroke with the points [along, height] of the profile. */
   constructor(canvas, ondrawn) {
     super(canvas);
     this.ondrawn = ondrawn;
@@ -80,7 +80,7 @@ export class GroundEditor extends Drawing {
     return { k: Math.min(PLACES - 1, Math.max(0, Math.round(along / APART))), y: Math.min(MOST, Math.max(-MOST, y)) };
   }
 
-  // Interpolates the heights of places between two events of a quick pointer.
+  // A quick pointer skips places between two events; their heights are interpolated.
   #stroke(event) {
     const [from, to] = [this.#drawing, this.#at(event)];
     const count = Math.max(1, Math.abs(to.k - from.k));
@@ -121,7 +121,7 @@ export class GroundEditor extends Drawing {
     this.ondrawn(this.#points());
   }
 
-  /** The corners of the profile; none for level ground. */
+  /** The corners of the profile; an empty list for level ground. */
   #points() {
     const all = this.#heights.map((y, k) => [this.#x(k), y]);
     if (all.every(([, y]) => y === 0)) return [];

@@ -1,4 +1,4 @@
-// The page: its controls, and what each of them does.
+// Connects the controls of the page with what they do.
 /* global Stage, Ternary, Curve, decimals: of drawing.js */
 
 import { Client, Refused, Stopped } from "./client.js";
@@ -10,13 +10,13 @@ import { Player } from "./player.js";
 import { DEFAULT, Scene } from "./scene.js";
 
 const $ = id => document.getElementById(id);
-/** Milliseconds after which a computation can be cancelled. */
+/** After this many milliseconds, a computation can be cancelled. */
 const LONG = 2000;
 const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
 
-// The world before there is a robot.
+// The world that is shown before there is a robot.
 const stage = new Stage($("stage"), { width: 2, ground: [[-9, 0], [9, 0]], cos: 1, limit: 1 });
 const ternary = new Ternary($("ternary"));
 const curve = new Curve($("curve"), x => look(Math.round(x)));
@@ -32,7 +32,7 @@ const editor = new Editor({
     materials: [...document.getElementsByName("material")],
   },
 });
-/** The iteration that is shown; null for the last one or the delivered robot. */
+/** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
 let recording = null;
 /** The timer for the next update of the main button. */
@@ -53,13 +53,13 @@ async function begin() {
   }
 }
 
-/** Opens a built-in scene without changes, because the link cannot be opened. */
+/** Opens a built-in scene with its own settings, because the link cannot be opened. */
 async function openInstead(name, reason) {
   await scene.choose(name);
   $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
 }
 
-/** Prepares the robot of another scene or seed. */
+/** Is called when the library has checked a scene. Prepares the robot, or shows the error. */
 async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
@@ -90,7 +90,7 @@ async function prepare() {
   }
 }
 
-/** Shows an error of the library in the section that has the focus. A stopped worker has its own dialog. */
+/** Shows an error of the library in the section that has the focus. A stopped worker is shown in a dialog instead. */
 function fail(error) {
   if (error instanceof Stopped) return;
   if (!(error instanceof Refused)) throw error;
@@ -105,7 +105,7 @@ function stopped(message) {
   if (!$("stopped").open) $("stopped").showModal();
 }
 
-/** The robot that is shown, and the record of its iteration. */
+/** Returns the robot that is shown, and the record of its iteration. */
 function shown() {
   if (looked !== null) return design.robots[looked];
   return design.delivered ?? design.robots.at(-1);
@@ -184,7 +184,7 @@ function drawCurve() {
   });
 }
 
-/** The spans of iterations of each phase. */
+/** The phases, each with its range of iterations. */
 function phases() {
   const spans = [];
   design.robots.forEach(({ record }, k) => {
@@ -213,7 +213,7 @@ function tellStatus(state) {
     measuring: "Measuring the robot from other starts …",
     stopped: "The computation stopped.",
   };
-  // Texts that change with every iteration are not read out.
+  // Screen readers do not read texts that change with every iteration.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   $("status").textContent = about[state] ?? (state === "finished" ? finished() : working());
 }
@@ -266,13 +266,13 @@ async function pressDesign() {
   }
 }
 
-/** Ends a computation that takes too long. The robot in the worker is lost. */
+/** Ends a computation that takes too long. The worker loses its robot. */
 function cancel() {
   client.start();
   design.abandon("cancelled");
 }
 
-/** Sets the seed. If a robot is being designed or is finished, the next design begins at once. */
+/** Sets the seed. If a robot is being designed or is finished, a design with the new seed begins at once. */
 async function newSeed(seed) {
   const goesOn = !["empty", "preparing", "ready", "cancelled", "stopped"].includes(design.state);
   scene.seed = seed;
@@ -343,7 +343,7 @@ function connect() {
   });
   on("ternary", () => { player.highlight = null; }, "pointerleave");
   on("ternary", event => { if (design.state === "finished") player.highlight = ternary.edgeAt(event.clientX, event.clientY); }, "pointermove");
-  // The space bar plays wherever the focus is, except on controls that use it themselves.
+  // The space bar plays or pauses the walk, unless the focus is on a control that uses the space bar.
   addEventListener("keydown", event => {
     if (event.key !== " " || event.target.closest("button, select, input:not([type=range]), dialog")) return;
     event.preventDefault();
@@ -357,5 +357,5 @@ connect();
 tellPlay();
 if (filmKind() === null) $("saved").textContent = "This browser cannot record animations.";
 begin();
-/** The time of a frame's script, for tests. */
+/** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;

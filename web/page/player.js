@@ -1,15 +1,15 @@
-// Plays walks on the stage. One robot turns into the next without a jump.
+// Plays walks on the stage. When another robot is shown, the drawing changes gradually.
 /* global everyFrame: of drawing.js */
 
-/** A void bar that is longer than this many rest lengths leads to a node that was left behind. */
+/** A void bar longer than this many rest lengths is not shown: one of its nodes was left behind. */
 const LEFT_BEHIND = 2;
-/** Seconds in which most of the difference between two robots disappears. */
+/** The seconds after which most of the change from one robot to the next is done. */
 const BLEND = 0.12;
 
 export class Player {
   #stage;
   #walk = null;
-  /** The positions and the camera that are shown, and their differences from the walk's when it began to be shown. */
+  /** The positions and the camera that are shown. Below: their differences from the walk when it began to be shown. */
   #shown = { positions: [], camera: [0, 0] };
   #offset = null;
   #blend = 0;
@@ -19,10 +19,10 @@ export class Player {
   withVoid = false;
   playing;
   highlight = null;
-  /** The number of frames, and the total and longest time of their scripts in milliseconds, for tests. */
+  /** For tests: the number of frames, and the total and the longest time of their scripts in milliseconds. */
   cost = { frames: 0, total: 0, longest: 0 };
 
-  /** @param ontime is called with the time after every frame. */
+  /** @param ontime is called after every frame with the time of the walk. */
   constructor(stage, ontime) {
     this.#stage = stage;
     this.ontime = ontime;
@@ -35,12 +35,12 @@ export class Player {
     return this.#walk;
   }
 
-  /** Shows a robot from now on, at the same time of its walk. */
+  /** Shows another robot from now on, at the current time. */
   show(walk, { withVoid = false, restart = false } = {}) {
     const same = this.#walk?.world === walk.world;
     if (!same) this.#stage.world = { ...walk.world, payloads: walk.robot.payloads };
     if (!same || restart) this.time = 0;
-    // If nothing moves by itself, the robot is shown at the end of its walk.
+    // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk.
     if (this.still.matches && !this.playing && !restart) this.time = walk.duration;
     this.#walk = walk;
     this.withVoid = withVoid;
@@ -54,7 +54,7 @@ export class Player {
     if (!this.playing) this.paint();
   }
 
-  /** Whether a void bar is at the robot. */
+  /** Whether a void bar is near the robot, and not stretched to a node that was left behind. */
   #isNear([i, j, rest]) {
     const [at, { body }] = [this.#shown.positions, this.#walk];
     const length = Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]);
@@ -80,7 +80,7 @@ export class Player {
       const moved = name => moment[name].map((x, k) => x + this.#blend * this.#offset[name][k]);
       this.#shown = { positions: moved("positions"), camera: moved("camera") };
     }
-    // Void bars can be clicked, so they are as clear as the others.
+    // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
     const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
     this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight });

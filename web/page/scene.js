@@ -1,6 +1,7 @@
-// The scene of the page: a built-in scene, and settings that replace its own. The link holds them and the seed.
+// The scene of the page: a built-in scene, and settings that replace its own. The page's link contains them and the
+// seed.
 
-/** Fields of the form: a key, its name, and the numbers or words that it may have. */
+/** The fields of the form: a key of the scene, the label of the field, and the allowed numbers or words. */
 const FIELDS = [
   { key: "lattice.columns", name: "Columns of nodes", min: 2, max: 16, step: 1 },
   { key: "lattice.rows", name: "Rows of nodes", min: 2, max: 16, step: 1 },
@@ -11,9 +12,9 @@ const FIELDS = [
   { key: "physics.friction", name: "Friction coefficient", min: 0, max: 10, step: 0.1 },
 ];
 
-/** The scene of links without one: the program's default. */
+/** The scene if the link does not name one. It is the program's default. */
 export const DEFAULT = "earth";
-/** Milliseconds to wait for the computation of another scene before the worker is restarted. */
+/** If the worker is busy with an earlier scene, how long to wait before it is restarted, milliseconds. */
 const PATIENCE = 1000;
 const POINTS = "ground.points";
 const PROFILE = "ground.profile";
@@ -25,12 +26,12 @@ export class Scene {
   #asked = 0;
   name = DEFAULT;
   seed = 0;
-  /** Settings that replace the scene's, each a key and a value in TOML. */
+  /** The settings that replace the scene's own: a map from keys to values in TOML. */
   changed = new Map();
-  /** All settings, and the text of `scene.toml`; null before the library has checked the scene. */
+  /** All settings, and the text of `scene.toml`; null until the library has checked the scene. */
   checked = null;
 
-  /** @param onchange is called with null, or with the error of the scene. */
+  /** @param onchange is called after a change: with null if the scene is valid, otherwise with the error. */
   constructor(client, form, onchange) {
     this.#client = client;
     this.#form = form;
@@ -39,19 +40,19 @@ export class Scene {
     this.#readLink();
   }
 
-  /** The scene in requests. */
+  /** The scene in the form that requests have. */
   get asked() {
     return { scene: this.name, settings: [...this.changed].map(([key, value]) => `${key}=${value}`) };
   }
 
-  /** The fragment of the link to this scene. */
+  /** The part of the link after `#`. */
   get link() {
     const link = new URLSearchParams({ scene: this.name, seed: String(this.seed) });
     for (const setting of this.asked.settings) link.append("set", setting);
     return `#${link}`;
   }
 
-  /** Chooses a built-in scene, without changes. */
+  /** Chooses a built-in scene with its own settings. */
   async choose(name) {
     this.name = name;
     this.changed.clear();
@@ -63,7 +64,7 @@ export class Scene {
     return this.check();
   }
 
-  /** Sets the ground to points [along, height]; without points it is level. */
+  /** Sets the ground to a profile with these points [along, height]. Without points, the ground is level. */
   setGround(points) {
     this.changed.delete(POINTS);
     this.changed.set(PROFILE, points.length > 0 ? "points" : "flat");
@@ -72,7 +73,7 @@ export class Scene {
     return this.check();
   }
 
-  /** Lets the library check the scene. Only the answer to the last call counts. */
+  /** Lets the library check the scene. If it is called again before the answer, only the last answer counts. */
   async check() {
     const asked = ++this.#asked;
     if (this.#client.busyFor > PATIENCE) this.#client.start();
@@ -115,7 +116,7 @@ export class Scene {
   #show() {
     for (const { key, words } of FIELDS) {
       const [field, value] = [this.#form.elements[key], String(this.checked.settings[key])];
-      // A scene may have a word that the form does not offer.
+      // A scene may have a value that the form does not offer, so it is added.
       if (words && !(value in words) && ![...field.options].some(option => option.value === value)) field.add(new Option(value, value));
       field.value = value;
     }
@@ -134,7 +135,7 @@ export class Scene {
   }
 }
 
-/** Sections of keys as `section.key`. */
+/** Turns nested sections of settings into a flat object with keys like `section.key`. */
 function flat(settings) {
   const entries = Object.entries(settings).flatMap(([section, keys]) =>
     Object.entries(keys).map(([key, value]) => [`${section}.${key}`, value]));

@@ -1,11 +1,12 @@
-//! The library `cosmic` behind functions that JavaScript calls. Requests and answers are JSON.
+//! The library `cosmic` for JavaScript, which calls these functions. Requests and answers are JSON.
 //!
 //! 1. `input(bytes)` returns the address at which the caller writes the request in UTF-8.
 //! 2. `ask()` carries out the request and returns the length of the answer: `{"ok": …}`, or `{"error": "…"}`.
 //! 3. `answer()` returns the address of the answer.
 //!
-//! A panic ends in a trap. Then `answer()` and `length()` give its message, and nothing else may be called. Every
-//! function may move the memory, so the caller must take its views again after each call.
+//! A panic ends in a trap. After a trap, the caller may only call `answer()` and `length()`, which return the message
+//! of the panic. Every function may move the memory, so the caller must create its views of the memory again after each
+//! call.
 
 mod view;
 mod session;
@@ -19,7 +20,7 @@ thread_local! {
     static SESSION: RefCell<session::Session> = RefCell::default();
 }
 
-/// The address for a request of `bytes` bytes.
+/// Makes room for a request of `bytes` bytes and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn input(bytes: usize) -> *mut u8 {
     INPUT.with_borrow_mut(|input| {
@@ -34,7 +35,7 @@ pub extern "C" fn input(bytes: usize) -> *mut u8 {
 pub extern "C" fn ask() -> usize {
     std::panic::set_hook(Box::new(|panic| ANSWER.set(panic.to_string())));
     let request = INPUT.take();
-    // A trap without a panic leaves no message.
+    // Clear the last answer: after a trap without a panic there must be no message.
     ANSWER.take();
     ANSWER.set(SESSION.with_borrow_mut(|session| request::answer(session, &request)));
     length()

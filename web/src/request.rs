@@ -1,4 +1,4 @@
-//! Requests in JSON.
+//! Parses the requests of the page and carries them out.
 
 use crate::session::Session;
 use cosmic::Registry;
@@ -16,21 +16,22 @@ enum Request {
     Scenes,
     /// Checks a scene, and lists all its settings.
     Check(Asked),
-    /// Begins a design, before the first iteration.
+    /// Begins a design, and returns the robot before the first iteration.
     Begin { scene: Asked, seed: u64 },
     /// Does one iteration.
     Iterate { shown: bool },
-    /// Chooses the robot after the last iteration.
+    /// Chooses the robot to deliver, after the last iteration.
     Deliver,
-    /// Gives the delivered robot other materials, or its own again.
+    /// Gives the delivered robot other materials, or the designed ones again if there are none.
     Edit { materials: Option<Vec<Material>> },
-    /// The text of `design.json`.
+    /// Returns the text of `design.json`.
     Design,
     /// Panics, for tests.
     Panic,
 }
 
-/// A scene: the name of a built-in scene or TOML, and settings that replace its own.
+/// A scene that is asked for: the name of a built-in scene or the TOML text of a scene, and settings that replace its
+/// own.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
@@ -48,7 +49,7 @@ impl Asked {
     }
 }
 
-/// The answer to a request, as JSON.
+/// Carries out a request, and returns the answer as JSON.
 pub(crate) fn answer(session: &mut Session, request: &[u8]) -> String {
     let answer = match serde_json::from_slice(request) {
         Ok(request) => carry_out(session, request).map_err(|error| error.to_string()),

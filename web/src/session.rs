@@ -19,22 +19,22 @@ pub(crate) struct Session(Option<Work>);
 struct Work {
     codesign: CoDesign,
     progress: Progress,
-    /// The delivered robot, after the last iteration.
+    /// The delivered robot; `None` before the end of the optimisation.
     delivered: Option<Robot>,
-    /// The delivered robot with other materials.
+    /// The delivered robot with the materials that the user has edited, if any.
     edited: Option<Robot>,
 }
 
 #[derive(Clone)]
 struct Robot {
     design: Design<[f64; 3]>,
-    /// The design with the mixtures that are simulated.
+    /// The design after the projection, with the mixtures that are simulated.
     projected: Design<Mixture<f64>>,
     controller: Controller<f64>,
 }
 
 impl Session {
-    /// Begins with a scene. Answers with the world and the robot before the first iteration.
+    /// Begins a design in a scene. Answers with the world and the robot before the first iteration.
     pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Answer {
         let codesign = CoDesign::new(scene)?;
         let progress = codesign.begin(seed)?;
@@ -50,7 +50,7 @@ impl Session {
         Ok(answer)
     }
 
-    /// Does one iteration. The answer has the rollout of its robot if `shown`.
+    /// Does one iteration. If `shown`, the answer includes the robot with its rollout.
     pub(crate) fn iterate(&mut self, shown: bool) -> Answer {
         let work = self.work()?;
         let record = work.codesign.iterate(&mut work.progress);
@@ -91,7 +91,7 @@ impl Session {
         }))
     }
 
-    /// Gives the delivered robot other materials, or its own again for `None`.
+    /// Gives the delivered robot other materials. `None` restores the designed ones.
     pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Answer {
         let work = self.work()?;
         let mut robot = work.delivered.clone().ok_or_else(nothing)?;
@@ -111,7 +111,7 @@ impl Session {
         Ok(json!({ "robot": shown }))
     }
 
-    /// The text of `design.json` for the delivered robot, as edited.
+    /// The text of `design.json` for the delivered robot, including edits.
     pub(crate) fn design(&mut self) -> Answer {
         let work = self.work()?;
         let robot = work.edited.as_ref().or(work.delivered.as_ref());
@@ -132,11 +132,11 @@ impl Session {
 }
 
 fn nothing() -> Error {
-    Error::Usage("there is no robot yet; begin with a scene".to_owned())
+    Error::Usage("there is no robot yet; send the request `begin` first".to_owned())
 }
 
 impl Work {
-    /// The robot as it is now, rolled out in the precision of gradients.
+    /// The robot after the last iteration and its rollout, in the precision in which gradients are computed.
     fn present(&self) -> Value {
         let robot = Robot {
             design: self.progress.design.clone(),
@@ -147,7 +147,7 @@ impl Work {
         self.answer(&robot, seen.ok_or("its walk diverges".to_owned()))
     }
 
-    /// A robot, rolled out in double precision.
+    /// A robot and its rollout in double precision.
     fn show(&self, robot: &Robot) -> Value {
         let task = self.codesign.task();
         let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
@@ -159,7 +159,7 @@ impl Work {
         self.answer(robot, seen)
     }
 
-    /// The steps that are drawn, and the last step, which gives the displacement.
+    /// The steps whose states are needed: those that are drawn, and the last one for the displacement.
     fn steps(&self) -> Vec<usize> {
         let last = self.codesign.scene().physics.steps;
         let mut steps = view::drawn_steps(&self.codesign);
@@ -169,7 +169,7 @@ impl Work {
         steps
     }
 
-    /// A robot with its rollout, or with the reason why it has none.
+    /// The answer's data of a robot: its design, and its rollout or the reason why there is none.
     fn answer(&self, robot: &Robot, seen: Result<Trajectory<f64>, String>) -> Value {
         let ground = self.codesign.task().ground();
         let along = |seen: &Trajectory<f64>| {

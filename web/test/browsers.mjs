@@ -1,4 +1,4 @@
-// Installed browsers, and the faults of their pages.
+// Opens pages in the installed browsers and collects their errors.
 import puppeteer from "puppeteer-core";
 import { existsSync } from "node:fs";
 
@@ -7,7 +7,7 @@ const PLACES = {
   firefox: ["/usr/bin/firefox-esr", "/usr/bin/firefox"],
 };
 
-/** The path of a browser, or undefined. */
+/** The path of a browser; undefined if it is not installed. */
 export const installed = browser => PLACES[browser].find(existsSync);
 
 export async function launch(browser, options = {}) {
@@ -17,7 +17,7 @@ export async function launch(browser, options = {}) {
   return puppeteer.launch({ browser, executablePath: installed(browser), args, ...ofBrowser, ...options });
 }
 
-/** Opens a page. Returns it with a list of its errors and of its requests to other servers. */
+/** Opens a page. Returns the page, and a list that collects its errors and its requests to other servers. */
 export async function open(browser, address, { width = 1280, height = 900, touch = false, features = [], sized = true } = {}) {
   const page = await browser.newPage();
   const faults = [];
@@ -39,7 +39,7 @@ export const text = (page, id) => page.$eval(`#${id}`, element => element.textCo
 /** Waits until a control is enabled. */
 export const ready = (page, id = "design") => page.waitForSelector(`#${id}:enabled`, { timeout: 60_000 });
 
-/** Waits until the main button shows some words. */
+/** Waits until the main button shows these words. */
 export async function says(page, words, timeout = 120_000) {
   await page.waitForFunction(words => document.getElementById("design").textContent === words, { timeout }, words);
 }

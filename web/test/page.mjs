@@ -1,6 +1,6 @@
-// Every control of the page in real browsers, the files it saves, and its robot in the native program.
+// Tests every control of the page in real browsers, the files that it saves, and the saved robot in the native program.
 //   node test/page.mjs [--shots FOLDER] [--program COSMIC]
-// Tests whose browser or program is missing are named and skipped. Exits with 1 if a check fails.
+// If a browser or the program is missing, its tests are skipped, and the output says so. Exits with 1 if a check fails.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -12,12 +12,12 @@ import { serve } from "./serve.mjs";
 
 const here = path => fileURLToPath(new URL(path, import.meta.url));
 const { values: given } = parseArgs({ options: { shots: { type: "string" }, program: { type: "string", default: here("../../target/release/cosmic") } } });
-/** A robot that is designed in a few seconds. */
+/** The link to a scene whose design takes only a few seconds. */
 const SMALL = "#scene=stability&seed=1&" + [
   "lattice.columns=3", "lattice.rows=3", "physics.steps=512", "schedule.iterations=120", "schedule.attraction_from=40",
   "schedule.snap_at=80", "schedule.horizon=[128, 256]", "loss.window=64",
 ].map(setting => `set=${encodeURIComponent(setting)}`).join("&");
-/** The milliseconds of script that a frame should take on average. */
+/** The most milliseconds that the script of a frame should take on average. */
 const FRAME = 4;
 
 let failures = 0;
@@ -30,7 +30,7 @@ const wait = milliseconds => new Promise(resolve => setTimeout(resolve, millisec
 const press = (page, id) => page.$eval(`#${id}`, element => element.click());
 const value = (page, id) => page.$eval(`#${id}`, element => element.value);
 
-/** Checks that something becomes true on the page within 20 seconds. */
+/** Checks that the function `is` returns true on the page within 20 seconds. */
 async function until(page, says, is, ...given) {
   check(await page.waitForFunction(is, { timeout: 20_000 }, ...given).then(() => true, () => false), says);
 }
@@ -45,7 +45,7 @@ async function set(page, selector, to) {
   }, to);
 }
 
-/** Waits for a file that the page saves under a name. */
+/** Waits until the page has saved a file whose name matches. */
 async function saved(folder, matches, timeout = 60_000) {
   for (const end = Date.now() + timeout; Date.now() < end; await wait(100)) {
     const name = readdirSync(folder).find(name => matches.test(name));
@@ -102,7 +102,7 @@ async function playing(page) {
   await wait(1500);
   const cost = await page.evaluate(() => globalThis.playerCost);
   const mean = cost.total / cost.frames;
-  // The time is only printed, because it depends on the machine.
+  // The time is not checked, because it depends on the machine.
   console.log(`     a frame takes ${mean.toFixed(2)} ms of script, and should take at most ${FRAME} (mean of ${cost.frames}, longest ${cost.longest.toFixed(1)})`);
 }
 
@@ -121,7 +121,7 @@ async function editing(page) {
   await page.keyboard.press("Enter");
   await page.waitForFunction(before => document.getElementById("bar").textContent !== before, {}, before);
   check(true, `by keys: ${before}; then ${await text(page, "bar")}; ${await text(page, "status")}`);
-  // Somewhere in the middle of the stage there is a bar.
+  // Look for a bar in the middle of the stage.
   const box = await (await page.$("#stage")).boundingBox();
   const said = await text(page, "bar");
   for (let up = 0.72; up > 0.3 && said === await text(page, "bar"); up -= 0.03) {
@@ -249,18 +249,18 @@ async function motionless(browser, address) {
   return close(page, faults);
 }
 
-/** The free space to the left and to the right of the robot's bars, as fractions of the stage's width. */
+/** The free space left and right of the robot's bars, as fractions of the stage's width. */
 const margins = page => page.$eval("#stage", canvas => {
   const { width, height } = canvas;
   const { data } = canvas.getContext("2d").getImageData(0, 0, width, Math.floor(0.78 * height));
   const columns = [];
-  // Above the ground's line there is only the robot. The trail and the marks are below.
+  // Only the robot is above the ground's line; the trail and the marks are below it.
   for (let k = 3; k < data.length; k += 4) if (data[k] > 20) columns.push(((k - 3) / 4) % width);
   const [low, high] = columns.reduce(([low, high], x) => [Math.min(low, x), Math.max(high, x)], [width, 0]);
   return [low / width, 1 - high / width];
 });
 
-/** An undecided robot is fully visible in the middle, also on a telephone. */
+/** An undecided robot is in the middle and fully visible, even on a telephone. */
 async function framed(browser, address) {
   for (const width of [400, 1280]) {
     const { page, faults } = await open(browser, `${address}#scene=stability`, { width, height: 800, features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
@@ -268,13 +268,13 @@ async function framed(browser, address) {
     await set(page, "#time", "0");
     await wait(200);
     const [left, right] = await margins(page);
-    // A node's disc sticks out on the payload's side.
+    // The tolerance is for the disc of the payload, which is on one side.
     check(left > 0.02 && right > 0.02 && Math.abs(left - right) < 0.05, `undecided at ${width} px: ${left.toFixed(3)} of the stage is free to the left, ${right.toFixed(3)} to the right`);
     await close(page, faults);
   }
 }
 
-/** A robot is called unreliable if its walks from perturbed starts differ much. */
+/** The page calls a robot unreliable if its walks from perturbed starts differ much. */
 async function unreliable(browser, address) {
   const few = SMALL.replace("seed=1", "seed=11").replace("iterations%3D120", "iterations%3D20").replace("from%3D40", "from%3D4").replace("at%3D80", "at%3D8");
   const { page, faults } = await open(browser, `${address}${few}&set=selection.perturbation%3D0.001`);
@@ -285,7 +285,7 @@ async function unreliable(browser, address) {
   await close(page, faults);
 }
 
-/** For a link that cannot be opened, the page shows the reason and another robot. */
+/** If a link cannot be opened, the page shows the reason and another robot. */
 async function refusedLinks(browser, address) {
   for (const [link, reason, shows] of [
     ["#scene=stabilty&seed=1", "\"stabilty\" is not a scene of this page", "earth"],

@@ -1,5 +1,5 @@
-// Opens the page of a run and a page of several runs in Chromium, uses every control, and takes screenshots in light and
-// dark at three widths.
+// Opens the page of a run and a page of several runs in Chromium, uses every control, and takes screenshots in light
+// and dark at three widths.
 //   node report.mjs RUN/report.html [COMPARISON.html] [FOLDER FOR SCREENSHOTS]
 // Needs puppeteer-core, and Chromium at /usr/bin/chromium or $CHROMIUM.
 import assert from "node:assert/strict";
@@ -18,7 +18,7 @@ const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM ??
 const problems = [];
 const pause = milliseconds => new Promise(done => setTimeout(done, milliseconds));
 
-// Opens a page. Every message in the console, every error and every request is a problem.
+// Opens a page, and records every message in the console, every error and every request as a problem.
 async function open(file, { width = 1280, scheme = "light", motion = "no-preference" } = {}) {
   const page = await browser.newPage();
   const url = `file://${resolve(file)}`;
@@ -42,7 +42,7 @@ const set = (page, id, to) => page.$eval(`#${id}`, (element, to) => {
   element.dispatchEvent(new Event("change", { bubbles: true }));
 }, to).then(() => pause(80));
 
-// The content of a canvas after it was scrolled into view.
+// Scrolls a canvas into view and returns its content.
 async function picture(page, id) {
   await page.$eval(`#${id}`, canvas => canvas.scrollIntoView({ block: "center" }));
   await pause(150);
@@ -62,7 +62,7 @@ async function playing(page) {
   return (await value(page, "time")) !== before;
 }
 
-// The space bar plays or pauses once, wherever the focus is.
+// Checks that the space bar plays or pauses exactly once, wherever the focus is.
 async function space(page, ids) {
   for (const id of ids) {
     await page.focus(`#${id}`);
@@ -158,7 +158,7 @@ async function useRun() {
   await page.close();
 }
 
-// With reduced motion the robot waits.
+// Checks that with reduced motion the robot does not start by itself.
 async function useQuietly() {
   const page = await open(report, { motion: "reduce" });
   assert(!(await playing(page)), "it waits");

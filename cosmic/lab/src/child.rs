@@ -10,11 +10,11 @@ use tempfile::tempfile;
 /// How often a running child is checked.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Runs a command to its end and returns its standard output. Returns `None` if the command was stopped because
+/// Runs a command to its end and returns its standard output; `None` if the command was stopped because
 /// `is_stopped` returned true.
 ///
 /// # Errors
-/// The reason why the command cannot be started, or the last line of its standard error if it fails.
+/// Returns the reason why the command cannot be started, or the last line of its standard error if it fails.
 pub(crate) fn output(
     command: &mut Command,
     is_stopped: &dyn Fn() -> bool,
@@ -26,7 +26,7 @@ fn run(
     command: &mut Command,
     is_stopped: &dyn Fn() -> bool,
 ) -> io::Result<Result<Option<Vec<u8>>, String>> {
-    // Files, because a child that prints more than a pipe holds would wait for a reader.
+    // Files instead of pipes: a child that fills a pipe would wait until somebody reads it.
     let (out, error) = (tempfile()?, tempfile()?);
     let command = command.stdin(Stdio::null()).stdout(out.try_clone()?);
     let mut child = command.stderr(error.try_clone()?).spawn()?;

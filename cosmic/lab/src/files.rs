@@ -1,4 +1,4 @@
-//! Files of text.
+//! Writing of text files.
 
 use cosmic::error::Result;
 use cosmic::record::files::write_atomic;
@@ -9,7 +9,7 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
     write_atomic(path, |file| file.write_all(text.as_bytes()))
 }
 
-/// Writes texts to files of a folder, each with its name, and returns the paths.
+/// Writes a list of texts, each with its file name, into a folder, and returns the paths.
 pub(crate) fn write_texts<N: AsRef<Path>>(
     folder: &Path,
     texts: impl IntoIterator<Item = (N, String)>,

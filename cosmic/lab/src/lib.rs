@@ -1,14 +1,14 @@
-//! Checks, studies, sweeps and reports of designs and runs of [`cosmic`].
+//! Checks, studies, sweeps and reports for the designs and runs of [`cosmic`].
 //!
 //! The order of the modules is the architecture: a module uses only those above it.
 //!
-//! - [`table`]: the one writer of tables.
+//! - [`table`]: tables, and how they are written.
 //! - [`robustness`]: designs in randomly drawn worlds.
 //! - [`report`]: pages, plots and pictures of runs.
-//! - [`export`]: robots for other programs: a model for MuJoCo, files for the workshop.
-//! - [`verify`]: error against run time, errors of gradients, stability of extreme robots.
+//! - [`export`]: files of a robot for other programs: MuJoCo and the workshop.
+//! - [`verify`]: errors of trajectories and gradients and their cost; stability of extreme robots.
 //! - [`sweep`]: many runs from a frozen plan.
-//! - [`study`]: experiments of a data file, beside published numbers.
+//! - [`study`]: the experiments that a TOML file describes, compared with published numbers.
 
 mod files;
 mod child;
@@ -24,7 +24,7 @@ pub mod study;
 
 pub use cosmic::{Error, Result};
 
-/// The README's code, compiled and run with the documentation's.
+/// Makes the code of the README a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,4 +1,4 @@
-//! Domain randomization: rollouts of finished designs in drawn domains, the same for all designs.
+//! Domain randomization: rollouts of finished designs in randomly drawn domains, the same domains for all designs.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -25,10 +25,10 @@ const FORMAT: Format = Format {
     version: 1,
 };
 
-/// The results of designs in drawn domains.
+/// The results of several designs in drawn domains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
-    /// The largest departures of the domains from the nominal one.
+    /// The largest departures of the drawn domains from the nominal domain.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
@@ -41,26 +41,34 @@ impl Robustness {
     pub fn table(&self) -> Table {
         let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
         let nominal = metres("nominal", "displacement of the robot as it was designed");
-        let says = "median over them of the clock alone, without feedback";
+        let says = "median over the drawn domains in open loop, without feedback";
         let clock = metres("clock_p50", says);
         let least = metres("least", "the least displacement over the drawn domains");
         let table = Table::of("", "", &self.runs)
             .column("run", "the run's folder", |run| &run.run[..])
             .add(nominal, |run| run.nominal)
             .add(least, |run| run.least)
-            .add(metres("p10", "10 % quantile over them"), |run| run.p10)
-            .add(metres("p50", "median over them"), |run| run.p50)
-            .add(metres("p90", "90 % quantile over them"), |run| run.p90)
+            .add(
+                metres("p10", "10 % quantile over the drawn domains"),
+                |run| run.p10,
+            )
+            .add(metres("p50", "median over the drawn domains"), |run| {
+                run.p50
+            })
+            .add(
+                metres("p90", "90 % quantile over the drawn domains"),
+                |run| run.p90,
+            )
             .add(clock, |run| run.clock_p50);
         if self.runs.iter().all(|run| run.loss.is_none()) {
             return table.done();
         }
-        let says = "median loss over them, for another task than to get far";
+        let says = "median loss over the drawn domains, if the task is not distance";
         let loss = Column::new("loss", says).decimals(4, "–");
         table.add(loss, |run| run.loss).done()
     }
 
-    /// Writes JSON, or the table if the file's name ends in `.csv`.
+    /// Writes the results to a file: the table as CSV if the file's name ends in `.csv`, otherwise JSON.
     ///
     /// # Errors
     /// [`Error::Write`](cosmic::Error::Write).
@@ -72,7 +80,7 @@ impl Robustness {
     }
 }
 
-/// One design among the domains. Lengths in metres along the ground.
+/// The result of one design in all domains. Lengths are in metres along the ground.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobustRun {
     /// The run's folder.
@@ -96,16 +104,16 @@ pub struct RobustRun {
     pub divergence: Option<Divergence>,
 }
 
-/// The domains for all designs.
+/// The domains in which all designs are tried.
 #[derive(Clone, Debug)]
 pub struct DrawnDomains {
     /// The largest departures from the nominal domain, and the number of draws.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
-    /// The scene for all designs; `None` for each design's own.
+    /// The scene for all designs; if `None`, each design has its own scene.
     pub scene: Option<Scene>,
-    /// The items that the scenes of the designs may name.
+    /// The laws and losses that the scenes of the designs may name.
     pub registry: Registry,
 }
 
@@ -123,7 +131,7 @@ pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
 }
 
 fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
-    // First: for a folder that is not a run, this is the error to report, not the missing scene.
+    // The design is read first: for a folder that is not a run, its absence is the error to report, not the scene's.
     let file = result_of(folder, run::DESIGN)?;
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),

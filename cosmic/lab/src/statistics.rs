@@ -4,7 +4,7 @@ use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
 
-/// Resamples for the error of a median.
+/// The number of resamples for the error of a median.
 const RESAMPLES: usize = 1000;
 
 /// The statistics of a sample. A number that depends on a diverged run is `None`.
@@ -20,7 +20,7 @@ pub(crate) struct Statistics {
 }
 
 impl Statistics {
-    /// The statistics of a sample, in which a diverged run is NaN and counts as lowest.
+    /// The statistics of a sample. A diverged run is NaN in the sample, and counts as lowest.
     pub(crate) fn of(sample: &[f64]) -> Self {
         if sample.is_empty() {
             return Self::default();
@@ -40,7 +40,7 @@ fn finite(x: f64) -> Option<f64> {
     Some(x).filter(|x| x.is_finite())
 }
 
-/// The mean of a sample and the variance of its population.
+/// The mean of a sample, and its estimate of the population's variance.
 fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
     let count = sample.len() as f64;
     let mean = sample.iter().sum::<f64>() / count;
@@ -54,8 +54,8 @@ pub(crate) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
     (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
 
-/// The standard deviation of the medians of resamples, drawn with replacement. All samples use the same stream, so
-/// that the error depends only on the sample.
+/// The standard deviation of the medians of resamples, drawn with replacement. The random stream is fixed, so that the
+/// result depends only on the sample.
 fn standard_error(sample: &[f64]) -> f64 {
     let mut stream = stream(0, Purpose::Bootstrap);
     let mut again = vec![0.0; sample.len()];
@@ -87,8 +87,8 @@ mod tests {
         let mut stream = stream(7, Purpose::Weights);
         let sample: Vec<f64> = (0..400).map(|_| stream.random()).collect();
         let error = Statistics::of(&sample).standard_error.unwrap();
-        // 1 / (2 f sqrt(n)) with density f = 1: 0.025. The bootstrap of one sample estimates it up to some tens of
-        // percent.
+        // The exact error is 1 / (2 f sqrt(n)) = 0.025, because the density f is 1. The bootstrap estimates it from a
+        // single sample, so a factor of two is allowed.
         assert!((0.0125..0.05).contains(&error), "{error}");
         let error = |sample: &[f64]| Statistics::of(sample).standard_error;
         assert_eq!([error(&[3.0; 9]), error(&[3.0])], [Some(0.0), None]);

@@ -109,7 +109,7 @@ fn an_evolution_shows_the_robots_of_several_iterations() {
     let page = report(&bench).ok();
     assert_eq!(page.out.lines().count(), 4);
     let told = bench.cosmic("report run --evolution");
-    told.fails(2, &["run/designs.jsonl", "no walks were kept"]);
+    told.fails(2, &["run/designs.jsonl", "the run has no recorded walks"]);
 }
 
 /// Before the snap every edge is a mixture. Its bars are drawn too, but faintly.

@@ -100,7 +100,7 @@ fn runs_that_diverge_are_reported_and_counted() {
     let bench = bench(&LITTLE.replace("steps = 64", unstable));
     study(&bench, "ablation", "a", "--seeds 1").ok();
     let document = bench.read("a/ablation.md");
-    for (what, count) in [("no number: runs diverged", 8), ("NaN", 0), ("inf ", 0)] {
+    for (what, count) in [("unknown: runs diverged", 8), ("NaN", 0), ("inf ", 0)] {
         assert_eq!(document.matches(what).count(), count, "{what}: {document}");
     }
     let json = bench.json("a/ablation.json");
@@ -141,7 +141,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     grounds("a", "--iterations 2 --seeds 1 --first-seed 1").ok();
     has(
         &bench.read("a/grounds.md"),
-        &["undecided: one seed's change has no error"],
+        &["undecided: with one seed, the change has no standard error"],
     );
     let said = grounds("a", "--iterations 2").ok();
     assert_eq!(ended(&said), 4, "{said:?}");
@@ -149,7 +149,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     assert_eq!(bench.results("a"), bench.results("b"));
     let says = [
         "iterations=2 in the existing results",
-        "another folder by --out",
+        "another folder with --out",
     ];
     grounds("a", "").fails(2, &says);
     let refused = |base: &str, says: &str| {
@@ -157,8 +157,8 @@ fn more_seeds_join_and_other_scenes_do_not() {
         study(&bench, "findings", "c", "").fails(2, &[says]);
     };
     refused("[physics]\nsteps = 0", "base.toml:2:9");
-    // This base is valid by itself, but not for the scenes of the study.
-    let says = "error: the settings of base.toml do not fit the study's: the three-legged";
+    // Valid by itself, but not for the scenes of the study.
+    let says = "error: the settings of base.toml do not fit those of the study: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
     assert!(!bench.path("c-runs").exists());
 }
@@ -174,20 +174,20 @@ fn results_of_other_settings_are_not_replaced() {
     let before = bench.read(results);
     assert!(!bench.path("docs").exists());
     let refused = |more: &str, says: &str| {
-        study(more).fails(2, &[says, "another folder by --out"]);
+        study(more).fails(2, &[says, "another folder with --out"]);
         assert_eq!(bench.read(results), before);
     };
     refused(
         "--seeds 1 --iterations 2",
-        "seeds: 0 to 1 in the existing results, 0 to 0 in this study",
+        "seeds: 0 to 1 in the existing results, but 0 to 0 in this study",
     );
     let out = "--out runs/study-ablation --runs other --seeds 2 --iterations";
     refused(
         &format!("{out} 3"),
-        "none: iterations=2 in the existing results, iterations=3 in",
+        "none: iterations=2 in the existing results, but iterations=3 in",
     );
     bench.write("base.toml", SHORT.replace("hidden = 2", "hidden = 3"));
-    let says = "none: controller.hidden=2 in the existing results, controller.hidden=3 in";
+    let says = "none: controller.hidden=2 in the existing results, but controller.hidden=3 in";
     refused(&format!("{out} 2"), says);
     assert!(!bench.path("other").exists());
 }
@@ -292,7 +292,7 @@ fn a_study_of_the_user_is_a_file() {
     let said = bench.ok("study grounds.toml");
     assert_eq!(ended(&said), 4, "{said:?}");
     bench.write("grounds.toml", OWN.replace("9.81", "3.7"));
-    let says = "heavy: physics.gravity=9.81 in the existing results, physics.gravity=3.7 in";
+    let says = "heavy: physics.gravity=9.81 in the existing results, but physics.gravity=3.7 in";
     bench.fails("study grounds.toml", 2, &[says]);
 }
 
@@ -354,7 +354,7 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
         told.fails(code, &says);
     }
     bench.write("grounds.toml", OWN);
-    let says = "only built-in scenes can have a base, not `tiny.toml`";
+    let says = "only built-in scenes can have a base, but `tiny.toml` is not a built-in scene";
     bench.write("base.toml", "");
     let told = bench.cosmic("study grounds.toml --base base.toml");
     told.fails(2, &[says]);

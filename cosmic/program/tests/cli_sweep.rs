@@ -231,13 +231,13 @@ fn an_edited_plan_is_refused() {
         (
             "\"iterations\":4",
             "\"iterations\":5",
-            "`iterations` is 5, where it was 4",
+            "`iterations` is 5, but was 4",
         ),
-        ("\"seeds\":3", "\"seeds\":4", "`seeds` is 4, where it was 3"),
+        ("\"seeds\":3", "\"seeds\":4", "`seeds` is 4, but was 3"),
         (
             "steps = 64",
             "steps = 65",
-            "`tiny: physics.steps` is 65, where it was 64",
+            "`tiny: physics.steps` is 65, but was 64",
         ),
         (
             "\"cosmic_version\":\"",
@@ -440,7 +440,7 @@ fn wrong_arguments_of_sweep_are_refused() {
         (
             "plan tiny.toml tiny.toml --seeds 1 --out t",
             2,
-            "two scenes are called `tiny`",
+            "two scenes have the name `tiny`",
         ),
         (
             "run s --index 3",

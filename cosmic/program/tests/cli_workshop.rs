@@ -263,12 +263,12 @@ fn an_impossible_export_is_refused_before_anything_is_written() {
         (
             "export run --svg --dxf --hole 12",
             2,
-            "a hole of 12 mm is as wide as a bar",
+            "the hole is 12 mm wide, but must be narrower",
         ),
         (
             "export run --dxf --hole 110 --width 150",
             2,
-            "its holes take 130 mm of it",
+            "needs at least 130 mm for its holes",
         ),
         (
             "export run --stl --radius 30",

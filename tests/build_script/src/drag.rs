@@ -1,15 +1,15 @@
-//! The formula of a kernel, which the build script includes too.
+//! The formula of a kernel. Both the program and its build script include this file.
 
 use autodiff::{Real, lit};
 
-/// A step of a falling body in air.
+/// A kernel: one step of a body that falls in air.
 #[derive(Clone)]
 pub(crate) struct Drag {
     pub(crate) dt: f64,
 }
 
 impl Drag {
-    /// The velocity after a step, from the velocity before, the drag and the gravity.
+    /// Computes the velocity after a step from the velocity before it, the drag and the gravity.
     #[inline(always)]
     pub(crate) fn decelerated<R: Real>(&self, [v, drag, gravity]: [R; 3]) -> [R; 1] {
         [v + lit(self.dt) * (gravity - drag * v * v.tanh())]

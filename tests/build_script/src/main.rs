@@ -1,4 +1,4 @@
-//! A kernel whose adjoint was emitted by the build script.
+//! A program with a kernel whose adjoint the build script has emitted.
 
 use autodiff::arrays::vjp_by_duals;
 use autodiff::{Kernel, Pullback, Real};

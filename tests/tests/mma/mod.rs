@@ -1,4 +1,4 @@
-//! The method of moving asymptotes against recorded runs: one update at a time, and whole runs.
+//! The method of moving asymptotes reproduces recorded runs: single updates, and whole runs.
 
 mod problems;
 
@@ -9,7 +9,7 @@ use problems::Problem;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A recorded run. Fields that are not compared are not read.
+/// A recorded run. Fields that no test uses are not read.
 #[derive(Deserialize)]
 struct Case {
     name: String,
@@ -46,7 +46,7 @@ struct End {
     f0: f64,
 }
 
-/// One iteration; long runs keep the vectors of the first iterations only.
+/// One recorded iteration. Long runs have the vectors of the first iterations only.
 #[derive(Deserialize)]
 struct Iteration {
     f0: f64,
@@ -70,11 +70,14 @@ fn cases() -> Vec<Case> {
     references.iter().map(case).collect()
 }
 
-/// The one value of a list whose entries are all equal; `otherwise` for an empty list.
+/// The value that all entries of a list have. Returns `otherwise` for an empty list.
 fn uniform(what: &str, list: &[f64], otherwise: f64) -> f64 {
     let first = list.first().copied().unwrap_or(otherwise);
     let is_uniform = list.iter().all(|&entry| entry == first);
-    assert!(is_uniform, "`{what}` differs between constraints: {list:?}");
+    assert!(
+        is_uniform,
+        "`{what}` must be the same for all constraints, but is {list:?}"
+    );
     first
 }
 
@@ -103,12 +106,12 @@ impl Case {
         Mma::new(parameters, &self.xmin, &self.xmax).expect("usable settings")
     }
 
-    /// The iterations whose vectors are kept.
+    /// The iterations whose vectors were recorded.
     fn kept(&self) -> impl Iterator<Item = (usize, &Iteration)> {
         (self.trace.iter().enumerate()).filter(|(_, iteration)| iteration.x_next_exact.is_some())
     }
 
-    /// The state before iteration `k`, from the record.
+    /// The recorded state before iteration `k`.
     fn state(&self, k: usize) -> MmaState {
         let point = |back: usize| self.trace[k.saturating_sub(back)].x.clone();
         let before = &self.trace[k.saturating_sub(1)];
@@ -123,7 +126,7 @@ impl Case {
         }
     }
 
-    /// Asserts that two vectors of variables agree to `tolerance` of each variable's range.
+    /// Asserts that each variable agrees to `tolerance` times its range.
     fn assert_close(&self, what: &str, (found, expected): (&[f64], &[f64]), tolerance: f64) {
         assert_eq!(found.len(), expected.len(), "{}: {what}", self.name);
         for (j, (found, expected)) in found.iter().zip(expected).enumerate() {
@@ -149,7 +152,7 @@ fn update(mma: &mut Mma, state: &mut MmaState, problem: &dyn Problem, x: &[f64])
     mma.update(state, &at).expect("finite input")
 }
 
-/// Asserts that two numbers agree to `tolerance`, relative to the expected one or to 1.
+/// Asserts that two numbers agree to `tolerance` times the expected number, or times 1 if that is larger.
 fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
     let off = (found - expected).abs() / expected.abs().max(1.0);
     assert!(
@@ -164,7 +167,7 @@ fn kept(vector: &Option<Vec<f64>>) -> &[f64] {
         .expect("the vectors of an iteration are kept together")
 }
 
-/// The functions have the values in the file. Without this test, a wrong problem would look like a wrong method.
+/// The problems' functions have the recorded values. Without this test, a wrong problem would look like a wrong method.
 #[test]
 fn problems_have_the_recorded_values() {
     for case in cases() {
@@ -174,14 +177,15 @@ fn problems_have_the_recorded_values() {
             let recorded = std::iter::once(&iteration.f0).chain(&iteration.f);
             assert_eq!(values.len(), 1 + iteration.f.len(), "{}", case.name);
             for (i, (&found, &expected)) in values.iter().zip(recorded).enumerate() {
-                // Sums of some hundred terms up to 1e3, in another order: 1e-16 * 1e3 * 10.
+                // Some hundred terms up to 1e3 are summed in another order: the error is about 1e-16 * 1e3 * 10.
                 assert_near(&format!("{} {k}: f{i}", case.name), found, expected, 1e-12);
             }
         }
     }
 }
 
-/// Asymptotes and new points of single updates from the recorded state, so that errors do not add up.
+/// Each update from a recorded state gives the recorded asymptotes and the recorded new point. Every update starts from
+/// the record, so that errors do not add up.
 #[test]
 fn each_update_is_the_recorded_one() {
     for case in cases() {
@@ -190,10 +194,10 @@ fn each_update_is_the_recorded_one() {
             let mut state = case.state(k);
             let update = update(&mut mma, &mut state, &*problem, kept(&iteration.x));
             let at = |what: &str| format!("iteration {}: {what}", k + 1);
-            // The same few operations on the same numbers: rounding alone.
+            // Both compute the same few operations on the same numbers, so only rounding differs.
             case.assert_close(&at("low"), (&state.low, kept(&iteration.low)), 1e-12);
             case.assert_close(&at("upp"), (&state.upp, kept(&iteration.upp)), 1e-12);
-            // The record's own subproblem is solved to about 1e-13; conditioning costs the rest.
+            // The record solves its subproblem to about 1e-13; the conditioning of the problem magnifies that.
             let points = (&update.point[..], kept(&iteration.x_next_exact));
             case.assert_close(&at("x_next"), points, 1e-8);
             compare_duals(&case.name, &update, iteration);
@@ -201,16 +205,16 @@ fn each_update_is_the_recorded_one() {
     }
 }
 
-/// Compares elastic variables always, and multipliers if they are unique.
+/// Compares the elastic variables, and the multipliers if they are unique.
 fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
     let (elastic, exact) = (kept(&iteration.y_exact), kept(&iteration.lam_exact));
     assert_eq!(update.diagnostics.elastic.len(), elastic.len(), "{name}");
     for i in 0..elastic.len() {
         let what = |what: &str| format!("{name}: {what}[{i}]");
-        // y = (lam - c) / d loses the ulps of c = 1000; 1e-10 leaves room for larger ones.
+        // y = (lam - c) / d is rounded like c = 1000; 1e-10 leaves room for larger c.
         assert_near(&what("y"), update.diagnostics.elastic[i], elastic[i], 1e-10);
-        // If solutions form a set, two solvers stop at places far apart. If the record's two solvers agree to the
-        // accuracy of its interior point method, the solution is unique.
+        // If there are many solutions, two solvers find different ones. So if the two solvers of the record agree to
+        // the accuracy of the interior point method, the solution is unique.
         let unique = (iteration.lam[i] - exact[i]).abs() <= 1e-5 * exact[i].abs().max(1.0);
         if unique {
             assert_near(&what("lam"), update.multipliers[i], exact[i], 1e-8);
@@ -218,7 +222,7 @@ fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
     }
 }
 
-/// From the start to the recorded number of iterations, every subproblem solved to rounding.
+/// A run from the start with the recorded number of iterations ends where the recorded run ends.
 #[test]
 fn whole_runs_end_where_the_recorded_ones_do() {
     for case in cases() {
@@ -227,7 +231,7 @@ fn whole_runs_end_where_the_recorded_ones_do() {
         let mut state = mma.init(&x);
         for _ in 0..case.iterations {
             let update = update(&mut mma, &mut state, &*problem, &x);
-            // Constraints sum terms up to 1e3: some ulps of that.
+            // The constraints are sums of terms up to 1e3, so allow for a few roundings of that size.
             assert!(
                 update.diagnostics.residual <= 1e-10,
                 "{}: {update:?}",
@@ -247,9 +251,9 @@ fn whole_runs_end_where_the_recorded_ones_do() {
 }
 
 impl Case {
-    /// The tolerance for the end of a run. The record solves its subproblems to 1e-7 only, which moves points by
-    /// up to 4e-2. A converged run forgets that, to 1e-5. For other runs the tolerance is the distance that the
-    /// record itself covers in its last ten iterations.
+    /// The tolerance for the end of a run. The record solves its subproblems only to 1e-7, which moves points by up to
+    /// 4e-2. A converged run ends at the same point in spite of that, to 1e-5. For other runs, the tolerance is the
+    /// distance that the recorded run moves in its last ten iterations.
     fn run_tolerance(&self) -> f64 {
         let last = self
             .trace

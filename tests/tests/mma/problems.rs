@@ -7,9 +7,9 @@ use autodiff::{Real, jacobian};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Objective and constraints `f_0, f_1, ... f_m`, differentiated.
+/// A problem: the objective `f_0` and the constraints `f_1, ... f_m`, with their derivatives.
 pub(crate) trait Problem {
-    /// Values and gradients, a row each.
+    /// Returns the values of all functions at `x`, and their gradients, one row for each function.
     fn linearise(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
 }
 
@@ -44,14 +44,14 @@ const KINDS: [(&str, Build); 7] = [
     ("z (E x 3, row-major, x[3e+k])", build::<Volume>),
 ];
 
-/// The problem that a file states.
+/// Builds the problem that a file states.
 ///
 /// # Panics
-/// If no kind has such a statement, or the data do not fit it.
+/// If no kind has this statement, or the data do not fit the kind.
 pub(crate) fn problem(statement: &str, data: Value) -> Box<dyn Problem> {
     let kind = KINDS.iter().find(|(start, _)| statement.starts_with(start));
     let Some((_, build)) = kind else {
-        panic!("the statement {statement:?} belongs to no known problem: add it to KINDS");
+        panic!("unknown problem {statement:?}; add it to KINDS");
     };
     build(data).unwrap_or_else(|error| panic!("the data of {statement:?} do not fit: {error}"))
 }
@@ -86,7 +86,7 @@ impl Values for Cantilever {
     }
 }
 
-/// Distance to a target under slightly curved rows.
+/// The squared distance to a target, with slightly curved constraints.
 #[derive(Deserialize)]
 struct Distance {
     #[serde(rename = "t")]
@@ -195,7 +195,7 @@ impl Values for TwoBar {
     }
 }
 
-/// The four volume inequalities of the design problem.
+/// The four volume constraints of the design problem.
 #[derive(Deserialize)]
 struct Volume {
     w: Vec<[f64; 3]>,

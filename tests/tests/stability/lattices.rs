@@ -1,4 +1,4 @@
-//! Lattices over many steps: their stable steps, their energy, and how they come to rest.
+//! Checks of lattices over many steps: their stable time steps, their energy, and how they come to rest.
 
 use super::StabilityCase;
 use cosmic::design::{Design, Material};
@@ -31,7 +31,7 @@ pub(super) fn every_step(
     steps: usize,
     mut look: impl FnMut(&State<f64>),
 ) {
-    /// States that are held at a time.
+    /// The number of states that are in memory at a time.
     const CHUNK: usize = 10_000;
     for first in (0..steps).step_by(CHUNK) {
         let chunk = CHUNK.min(steps - first);
@@ -41,7 +41,7 @@ pub(super) fn every_step(
     }
 }
 
-/// An undamped lattice, all skeleton: the energy swings in a band and does not drift.
+/// Checks that the energy of an undamped lattice, all skeleton, swings in a band and does not drift.
 pub(super) fn keeps_its_energy(case: &StabilityCase) {
     let [columns, rows] = ["columns", "rows"].map(|key| case.number(key) as usize);
     let material = &case.case["material"];
@@ -68,10 +68,10 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
     let store = Store::new(&bare.lattice, &bare.physics, &bare.body);
     let energy = |state: &State<f64>| store.energy(state).expect("springs have an energy");
     let at_start = energy(&start);
-    // Coordinates of 0.1 m are rounded at 1e-17, extensions are 1e-4 m and enter squared.
+    // Coordinates of 0.1 m are rounded at 1e-17. The energy depends on the squares of extensions, which are 1e-4 m.
     case.near("E0", at_start, 1e-12 * at_start);
 
-    // Energies as shares of the first; means over windows of equal length.
+    // Energies are divided by the first energy, and averaged over windows of equal length.
     let expected = case.numbers("window_means_over_E0");
     let steps = case.number("steps") as usize;
     let window = steps / expected.len();
@@ -80,7 +80,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
     every_step(&bare, start, steps, |state| {
         let share = energy(state) / at_start;
         (least, most) = (least.min(share), most.max(share));
-        // Steps after the last whole window are in no mean.
+        // Steps after the last complete window are not part of a mean.
         if let Some(mean) = means.get_mut(step / window) {
             *mean += share / window as f64;
         }
@@ -91,7 +91,8 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
             momentum = momentum.max(sum.abs());
         }
     });
-    // The file's bounds: small motions are nearly periodic, large ones chaotic, so that only statistics repeat.
+    // The bounds are those of the file. Small motions are nearly periodic; large ones are chaotic, so that only their
+    // statistics can be compared.
     let expect = &case.file["expect"];
     let small = case.number("amplitude_of_spacing") < 0.01;
     let size = if small { "small" } else { "large" };
@@ -100,14 +101,14 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
         assert_near(*mean, *expected, spread * expected, &"mean");
     }
     for (got, key) in [(least, "E_min_over_E0"), (most, "E_max_over_E0")] {
-        // Extremes of a million steps scatter more than means do.
+        // Extremes over a million steps scatter more than means do.
         case.near(key, got, 2.0 * spread * case.number(key));
     }
     assert_near(momentum, 0.0, number(expect, "momentum_abs"), &"momentum");
 }
 
-/// A dropped lattice of one material per edge with idle actuators comes to rest on the ground, or slides, in a
-/// hundred thousand steps.
+/// Checks that a dropped lattice with one material per edge and idle actuators comes to rest on the ground within a
+/// hundred thousand steps, or slides.
 pub(super) fn comes_to_rest(case: &StabilityCase) {
     let physics = case.world();
     let lattice = Lattice::between(case.points("x0"), case.edges());
@@ -119,7 +120,7 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
         body,
         physics,
     };
-    // The touch-down step by step, and then every hundredth step.
+    // Observe every step until the lattice has landed, and then every hundredth step.
     let observed = (0..20_000).chain((20_000..=100_000).step_by(100));
     let seen = bare.run(&start, observed.collect());
     let physics = &bare.physics;
@@ -139,8 +140,8 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
     let ground = Ground::from(physics);
     if rests {
         let moved = largest_difference(&seen.at(20_000).x, &seen.at(100_000).x);
-        // After 20 000 steps all motion has decayed, and roundings of 1e-17 cancel. A creep of a micrometre
-        // in hours would show.
+        // After 20 000 steps all motion has decayed, and roundings of 1e-17 cancel. The bound would reveal a creep of a
+        // micrometre in hours.
         assert!(moved < 1e-8, "it creeps: {moved:e}");
         stands_still(seen.at(100_000), &ground);
     }
@@ -152,7 +153,7 @@ fn largest_difference(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
-/// Contacts stand still, and other nodes almost, within the file's bounds.
+/// Asserts that nodes on the ground stand still, and that other nodes almost do, within the bounds of the file.
 fn stands_still(state: &State<f64>, ground: &Ground) {
     let mut contacts = 0;
     for (x, v) in state.to_ground(ground).x.iter().zip(&state.v) {
@@ -173,7 +174,7 @@ fn sinks_nowhere(seen: &Trajectory<f64>, ground: &Ground) {
         let size = coordinates.fold(1.0, |m: f64, x| m.max(x.abs()));
         let points = state.to_ground(ground).x;
         let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
-        // The file's bound, plus the rounding of coordinates of a hundred metres by the rotation.
+        // The bound of the file, plus the rounding of coordinates of a hundred metres when they are rotated.
         assert!(lowest >= -1e-12 * size, "step {step}: {lowest:e}");
     }
 }

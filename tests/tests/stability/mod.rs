@@ -1,4 +1,4 @@
-//! The files of stability cases. Each kind of case has one check, and one test runs all cases.
+//! All cases in the files of the folder `stability` hold. Each kind of case has a check, and one test runs all cases.
 
 mod lattices;
 mod nodes;
@@ -17,7 +17,7 @@ use serde_json::{Value, from_value};
 
 type Check = fn(&StabilityCase);
 
-/// The kinds of cases: a key that no other kind has, and the check.
+/// The kinds of cases: for each, a key by which it is recognised, and its check.
 static KINDS: [(&str, Check); 14] = [
     ("terminal_velocity_discrete", nodes::flies),
     ("first_touches_step_tau", nodes::lands),
@@ -35,7 +35,7 @@ static KINDS: [(&str, Check); 14] = [
     ("x_100000", lattices::comes_to_rest),
 ];
 
-/// A case, and the file that it is from.
+/// A case, and the file that it comes from.
 #[derive(Clone, Debug)]
 struct StabilityCase {
     file: Value,
@@ -55,7 +55,7 @@ fn cases(file: &Reference) -> Vec<StabilityCase> {
     found
 }
 
-/// The cases of the reference folder, and the project's own of kinds that are missing there.
+/// Every case of the reference folder holds. For kinds that are missing there, the project's own cases are checked.
 #[test]
 fn every_case_of_every_kind_holds() {
     let own = own_reference_folder().join("stability");
@@ -66,7 +66,7 @@ fn every_case_of_every_kind_holds() {
     let has = |case: &StabilityCase, key: &str| case.case.get(key).is_some();
     for case in &given {
         let known = KINDS.iter().any(|(key, _)| has(case, key));
-        assert!(known, "this case is of no known kind: {case:?}");
+        assert!(known, "no key of this case is in KINDS: {case:?}");
     }
     std::thread::scope(|scope| {
         for (key, check) in &KINDS {
@@ -88,7 +88,7 @@ impl StabilityCase {
         number(&self.case, key)
     }
 
-    /// Numbers of the case, nested lists from first to last.
+    /// All numbers of a value of the case, which may be nested lists.
     fn numbers(&self, key: &str) -> Vec<f64> {
         numbers(&self.case[key])
     }
@@ -108,27 +108,27 @@ impl StabilityCase {
         number(&self.file, key)
     }
 
-    /// Asserts that a number is within a bound of the case's number of this key.
+    /// Asserts that `got` differs from the case's number `key` by at most `bound`.
     #[track_caller]
     fn near(&self, key: &str, got: f64, bound: f64) {
         let of = format!("{key} of {}", self.case);
         assert_near(got, self.number(key), bound, &of);
     }
 
-    /// Asserts that a number is the case's number of this key, within the file's absolute tolerance.
+    /// Asserts that `got` equals the case's number `key` within the absolute tolerance of the file.
     #[track_caller]
     fn absolute(&self, key: &str, got: f64) {
         self.near(key, got, self.of_file("tolerance_abs"));
     }
 
-    /// Asserts that a number is the case's number of this key, within the file's relative tolerance.
+    /// Asserts that `got` equals the case's number `key` within the relative tolerance of the file.
     #[track_caller]
     fn relative(&self, key: &str, got: f64) {
         let bound = self.of_file("tolerance_rel") * self.number(key).abs();
         self.near(key, got, bound);
     }
 
-    /// The case's regular lattice, with these edges.
+    /// The regular lattice of the case, but with these edges.
     fn lattice(&self, edges: Vec<[usize; 2]>) -> Lattice {
         let [columns, rows] = ["columns", "rows"].map(|key| self.number(key) as usize);
         let spacing = self.number("spacing");
@@ -150,13 +150,13 @@ impl StabilityCase {
             from_value(self.case["state"].clone()).expect("a material for each edge");
         let usual = MaterialSettings::default();
         let body = Body::new(&Design::Layout(materials), lattice, &usual, &self.world());
-        // A dozen roundings of sums.
+        // The tolerance is for a dozen roundings.
         assert!(relative_error(&body.mass, &self.numbers("node_mass")) < 1e-14);
         body
     }
 
-    /// The world of the case. If the height of the ground is missing, there is no ground. By default the world is
-    /// flat, frictionless, undamped and without gravity.
+    /// The world of the case. By default it is flat, frictionless, undamped and without gravity. If the case has no
+    /// height of the ground, there is no ground.
     fn world(&self) -> PhysicsSettings {
         let case = &self.case;
         let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);

@@ -1,5 +1,5 @@
-//! Single nodes: flight, contact at the beginning or the end of a step, friction on an incline, and the
-//! derivative of the end of a bounce.
+//! Checks of single nodes: flight, contact at the beginning or the end of a step, friction on an incline, and the
+//! derivative of a bounce with respect to the drop height.
 
 use super::StabilityCase;
 use autodiff::{Dual, Real, gradient};
@@ -9,7 +9,7 @@ use cosmic::laws::ContactLaw;
 use cosmic::scene::PhysicsSettings;
 use cosmic_tests::{Bare, assert_near, number};
 
-/// The free node of a world and its companion, both in the same state.
+/// The state of [`Bare::free_node`], whose two nodes both have this position and velocity.
 fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     State {
         x: vec![x.into(); 2],
@@ -17,7 +17,7 @@ fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     }
 }
 
-/// The steps after which damping has left exp(-40) = 4e-18 of a start.
+/// The number of steps after which damping has reduced a velocity to exp(-40) = 4e-18 of its start.
 fn forty_decays(physics: &PhysicsSettings) -> usize {
     (40.0 / (physics.damping * physics.dt)).ceil() as usize
 }
@@ -36,8 +36,8 @@ pub(super) fn flies(case: &StabilityCase) {
         let bound = tolerance * expected.abs().max(1e-3);
         assert_near(got, expected, bound, &case.case);
     }
-    // The error against the parabola is of first order in dt, with a known sign. Numbers as large as the flight
-    // are rounded.
+    // The distance from the exact parabola is of first order in dt and has a known sign. The tolerance is for the
+    // rounding of numbers as large as the length of the flight.
     let (continuous, error) = (case.numbers("continuous"), case.numbers("error"));
     let size = continuous
         .iter()
@@ -71,12 +71,12 @@ pub(super) fn lands(case: &StabilityCase) {
         .vector_to_ground(Vector::new([0.0, -physics.gravity]))
         .up();
     let decay = (-physics.damping * physics.dt).exp();
-    // The time of impact of a step, counted from 1, in which the node touches. Until the impact the node moves
-    // with its speed towards the ground, which it then loses.
+    // The time of impact if the node touches in this step, which is counted from 1. Until the impact, the node moves
+    // with its speed towards the ground; it then loses this speed.
     let time_of_impact = |step: usize| {
         let [before, after] = [step - 1, step].map(|s| seen.at(s).to_ground(&ground));
         let towards = decay * before.v[0][1] + pull * physics.dt;
-        // Speeds are of order one; the rotation by the incline rounds them.
+        // Speeds are of order one, and are rounded by the rotation of the incline.
         let touches = towards < -1e-14 && after.v[0][1].abs() < 1e-14;
         touches.then(|| (step, (after.x[0][1] - before.x[0][1]) / towards))
     };
@@ -88,7 +88,7 @@ pub(super) fn lands(case: &StabilityCase) {
         assert_near(*got_time, *time, 1e-13, &case.case);
     }
     assert!(touches.len() >= listed.len() / 2, "{}", case.case);
-    // A node that stops at the beginning of a step keeps its bits.
+    // If the node stops at the beginning of the first step, its position keeps its bits.
     let stops_at_once = listed[..2] == [1.0, 0.0] && physics.contact == ContactLaw::infinite();
     if stops_at_once && physics.incline_deg == 0.0 {
         let stays = |state: &State<f64>| state.x[0] == start.x[0];
@@ -96,7 +96,7 @@ pub(super) fn lands(case: &StabilityCase) {
     }
 }
 
-/// The world of a case, with a ground at height zero that has this contact.
+/// The world of a case, with ground at height zero and this contact law.
 fn on_ground(case: &StabilityCase, contact: ContactLaw) -> PhysicsSettings {
     PhysicsSettings {
         contact,
@@ -105,7 +105,7 @@ fn on_ground(case: &StabilityCase, contact: ContactLaw) -> PhysicsSettings {
     }
 }
 
-/// Friction on an incline has the classical threshold.
+/// Checks that a node on an incline slides only if the slope exceeds the coefficient of friction.
 pub(super) fn slides(case: &StabilityCase) {
     let physics = on_ground(case, ContactLaw::coulomb());
     let ground = Ground::from(&physics);
@@ -133,7 +133,7 @@ pub(super) fn brakes(case: &StabilityCase) {
     case.absolute("distance", seen.at(stop + 9).x[0][0]);
 }
 
-/// The end of a bounce by the drop height of a node that moves sideways.
+/// Checks the end of a bounce of a node that moves sideways, and its derivative with respect to the drop height.
 pub(super) fn bounces(case: &StabilityCase) {
     fn end<R: Real>(case: &StabilityCase, contact: ContactLaw, height: R) -> R {
         let physics = on_ground(case, contact);

@@ -1,5 +1,5 @@
-//! Single edges and chains of edges: `tanh`, the softmax and the force at the extremes with their derivatives;
-//! oscillators and chains against their exact maps.
+//! Checks of single edges and chains of edges. `tanh`, the softmax and the force have right values and derivatives for
+//! extreme inputs; oscillators and chains follow their exact maps.
 
 use super::StabilityCase;
 use super::lattices::every_step;
@@ -46,26 +46,26 @@ pub(super) fn projects(case: &StabilityCase) {
         let (_, reverse) = vjp(|x| function.eval(x), &z, &row);
         for k in 0..3 {
             for got in [forward[i][k], reverse[k]] {
-                // The file's bound: shares are rounded at 1e-16, which beta multiplies.
+                // The bound of the file: shares are rounded at 1e-16, and beta multiplies that.
                 assert_near(got, expected[k], 1e-12 * beta, &case.case);
             }
         }
     }
 }
 
-/// The force, the velocity after one step, the force's derivative, and the amplification of a small displacement
-/// across the edge by a step.
+/// Checks the force of an edge, the velocity after one step, the derivative of the force, and the factor by which a
+/// step amplifies a small displacement across the edge.
 pub(super) fn pulls(case: &StabilityCase) {
     let kick = &case.case["kick_v_of_mass"];
     let (mass, dt) = (number(kick, "m"), number(kick, "dt"));
     let mut bare = Bare::new(&[([0, 1], case.number("l0"), case.number("k"))], &[mass; 2]);
     bare.physics.dt = dt;
-    // The force moves one of the nodes down, and no ground may stop it. Vectors of 1e-7 m are exact only near
-    // the origin, from which heights are measured.
+    // The force moves one of the nodes down, so there must be no ground. Heights are relative to the ground's height,
+    // which is 0 here, because vectors of 1e-7 m are exact only near the origin.
     (bare.physics.contact, bare.physics.ground_height) = (ContactLaw::none(), 0.0);
     let d = case.vector("d");
     let got = force(&bare, d);
-    // The file's tolerance. Near the rest length, the difference of the lengths loses digits.
+    // The tolerance of the file, plus the digits that the difference of two lengths loses near the rest length.
     let tolerance = case.of_file("tolerance_rel");
     let lost = 1e-13 * case.number("k") * case.number("l0");
     let (expected, velocity) = (case.vector("force_on_i"), numbers(&kick["v"]));
@@ -98,8 +98,8 @@ pub(super) fn pulls(case: &StabilityCase) {
     }
 }
 
-/// The force of an edge on the node at its tail, as a function of the vector `d` to its head: half the difference
-/// of the momenta of both nodes after a step, over the time step.
+/// The force of an edge on the node at its tail, as a function of the vector `d` from tail to head. It is half the
+/// difference of both nodes' momenta after a step, divided by the time step.
 fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     let start = State {
         x: vec![Vector::zero(), d.into()],
@@ -110,12 +110,12 @@ fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     ((v[0] - v[1]) * R::lit(0.5) * per_kick).array()
 }
 
-/// Length of an oscillator's spring, m: long enough for the softening to be almost linear, and short enough for
-/// positions to have a small rounding.
+/// The length of an oscillator's spring, m. It is long enough for the softening to be almost linear, and short enough
+/// for a small rounding of positions.
 const LENGTH: f64 = 4.0;
 
-/// Two nodes of unit mass on both sides of the origin. The extension of their spring oscillates with the case's
-/// frequency.
+/// Two nodes of unit mass, one on each side of the origin. The extension of the spring between them oscillates with the
+/// frequency of the case.
 fn oscillator(case: &StabilityCase) -> Bare {
     let omega = case.number("omega");
     // Relative motion of two masses m has omega^2 = 2 k / m. The softening of the length (D4)
@@ -128,7 +128,7 @@ fn oscillator(case: &StabilityCase) -> Bare {
     bare
 }
 
-/// The state of an oscillator with this extension and its speed.
+/// The state of an oscillator with extension `x`, which changes at speed `v`.
 fn extended([x, v]: [f64; 2]) -> State<f64> {
     let half = 0.5 * (LENGTH + x);
     State {
@@ -137,7 +137,7 @@ fn extended([x, v]: [f64; 2]) -> State<f64> {
     }
 }
 
-/// The extension of an oscillator and its speed.
+/// The extension of an oscillator, and its rate of change.
 fn extension(state: &State<f64>) -> [f64; 2] {
     let (apart, speed) = (state.x[1] - state.x[0], state.v[1] - state.v[0]);
     [apart.forward() - LENGTH, speed.forward()]
@@ -151,11 +151,11 @@ pub(super) fn oscillates(case: &StabilityCase) {
     let steps = rows.iter().map(|row| row[0] as usize).collect();
     let seen = bare.run(&extended(start), steps).states;
     let limit = phase_limit(bare.physics.damping, bare.physics.dt);
-    // Both are roots of a sum of order one.
+    // Both limits are roots of a sum of order one.
     case.near("limit_dt_omega", limit, 1e-14);
     let stable = bare.physics.dt * omega < limit;
     assert_eq!(case.case["stable"], stable, "{}", case.case);
-    // Relative to the initial amplitude, not to the decayed one: positions are rounded at 1e-17.
+    // Errors are relative to the largest amplitude, not to the decayed one, because positions are rounded at 1e-17.
     let peak = rows.iter().fold(start[0], |m, row| m.max(row[1].abs()));
     let bound = case.of_file("tolerance_rel") * peak;
     for (state, [_, x, v]) in seen.iter().zip(rows).filter(|_| stable) {
@@ -167,7 +167,7 @@ pub(super) fn oscillates(case: &StabilityCase) {
         let last = seen.last().expect("a case lists states");
         assert!(extension(last)[0].abs() > 10.0 * start[0], "{}", case.case);
     }
-    // The spectral radius, from the matrix of a step.
+    // Compute the matrix of a step, and from it the spectral radius.
     let amplitude = 1e-3;
     let column = |start| extension(&bare.run_to_end(&extended(start), 1)).map(|c| c / amplitude);
     let ([a, c], [b, d]) = (column([amplitude, 0.0]), column([0.0, amplitude]));
@@ -177,13 +177,13 @@ pub(super) fn oscillates(case: &StabilityCase) {
         true => determinant.sqrt(),
         false => 0.5 * trace.abs() + discriminant.sqrt(),
     };
-    // Two nearly equal eigenvalues come from the root of a difference of entries that are rounded at 1e-13 of the
-    // amplitude.
+    // If two eigenvalues are nearly equal, their distance is the root of a small difference of entries, which are
+    // rounded at 1e-13 of the amplitude. The root is then right to 1e-6.
     case.near("spectral_radius", radius, 1e-6);
 }
 
-/// `v^2 + omega^2 x^2 - dt omega^2 x v` of one oscillator is constant, and its energy stays in the band that
-/// follows from it.
+/// Checks that `v^2 + omega^2 x^2 - dt omega^2 x v` of an oscillator is constant, and that its energy stays in the band
+/// that follows from this.
 pub(super) fn keeps_its_invariant(case: &StabilityCase) {
     let (omega, dt) = (case.number("omega"), case.number("dt"));
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
@@ -206,11 +206,12 @@ pub(super) fn keeps_its_invariant(case: &StabilityCase) {
     assert!(furthest < 1e-8, "the invariant is off by {furthest:e}");
     let (band, seen) = (case.number("relative_band_max_over_min"), most / least);
     assert!(seen <= band * (1.0 + 1e-8), "{seen} above {band}");
-    // Almost all phases occur, so that the energy fills the band.
+    // Almost all phases occur, so the energy must also fill the band.
     assert!(seen > 1.0 + 0.99 * (band - 1.0));
 }
 
-/// Chains of extreme stiffness and mass along the x axis: their limits, and their motion below and above them.
+/// Checks chains along the x axis with extreme stiffness and mass: the limits of their time step, and their motion with
+/// steps below and above them.
 pub(super) fn vibrates(case: &StabilityCase) {
     let (k, rest, mass) = (case.numbers("k"), case.numbers("rest"), case.numbers("m"));
     let springs: Vec<_> = (0..k.len()).map(|e| ([e, e + 1], rest[e], k[e])).collect();
@@ -221,14 +222,14 @@ pub(super) fn vibrates(case: &StabilityCase) {
             .map(|x| Vector::new([x, 0.0]))
             .collect::<Vec<_>>()
     };
-    // Positions with every spring at rest.
+    // The positions at which every spring is at rest.
     let places = (0..mass.len()).map(|node| rest[..node].iter().sum());
     let at_rest = on_axis(places.collect());
     let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &at_rest);
     // The softening is 1e-12 of a length squared of 1e-2.
     let fastest = case.number("omega_max");
     case.near("omega_max", vibration.largest_frequency(), 1e-9 * fastest);
-    // The file takes the damping of a step from the case's own time step.
+    // The limit in the file is for the damping of a step with the case's time step.
     let limit = phase_limit(case.number("gamma"), case.number("dt")) / fastest;
     case.near("limit_dt", limit, 1e-14 * limit);
 
@@ -258,7 +259,7 @@ pub(super) fn vibrates(case: &StabilityCase) {
         let got = bare.run_to_end(&start, number(state, "step") as usize);
         let [x, v] = ["x", "v"].map(|key| on_axis(numbers(&state[key])));
         assert_near(apart(&got.x, &x), 0.0, bound, &state["step"]);
-        // The same error of the fastest vibration.
+        // The velocity of the fastest vibration has the same relative error.
         assert_near(apart(&got.v, &v), 0.0, bound * fastest, &state["step"]);
     }
 }

@@ -1,4 +1,5 @@
-//! The tables of bars and nodes, in SI units to nine decimals: nanometres, micrograms, nanonewtons.
+//! The tables of bars and nodes, in SI units. Numbers have nine decimals: lengths are right to a nanometre, masses to a
+//! microgram, forces to a nanonewton.
 
 use super::layers::joints;
 use super::member::{MM, Member, place};
@@ -14,7 +15,7 @@ use std::f64::consts::PI;
 /// The number of decimals in all tables.
 const DECIMALS: usize = 9;
 
-/// A row for each bar.
+/// The table of bars, one row for each.
 pub(super) fn bars(
     run: &RunFiles,
     members: &[Member],
@@ -22,7 +23,7 @@ pub(super) fn bars(
     sizes: &Sizes,
 ) -> Result<Table> {
     let materials = &run.robot.scene.materials;
-    // Only the forces need every law of the scene.
+    // If this program lacks a law of the scene, only the forces cannot be computed.
     let loads = match run.robot.lacks() {
         [] => Some(loads(run)?),
         _ => None,
@@ -36,42 +37,53 @@ pub(super) fn bars(
     let mass = |m: &Member| of(m, &materials.density) * m.length;
     let table = Table::of("", "", &numbered)
         .column("edge", "number of the edge in design.json", |(_, m)| m.edge)
-        .column("from", "node at one end", |(_, m)| m.nodes[0])
-        .column("to", "node at the other end", |(_, m)| m.nodes[1])
+        .column("from", "node at the first end", |(_, m)| m.nodes[0])
+        .column("to", "node at the second end", |(_, m)| m.nodes[1])
         .columns(
             ["from_x", "from_y"],
-            "place of the first, m",
+            "position of the first end, m",
             |(_, m), k| (m.axis.from / MM).array()[k],
         )
-        .columns(["to_x", "to_y"], "place of the second, m", |(_, m), k| {
-            (m.axis.to / MM).array()[k]
-        })
-        .column("rest_length", "between the nodes, m", |(_, m)| m.length)
+        .columns(
+            ["to_x", "to_y"],
+            "position of the second end, m",
+            |(_, m), k| (m.axis.to / MM).array()[k],
+        )
+        .column(
+            "rest_length",
+            "length of the unstrained bar, m",
+            |(_, m)| m.length,
+        )
         .column("material", "skeleton or actuator", |(_, m)| m.made_of())
-        .column("stroke", "either way from the rest length, m", |(_, m)| {
-            stroke(m, &materials.max_strain)
-        })
+        .column(
+            "stroke",
+            "largest lengthening or shortening from the rest length, m",
+            |(_, m)| stroke(m, &materials.max_strain),
+        )
         .column("stiffness", "N/m", |(_, m)| of(m, &materials.stiffness))
         .column("mass", "kg", |(_, m)| mass(m))
         .column("peak_tension", "N", |(_, m)| load(m, |bar| bar.tension))
         .column("peak_compression", "N", |(_, m)| {
             load(m, |bar| bar.compression)
         })
-        .column("peak_force", "the larger of the two, N", |(_, m)| {
-            load(m, |bar| bar.force.peak)
-        })
-        .add(whole("layer", "in the flat pattern, from 1"), |(k, _)| {
-            layer(*k)
-        })
+        .column(
+            "peak_force",
+            "the larger of peak tension and peak compression, N",
+            |(_, m)| load(m, |bar| bar.force.peak),
+        )
+        .add(
+            whole("layer", "layer of the flat pattern, counted from 1"),
+            |(k, _)| layer(*k),
+        )
         .column(
             "plate_density",
-            "of a plate whose strip weighs as much as the bar, kg/m3",
+            "density of the plate with which the strip weighs as much as the bar, kg/m3",
             |(_, m)| mass(m) / (volume(m) / MM.powi(3)),
         );
     Ok(table.rounded(DECIMALS).done())
 }
 
-/// A row for each node at which a bar ends.
+/// The table of nodes, one row for each node at which a bar ends.
 pub(super) fn nodes(
     robot: &RobotFiles,
     members: &[Member],
@@ -91,21 +103,28 @@ pub(super) fn nodes(
     let number = |layer: Option<usize>| Cell::from(layer.map(|layer| layer as f64 + 1.0));
     Table::of("", "", &nodes)
         .column("node", "number of the node", |node| *node)
-        .columns(["x", "y"], "m along and above the ground", |node, k| {
-            place(robot, *node)[k] / MM
+        .columns(
+            ["x", "y"],
+            "position along and above the ground, m",
+            |node, k| place(robot, *node)[k] / MM,
+        )
+        .column("bars", "number of bars that end at the node", |node| {
+            bars(*node)
         })
-        .column("bars", "how many end here", |node| bars(*node))
-        .column("node_mass", "of the node itself, kg", |_| physics.node_mass)
+        .column("node_mass", "mass of the node itself, kg", |_| {
+            physics.node_mass
+        })
         .column("payload", "extra mass, kg", |node| payload(*node))
-        .add(whole("lowest_layer", "of its bars"), |node| {
+        .add(whole("lowest_layer", "lowest layer of its bars"), |node| {
             number(span(*node).map(|span| *span.start()))
         })
-        .add(whole("highest_layer", "of its bars"), |node| {
-            number(span(*node).map(|span| *span.end()))
-        })
+        .add(
+            whole("highest_layer", "highest layer of its bars"),
+            |node| number(span(*node).map(|span| *span.end())),
+        )
         .column(
             "pin",
-            "through all layers from one to the other, m",
+            "length of the pin, from the lowest of these layers to the highest, m",
             |node| span(*node).map(|s| (s.end() - s.start() + 1) as f64 * sizes.thickness / MM),
         )
         .column("given_node", given, |node| match truss {
@@ -116,7 +135,7 @@ pub(super) fn nodes(
         .done()
 }
 
-/// A column of whole numbers, some of which may be missing.
+/// A column of whole numbers. A missing number is shown as `-`.
 fn whole(name: &str, says: &str) -> Column {
     Column::new(name, says).decimals(0, "-")
 }

@@ -1,14 +1,14 @@
-//! The flat pattern as DXF of release 12, which every program for cutters reads. A file is pairs of lines: a code and a
-//! value. The release has no key for units; a unit is a millimetre.
+//! The flat pattern as a DXF file of release 12, which every program for laser cutters reads. A file consists of pairs
+//! of lines: a code and a value. Release 12 cannot express units; here a unit is a millimetre.
 
 use super::pattern::{LABEL, Part, Pattern};
 use cosmic::geometry::Vector;
 use std::fmt::{Display, Write};
 
-/// The drawing's layer of labels.
+/// The name of the drawing's layer that holds the labels.
 const LABELS: &str = "LABELS";
 
-/// Colours: white or black, blue, green.
+/// Colour numbers of DXF: 7 is black on white paper, 5 is blue, 3 is green.
 const SKELETON: u8 = 7;
 const ACTUATOR: u8 = 5;
 const GREEN: u8 = 3;
@@ -23,7 +23,7 @@ impl Dxf {
         let _ = write!(self.0, "{code}\r\n{value}\r\n");
     }
 
-    /// Begins an entity or a vertex.
+    /// Begins an entity or a vertex `name` at `place`.
     fn begin(&mut self, name: &str, layer: &str, place: Vector<f64>) {
         self.pair(0, name);
         self.pair(8, layer);
@@ -31,7 +31,7 @@ impl Dxf {
         self.pair(30, "0.0");
     }
 
-    /// Two coordinates, the first with the code `code`. The last digit is a nanometre.
+    /// Writes both coordinates of a point, to a nanometre. The first has the code `code`, the second `code + 10`.
     fn place(&mut self, code: u16, place: Vector<f64>) {
         let [x, y] = place.array();
         self.pair(code, format_args!("{x:.6}"));
@@ -50,7 +50,7 @@ impl Dxf {
         self.pair(40, format_args!("{:.6}", 0.5 * diameter));
     }
 
-    /// The outline of a bar: a closed line. A bulge of 1 is a half circle.
+    /// Draws the outline of a bar: a closed line. DXF writes a half circle as a segment with a "bulge" of 1.
     fn outline(&mut self, layer: &str, part: &Part) {
         self.begin("POLYLINE", layer, Vector::zero());
         self.pair(66, 1);
@@ -63,7 +63,7 @@ impl Dxf {
         self.pair(8, layer);
     }
 
-    /// A text with its middle at a place.
+    /// Writes a text whose middle is at `place`.
     fn text(&mut self, place: Vector<f64>, height: f64, angle: f64, text: &str) {
         self.begin("TEXT", LABELS, place);
         self.pair(40, format_args!("{height:.6}"));
@@ -76,7 +76,7 @@ impl Dxf {
     }
 }
 
-/// The drawing's layer for a layer of the pattern, from 0, and a material.
+/// The name of the drawing's layer that holds the bars of one material in one layer of the pattern, counted from 0.
 fn name(layer: usize, is_actuator: bool) -> String {
     let material = if is_actuator { "ACTUATOR" } else { "SKELETON" };
     format!("L{}_{material}", layer + 1)
@@ -101,7 +101,7 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.section("ENTITIES", |dxf| {
         for (number, layer) in pattern.layers.iter().enumerate() {
             let label = format!("layer {}", number + 1);
-            // Texts are placed by their middles. Labels of layers are about 4 heights wide.
+            // `text` places a text by its middle. The labels of layers are about 4 times as wide as high.
             let middle = layer.label + Vector::new([2.0 * LABEL, 0.0]);
             dxf.text(middle, LABEL, 0.0, &label);
             for part in &layer.parts {
@@ -119,7 +119,7 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.0
 }
 
-/// The table of line types, which layers need, and the table of layers.
+/// Writes the table of line types, which layers need, and the table of layers.
 fn tables(dxf: &mut Dxf, pattern: &Pattern) {
     let lines = "0 TABLE 2 LTYPE 70 1 0 LTYPE 2 CONTINUOUS 70 0 3 Solid 72 65 73 0 40 0.0 0 ENDTAB";
     let words: Vec<&str> = lines.split(' ').collect();

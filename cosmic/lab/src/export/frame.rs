@@ -1,11 +1,11 @@
-//! The solid: round struts between joints, all of one density.
+//! The solid robot: round struts between joints, all made of a material of one density.
 //!
-//! - **Sections.** The radius of skeleton struts is given. The sections of skeleton and actuators have the ratio of
-//!   their line densities, so that one density gives the right mass of both.
-//! - **Struts** end before their nodes, where they would touch the next strut of the node in the same plane. Struts
-//!   that cross, or meet at too small an angle, are in different planes.
-//! - **Joints** are flat prisms with a face for each strut, one in each plane of the node, and a thin column between
-//!   two of them. Their thickness gives them the volume of the missing ends of the struts.
+//! - **Cross sections.** The user chooses the radius of skeleton struts. The cross section of actuators follows from
+//!   the ratio of the two line densities, so that struts of one density have the right mass.
+//! - **Struts** end before they reach their node, where they would touch the next strut in the same plane. Struts that
+//!   cross, or meet at too small an angle, are in different planes.
+//! - **Joints** consist of flat prisms, one in each plane of the node, with a face for each strut, and of thin columns
+//!   between the prisms. A joint is as thick as is needed to have the volume of the missing ends of its struts.
 //!
 //! So no two parts overlap, the volume is exactly the sum of section times rest length, and the mass is the mass of the
 //! body's bars.
@@ -22,10 +22,11 @@ use cosmic::error::Result;
 use cosmic::geometry::{Range, Segment};
 use std::f64::consts::TAU;
 
-/// The largest part of a node's shortest bar that belongs to the joint. Less than a half leaves a strut.
+/// The largest fraction of a node's shortest bar that may belong to the joint. It is below one half because there is a
+/// joint at both ends.
 const MOST: f64 = 0.4;
 
-/// The kind of a part.
+/// The kind of a part of the solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Strut(Material),
@@ -38,14 +39,14 @@ impl Kind {
     }
 }
 
-/// Struts and joints.
+/// The solid robot: its struts and joints.
 pub(super) struct Frame {
     members: Vec<Member>,
     radii: Radii,
-    /// The plane of each strut.
+    /// The index of each strut's plane.
     levels: Vec<usize>,
     joints: Vec<Joint>,
-    /// The distance of two neighbouring planes, mm.
+    /// The distance between neighbouring planes, mm.
     pitch: f64,
     /// Line densities of the materials, kg/m.
     density: [f64; 3],
@@ -66,8 +67,8 @@ impl Frame {
         let tight = joints.iter().find(|joint| joint.trim > room(joint.node));
         if let Some(joint) = tight {
             return Err(misfit(format!(
-                "the struts at node {} must end {:.2} mm before it, but the shortest of them allows at most \
-                 {:.2} mm: choose a smaller radius than {} mm",
+                "the struts at node {} must end {:.2} mm before it, but the shortest strut allows at most {:.2} mm: \
+                 choose a smaller radius than {} mm",
                 joint.node,
                 joint.trim,
                 room(joint.node),
@@ -89,7 +90,7 @@ impl Frame {
         frame.check().map(|()| frame)
     }
 
-    /// Refuses a joint that would overlap other struts or joints.
+    /// Returns an error if a joint would overlap other struts or joints.
     fn check(&self) -> Result<()> {
         let apart = |a: Range, b: Range| a.high <= b.low || b.high <= a.low;
         for (k, joint) in self.joints.iter().enumerate() {
@@ -121,7 +122,7 @@ impl Frame {
         Ok(())
     }
 
-    /// The axis of a strut between the faces of its joints, mm.
+    /// The axis of a strut from the face of one joint to the face of the other, mm.
     fn trimmed(&self, member: &Member) -> Segment {
         let at = |node: usize| self.joints.iter().find(|joint| joint.node == node);
         let trim = |node: usize| at(node).map_or(0.0, |joint| joint.trim);
@@ -132,7 +133,7 @@ impl Frame {
         )
     }
 
-    /// The parts whose kinds are asked for.
+    /// The parts for whose kind `is_asked` is true.
     pub(super) fn prisms(&self, is_asked: impl Fn(Kind) -> bool) -> Vec<Prism> {
         let own = self.members.iter().zip(&self.levels);
         let own = own.filter(|(member, _)| is_asked(Kind::Strut(member.material)));
@@ -159,7 +160,7 @@ impl Frame {
         }
     }
 
-    /// A row for each kind of part, and one for the robot, with volumes and masses.
+    /// A table of volumes and masses, with a row for each kind of part and a row for the whole robot.
     pub(super) fn table(&self) -> Table {
         let (mut volumes, mut counts) = ([0.0; 3], [self.joints.len(), 0, 0]);
         for member in &self.members {
@@ -182,13 +183,13 @@ impl Frame {
         ];
         let volume = |kinds: &[usize]| -> f64 { kinds.iter().map(|&k| volumes[k]).sum() };
         let count = |kinds: &[usize]| -> usize { kinds.iter().map(|&k| counts[k]).sum() };
-        // To nanometres, 1e-6 cubic millimetres and micrograms.
+        // Nine decimals of metres, kilograms and millilitres are enough for a workshop.
         let head = |name, says| Column::new(name, says).rounded(9);
         let cubic = Column::new("volume", "m3").rounded(15);
         let says = "the density with which every part has the mass of its bars, kg/m3";
         Table::of("", "", &rows)
             .column("part", "the kind of part", |row| row.0)
-            .column("count", "how many struts or joints", |row| count(row.1))
+            .column("count", "number of struts or joints", |row| count(row.1))
             .add(head("radius", "radius of the struts, m"), |row| row.2)
             .add(cubic, |row| volume(row.1))
             .add(head("density", says), |_| density)
@@ -197,7 +198,7 @@ impl Frame {
     }
 }
 
-/// The distance of planes. It is enough for struts, and for joints that are thicker than struts.
+/// The distance between neighbouring planes at which neither struts nor joints touch those of the next plane.
 fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
     let needed = |d: &[Disc]| {
         let levels = (d[1].level - d[0].level) as f64;

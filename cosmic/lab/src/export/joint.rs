@@ -1,4 +1,4 @@
-//! The joints of the solid, and the sections of its struts.
+//! The joints of the solid, and the cross sections of its struts.
 
 use super::layers::Stack;
 use super::member::Member;
@@ -9,14 +9,15 @@ use cosmic::error::Result;
 use cosmic::geometry::{Range, Vector};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The number of sides of a strut. Its corners are a little outside the circle, so that the areas are equal.
+/// The number of sides of a strut, which is a prism. Its corners are a little outside the circle of the given radius,
+/// so that polygon and circle have equal areas.
 pub(super) const SIDES: usize = 24;
-/// The largest part of a joint's volume that its columns have.
+/// The largest fraction of a joint's volume that may be in its columns.
 const COLUMNS: f64 = 0.2;
 
 /// The radii of the struts, mm.
 pub(super) struct Radii {
-    /// By material; 0 for void.
+    /// The radius for each material; 0 for void.
     pub(super) of: [f64; 3],
 }
 
@@ -49,13 +50,13 @@ impl Radii {
         PI * self.radius(member).powi(2)
     }
 
-    /// The distance of a strut's corners from its axis, mm.
+    /// The distance from a strut's axis to its corners, mm.
     pub(super) fn reach(&self, member: &Member) -> f64 {
         self.radius(member) * corners_at(SIDES)
     }
 
-    /// The distance from their node at which two struts of one plane must end, mm, so that neither crosses the line
-    /// half-way between them.
+    /// The distance from the node `node` at which the struts `a` and `b` must end, mm, so that neither crosses the line
+    /// half-way between them. Both are in one plane.
     pub(super) fn trim(&self, node: usize, a: &Member, b: &Member) -> f64 {
         let (one, other) = (a.away_from(node), b.away_from(node));
         let between = one.cross(other).abs().atan2(one.dot(other));
@@ -63,32 +64,32 @@ impl Radii {
     }
 }
 
-/// The distance of a regular polygon's corners from its middle if its area is that of a circle of radius 1.
+/// The distance from the middle of a regular polygon to its corners if it has the area of a circle of radius 1.
 fn corners_at(sides: usize) -> f64 {
     let n = sides as f64;
     (TAU / (n * (TAU / n).sin())).sqrt()
 }
 
-/// The part of a joint in one plane.
+/// The prism of a joint in one plane.
 pub(super) struct Disc {
     pub(super) level: usize,
-    /// The volume of the missing ends of its struts, mm3.
+    /// The volume of the strut ends that the disc replaces, mm3.
     missing: f64,
-    /// Thickness, mm.
+    /// The thickness, mm.
     pub(super) height: f64,
 }
 
-/// The part that joins the struts of a node.
+/// The part that connects the struts of a node.
 pub(super) struct Joint {
     pub(super) node: usize,
     pub(super) place: Vector<f64>,
-    /// The distance of the faces from the node, mm.
+    /// The distance from the node to the faces at which struts end, mm.
     pub(super) trim: f64,
-    /// The corners around the node, counterclockwise.
+    /// The corners of the prism's base relative to the node, counterclockwise.
     corners: Vec<Vector<f64>>,
-    /// From the lowest plane to the highest.
+    /// One disc for each plane of the node, from the lowest to the highest.
     pub(super) discs: Vec<Disc>,
-    /// The area of a column between discs, mm2.
+    /// The cross section of the column between two discs, mm2.
     column: f64,
 }
 
@@ -99,21 +100,21 @@ impl Joint {
         0.5 * pairs.map(|(a, b)| a.cross(*b)).sum::<f64>()
     }
 
-    /// The distance of its farthest corner from the node, mm.
+    /// The distance from the node to the joint's farthest corner, mm.
     pub(super) fn reach(&self) -> f64 {
         let far = self.corners.iter().map(|corner| corner.norm());
         far.fold(0.0, f64::max)
     }
 
-    /// From its lowest point to its highest, mm.
+    /// The heights from the joint's lowest point to its highest, mm.
     pub(super) fn heights(&self, pitch: f64) -> Range {
         let z = |disc: &Disc, side: f64| disc.level as f64 * pitch + side * 0.5 * disc.height;
         let (lowest, highest) = (&self.discs[0], &self.discs[self.discs.len() - 1]);
         Range::new(z(lowest, -1.0), z(highest, 1.0))
     }
 
-    /// Thins all discs by one factor, so that discs and columns together have the volume of the missing ends. Before,
-    /// the discs alone have it.
+    /// Thins all discs by one factor to make room for the columns: afterwards discs and columns together have the
+    /// volume of the missing strut ends, which the discs had alone.
     pub(super) fn make_columns(&mut self, pitch: f64) {
         let pairs = || self.discs.windows(2);
         let rise: f64 = pairs()
@@ -152,7 +153,7 @@ impl Joint {
     }
 }
 
-/// The joint of a node, without columns.
+/// The joint of a node before [`Joint::make_columns`].
 pub(super) fn joint(
     node: usize,
     place: Vector<f64>,
@@ -162,7 +163,7 @@ pub(super) fn joint(
 ) -> Joint {
     let own = members.iter().zip(&stack.of_member);
     let own: Vec<_> = own.filter(|(m, _)| m.nodes.contains(&node)).collect();
-    // A single strut keeps its whole end if the joint has eight sides.
+    // With this trim, a side of a joint with up to eight equal sides is at least as wide as a strut.
     let mut trim = own.iter().map(|(m, _)| radii.reach(m)).fold(0.0, f64::max);
     let thinnest = own
         .iter()
@@ -182,7 +183,7 @@ pub(super) fn joint(
         trim,
         corners: around(own.iter().map(angle).collect(), trim),
         discs: Vec::new(),
-        // As wide as the thinnest strut, and so within the discs, which are wider.
+        // A column as wide as the thinnest strut does not stick out of the discs, which are wider.
         column: 2.0 * thinnest * thinnest,
     };
     let area = joint.area();
@@ -203,8 +204,8 @@ pub(super) fn joint(
     joint
 }
 
-/// The corners of a polygon around the origin that has a side in each of these directions at a distance. More sides
-/// close it, so that the angle between two neighbouring directions is at most a right angle.
+/// The corners of a polygon around the origin that has a side in the direction of each of `angles`, at `distance` from
+/// the origin. Further sides are added where two neighbouring directions are more than a right angle apart.
 fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
     angles.sort_by(f64::total_cmp);
     // Struts of different planes may have the same direction.
@@ -212,7 +213,7 @@ fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
     let mut sides = Vec::new();
     for (k, &angle) in angles.iter().enumerate() {
         let next = angles.get(k + 1).copied().unwrap_or(angles[0] + TAU);
-        // A right angle that is rounded up still counts as one.
+        // The margin of 1e-9 is for a right angle that is rounded up.
         let parts = ((next - angle) / FRAC_PI_2 - 1e-9).ceil().max(1.0);
         sides.extend((0..parts as usize).map(|p| angle + (next - angle) * p as f64 / parts));
     }
@@ -242,7 +243,7 @@ mod tests {
             assert!(corners.len() >= angles.len().max(4));
             for angle in angles {
                 let along = |corner: &Vector<f64>| corner.dot(Vector::at_angle(angle));
-                // All corners are behind the side, and two are its ends.
+                // No corner is outside the side, and two corners are on it.
                 let on_it = corners.iter().filter(|c| (along(c) - 2.0).abs() < 1e-12);
                 assert_eq!(on_it.count(), 2);
                 assert!(corners.iter().all(|corner| along(corner) < 2.0 + 1e-12));

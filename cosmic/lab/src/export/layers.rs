@@ -1,25 +1,25 @@
-//! Bars in layers. Bars of one layer do not touch.
+//! The layers into which bars are stacked. Bars of one layer do not touch.
 
 use super::member::Member;
 use cosmic::geometry::Vector;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-/// A stack of bars, layers numbered from 0.
+/// Bars stacked in layers, which are numbered from 0.
 pub(super) struct Stack {
     /// The layer of each bar.
     pub(super) of_member: Vec<usize>,
-    /// The lowest to the highest layer at each node with a bar.
+    /// The range from the lowest to the highest layer at each node at which a bar ends.
     pub(super) at_node: BTreeMap<usize, RangeInclusive<usize>>,
-    /// An edge and a node of the lattice: the bar of the edge lies across the pin of the node, so that the stack cannot
-    /// be built.
+    /// The index of an edge and of a node if the stack cannot be built: the bar of the edge lies across the pin of the
+    /// node.
     pub(super) blocked: Option<[usize; 2]>,
 }
 
 impl Stack {
-    /// Stacks bars greedily, bars with the most conflicts first (D. Welsh and M. Powell, 1967). Each bar gets the lowest
-    /// layer without a conflict. Bars within `reach` (mm) of a node at which they do not end go on top of all others,
-    /// above the node's pin.
+    /// Stacks bars greedily, bars with the most conflicts first (D. Welsh and M. Powell, 1967). Each bar gets the
+    /// lowest layer without a conflict. Bars within `reach` (mm) of a node at which they do not end go on top of all
+    /// others, above the node's pin.
     pub(super) fn new(
         members: &[Member],
         reach: f64,
@@ -45,7 +45,7 @@ impl Stack {
                 floor = used;
             }
             let is_free = |layer: &usize| conflicts[k].iter().all(|&c| layers[c] != Some(*layer));
-            // The search ends, because there are fewer conflicts than layers.
+            // The search ends, because `floor..` has more layers than a bar has conflicts.
             let layer = (floor..).find(is_free).unwrap_or(floor);
             layers[k] = Some(layer);
             used = used.max(layer + 1);
@@ -70,13 +70,13 @@ impl Stack {
     }
 }
 
-/// The nodes with a bar, and their places.
+/// The nodes at which a bar ends, with their positions.
 pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, Vector<f64>> {
     let ends = |m: &Member| [(m.nodes[0], m.axis.from), (m.nodes[1], m.axis.to)];
     members.iter().flat_map(ends).collect()
 }
 
-/// For each bar, the nodes nearer than `reach` at which only other bars end.
+/// For each bar, the nodes that are nearer than `reach` and at which it does not end.
 fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
     let joints = joints(members);
     let of_member = |m: &Member| {
@@ -107,7 +107,7 @@ mod tests {
         Stack::new(members, 2.0, |a, b| a.distance(b) < 1.0)
     }
 
-    /// Bars between nodes in a row, 10 mm apart.
+    /// Bars between nodes that are in a row, 10 mm apart.
     fn in_a_row(edges: &[[usize; 2]]) -> Vec<Member> {
         let place = |node: usize| [10.0 * node as f64, 0.0];
         let bars = edges.iter().enumerate();
@@ -128,7 +128,7 @@ mod tests {
                 assert!(a.distance(b) >= 1.0 || stack.of_member[k] != stack.of_member[l]);
             }
         }
-        // Opposite sides share a layer; the diagonals touch everything.
+        // Opposite sides of the square share a layer; each diagonal touches all other bars.
         assert_eq!((stack.height(), stack.blocked), (4, None));
         assert!(stack.at_node.values().all(|span| span.end() > span.start()));
     }

@@ -1,4 +1,4 @@
-//! The bars to be made: the solid edges of a layout.
+//! The bars that the workshop makes: the solid edges of a layout.
 
 use super::sizes::misfit;
 use crate::report::RobotFiles;
@@ -9,14 +9,14 @@ use cosmic::geometry::{Segment, Vector};
 /// Millimetres in a metre.
 pub(super) const MM: f64 = 1e3;
 
-/// A bar to be made.
+/// A bar that the workshop makes.
 #[derive(Clone, Debug)]
 pub(super) struct Member {
-    /// The number of its edge in the lattice.
+    /// The index of its edge in the lattice.
     pub(super) edge: usize,
     /// The nodes at its ends.
     pub(super) nodes: [usize; 2],
-    /// From one end to the other, mm along and above the ground.
+    /// The line from the first node to the second, mm along and above the ground.
     pub(super) axis: Segment,
     /// Skeleton or actuator.
     pub(super) material: Material,
@@ -25,7 +25,7 @@ pub(super) struct Member {
 }
 
 impl Member {
-    /// The name of the material in files.
+    /// The name of the bar's material in files.
     pub(super) fn made_of(&self) -> &'static str {
         if self.material == Material::Actuator {
             "actuator"
@@ -34,7 +34,7 @@ impl Member {
         }
     }
 
-    /// The unit vector away from one of its nodes.
+    /// The unit vector along the bar that points away from `node`, one of its two nodes.
     pub(super) fn away_from(&self, node: usize) -> Vector<f64> {
         let direction = self.axis.direction();
         if node == self.nodes[0] {
@@ -44,7 +44,7 @@ impl Member {
         }
     }
 
-    /// The node at which two bars meet, if they do.
+    /// The node that two bars share, if any.
     pub(super) fn meets(&self, other: &Self) -> Option<usize> {
         let is_shared = |node: &usize| other.nodes.contains(node);
         self.nodes.into_iter().find(is_shared)
@@ -56,12 +56,12 @@ impl Member {
     }
 }
 
-/// The place of a node, mm along and above the ground from the lattice's lower left corner.
+/// The position of a node relative to the lattice's lower left corner, mm along and above the ground.
 pub(super) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
     robot.lattice.places[node] * robot.lattice.spacing * MM
 }
 
-/// The solid edges of a robot, at least one.
+/// The bars of a robot: its solid edges. Fails if there are none.
 pub(super) fn members(robot: &RobotFiles) -> Result<Vec<Member>> {
     let edges = robot.design.materials.iter().zip(&robot.lattice.edges);
     let member = |(edge, (&material, &nodes)): (usize, (&Material, &[usize; 2]))| {
@@ -77,7 +77,9 @@ pub(super) fn members(robot: &RobotFiles) -> Result<Vec<Member>> {
     let solid = edges.enumerate().filter(|(_, (m, _))| m.is_solid());
     let members: Vec<Member> = solid.map(member).collect();
     if members.is_empty() {
-        return Err(misfit("the robot has no solid bar".to_owned()));
+        return Err(misfit(
+            "all edges of the robot are void, so there is nothing to export".to_owned(),
+        ));
     }
     Ok(members)
 }

@@ -1,8 +1,8 @@
-//! Files of a finished robot for other programs: a model for MuJoCo; tables, a flat pattern and a solid for the
-//! workshop.
+//! Files that hand a finished robot to other programs: a model for MuJoCo, and tables, a flat pattern and a solid for
+//! the workshop.
 //!
-//! Files for the workshop have the solid bars at rest, in the ground's frame, with the lattice's lower left corner at the
-//! origin. Drawings and solids are in millimetres, tables in SI units.
+//! Files for the workshop show the bars at rest, without void edges. Positions are along and above the ground, with the
+//! lattice's lower left corner at the origin. Drawings and solids are in millimetres, tables in SI units.
 
 mod sizes;
 mod member;
@@ -25,7 +25,7 @@ use pattern::Pattern;
 pub use sizes::Sizes;
 use std::path::{Path, PathBuf};
 
-/// A file to be written.
+/// A file that an export writes: its name and its content.
 pub struct ExportFile {
     name: &'static str,
     bytes: Vec<u8>,
@@ -44,7 +44,7 @@ impl ExportFile {
 /// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars.
 pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let members = members(&run.robot)?;
-    // Without a pattern the tables still serve other ways of making the robot.
+    // If the robot has no flat pattern, the tables are still useful for making it in another way.
     let pattern = Pattern::new(&members, sizes).ok();
     let bars = csv::bars(run, &members, pattern.as_ref(), sizes)?;
     let nodes = csv::nodes(&run.robot, &members, pattern.as_ref(), sizes);
@@ -64,7 +64,7 @@ pub fn pattern_svg(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     Ok(vec![ExportFile::new("pattern.svg", svg::draw(&pattern))])
 }
 
-/// `pattern.dxf`: the same pattern.
+/// `pattern.dxf`: the pattern of [`pattern_svg`] as DXF.
 ///
 /// # Errors
 /// The errors of [`pattern_svg`].
@@ -73,8 +73,8 @@ pub fn pattern_dxf(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     Ok(vec![ExportFile::new("pattern.dxf", dxf::draw(&pattern))])
 }
 
-/// `robot.stl`; its parts `skeleton.stl`, with the joints, and `actuators.stl`; and their volumes, densities and masses
-/// in `solid.csv`.
+/// `robot.stl`, the whole solid; `skeleton.stl`, its skeleton struts and joints; `actuators.stl`, its actuators; and
+/// `solid.csv`, the volumes, densities and masses of these parts.
 ///
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for struts that are too thick for the robot.

@@ -1,8 +1,8 @@
 //! A robot for MuJoCo: a model in MJCF, the controller's weights, and a player.
 //!
-//! Flight agrees with this program to the rounding of numbers: nodes are bodies that slide along the ground and across
-//! it, bars are tendons, and MuJoCo makes the scene's semi-implicit Euler steps. Contact differs: MuJoCo's is soft and
-//! frictional, this program's is by the time of impact.
+//! In flight, MuJoCo and this program agree except for rounding: nodes are bodies with two sliding joints, along and
+//! above the ground; bars are tendons; and MuJoCo takes semi-implicit Euler steps as the scene does. In contact they
+//! differ: MuJoCo's contact is soft and frictional, while this program finds the time of each impact.
 
 use crate::files::write_text;
 use cosmic::case::Case;
@@ -25,25 +25,25 @@ pub const MODEL: &str = "robot.xml";
 /// The player's file.
 pub const PLAYER: &str = "walk.py";
 
-/// The largest coefficient of friction. Beyond it MuJoCo's contacts creep and depend on the solver.
+/// The largest coefficient of friction that is allowed. Above it, MuJoCo's contacts creep and depend on the solver.
 pub const MOST_FRICTION: f64 = 5.0;
 
-/// Radius of the sphere at each node that meets the ground, m.
+/// Radius of the sphere at each node, which collides with the ground, m.
 const RADIUS: f64 = 0.002;
 
 /// The settings of MuJoCo that a scene does not have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MujocoSettings {
-    /// Coefficient of friction. `None` takes the scene's, but at most [`MOST_FRICTION`], which is also used for ground on
-    /// which nothing slips.
+    /// Coefficient of friction. `None` takes the scene's coefficient, but at most [`MOST_FRICTION`]. Ground without
+    /// slipping gets [`MOST_FRICTION`].
     pub friction: Option<f64>,
-    /// Mechanical steps for each step of the controller; at least the scene's own number.
+    /// Mechanical steps for each step of the controller; at least as many as in the scene.
     pub substeps: usize,
-    /// Time constant of a contact, s. MuJoCo uses at least two mechanical steps.
+    /// Time constant of a contact, s. MuJoCo raises it to two mechanical steps if it is shorter.
     pub contact_time: f64,
     /// Ratio of frictional to normal impedance. Large values reduce creep.
     pub impedance_ratio: f64,
-    /// The most iterations of the contact solver in a step.
+    /// The largest number of iterations of the contact solver in a step.
     pub iterations: usize,
     /// The tolerance at which the solver stops.
     pub tolerance: f64,
@@ -64,7 +64,8 @@ impl Default for MujocoSettings {
 
 /// Writes the model, the controller and the player of a case's robot into a folder; returns the paths.
 ///
-/// Leaves out the void edges of a layout, and nodes that neither an edge joins nor the controller observes.
+/// Leaves out the void edges of a layout. Also leaves out nodes that have no edge and that the controller does not
+/// observe.
 ///
 /// # Errors
 /// [`Error::Usage`] if the scene has something that the model cannot express; [`Error::Write`].
@@ -79,7 +80,7 @@ pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Ve
     Ok(paths.to_vec())
 }
 
-/// Refuses what the model cannot express.
+/// Returns an error for a case that the model cannot express.
 fn check(case: &Case) -> Result<()> {
     let physics = &case.physics;
     let [damper, stops] = [Damper::NAME, Stops::NAME];
@@ -104,7 +105,7 @@ fn check(case: &Case) -> Result<()> {
     match refusals.iter().find(|(is_refused, _)| *is_refused) {
         None => Ok(()),
         Some((_, setting)) => Err(Error::Usage(format!(
-            "the model for MuJoCo can only express {setting}, and the scene has something else; export it \
+            "the model for MuJoCo can only express {setting}, but the scene has another value; export it \
              with --set {setting}"
         ))),
     }
@@ -118,13 +119,13 @@ struct Robot<'c> {
     body: Body<f64>,
     damper: Option<Damper>,
     stops: Option<Stops>,
-    /// The network on `qpos`, `qvel`, sine and cosine of the clock.
+    /// The network whose inputs are `qpos`, `qvel`, and the sine and cosine of the clock.
     controller: Network<f64>,
     /// The nodes of the model, ascending.
     nodes: Vec<usize>,
     /// The edges of the model, ascending.
     bars: Vec<usize>,
-    /// The edges that the controller strains, ascending.
+    /// The edges that the controller can strain, ascending.
     actuators: Vec<usize>,
 }
 
@@ -152,7 +153,7 @@ impl<'c> Robot<'c> {
             let mut rows = folded.first.weights.chunks_exact(4 * count + 2);
             rows.any(|row| (0..4).any(|part| row[part * count + node] != 0.0))
         };
-        // The displacement is that of node 0.
+        // Node 0 stays in the model because its displacement counts.
         let is_there = |&node: &usize| node == 0 || is_joined(node) || is_observed(node);
         let nodes: Vec<usize> = (0..count).filter(is_there).collect();
         Self {
@@ -182,7 +183,7 @@ impl<'c> Robot<'c> {
         self.settings.friction.unwrap_or(own).min(MOST_FRICTION)
     }
 
-    /// The model in MJCF.
+    /// The text of the model in MJCF.
     fn model(&self) -> String {
         let physics = &self.case.physics;
         let dt = physics.dt / self.substeps() as f64;
@@ -233,8 +234,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The plane of the ground. It is lower than the ground's line by the radius of the spheres, so that a sphere touches
-    /// it when the node is on the line.
+    /// The plane of the ground. It is below the ground's line by the radius of the spheres, so that a sphere touches
+    /// the plane when its node is on the line.
     fn ground(&self) -> String {
         if !self.case.physics.contact.has_ground() {
             return String::new();
@@ -247,8 +248,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// A node. An explicit step of `dt` seconds reduces the velocity by the factor `1 - damping dt / mass`, which must
-    /// equal `exp(-gamma dt)`.
+    /// The body of a node. MuJoCo's explicit step of `dt` seconds multiplies the velocity by `1 - damping dt / mass`.
+    /// `damping` is chosen such that this factor equals the scene's `exp(-gamma dt)`.
     fn node(&self, node: usize, dt: f64) -> String {
         let mass = self.body.mass[node];
         let damping = -mass * (-self.case.physics.damping * dt).exp_m1() / dt;
@@ -287,7 +288,7 @@ impl<'c> Robot<'c> {
         self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
     }
 
-    /// The end stops of an actuator: a spring with a dead band.
+    /// The end stops of an actuator as a second tendon: a spring with a dead band.
     fn stops(&self, edge: usize) -> String {
         let strain = self.body.strain[edge];
         match &self.stops {
@@ -302,7 +303,7 @@ impl<'c> Robot<'c> {
         }
     }
 
-    /// A tendon between the ends of an edge.
+    /// A tendon from one end of an edge to the other.
     fn between_ends(&self, edge: usize, attributes: &str) -> String {
         let [from, to] = self.case.lattice.edges[edge];
         format!(
@@ -310,7 +311,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The force `k (l0 (1 + strain) - length)` along the tendon, by the strain as control.
+    /// An actuator that pulls along its tendon with the force `k (l0 (1 + strain) - length)`. Its control is the
+    /// strain.
     fn actuator(&self, edge: usize) -> String {
         let stiffness = self.body.stiffness[edge];
         let gain = stiffness * self.case.lattice.rest_length[edge];
@@ -321,8 +323,9 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The rest length of a tendon. Softening makes the scene's bars some picometres longer than they are (D4). Without
-    /// this correction the errors of flight are several times larger.
+    /// The rest length of a tendon. The scene softens lengths, which makes them some picometres too long (D4). MuJoCo
+    /// does not, so the rest length here is shorter by that. Without this correction, errors in flight are several
+    /// times larger.
     fn rest_length(&self, edge: usize) -> f64 {
         let length = self.case.lattice.rest_length[edge];
         length - 0.5 * SOFTENING / length
@@ -377,8 +380,8 @@ struct ControllerFile {
     steps: usize,
 }
 
-/// A folded controller of `count` nodes with its inputs in the order of the model (positions node by node, velocities
-/// node by node, the clock) and only the outputs of `actuators`.
+/// Reorders a folded controller of `count` nodes for the model. Its inputs become the positions node by node, the
+/// velocities node by node, and the clock. Only the outputs of `actuators` are kept.
 fn reordered(
     folded: &Network<f64>,
     nodes: &[usize],
@@ -410,7 +413,7 @@ fn reordered(
     }
 }
 
-/// A vector of the plane as a vector of space.
+/// A vector of the robot's plane as a vector of MuJoCo's space.
 fn spatial(vector: Vector<f64>) -> String {
     let [x, z] = vector.array();
     format!("{x} 0 {z}")

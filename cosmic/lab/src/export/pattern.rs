@@ -1,8 +1,8 @@
 //! The flat pattern: the bars as strips of plate with a hole at each end, layer by layer.
 //!
-//! Bars turn about the pins at their ends, so bars that share a node or cross are in different layers. Bars of a layer
-//! are at least the gap apart. A layer can be cut from a plate as it is drawn, and stacked on the layers below as it is
-//! drawn. Layers are drawn beside one another.
+//! Bars turn about the pins at their ends, so bars that share a node or cross are in different layers. Bars of one
+//! layer are at least [`Sizes::gap`] apart. Each layer is cut from a plate exactly as it is drawn, and stacked on the
+//! layers below. Layers are drawn beside one another.
 
 use super::layers::Stack;
 use super::member::Member;
@@ -18,23 +18,23 @@ pub(super) const LABEL: f64 = 6.0;
 
 /// A bar on the sheet, mm from the sheet's lower left corner.
 pub(super) struct Part {
-    /// The number of its edge.
+    /// The index of its edge.
     pub(super) edge: usize,
-    /// The nodes of its holes.
+    /// The nodes at its first and second hole.
     pub(super) nodes: [usize; 2],
-    /// From the middle of one hole to the middle of the other.
+    /// The line from the middle of the first hole to the middle of the second.
     pub(super) axis: Segment,
-    /// The corners of the straight sides, counterclockwise: to the right of the first end and of the second, to the left
-    /// of the second end and of the first. Half circles join the second corner to the third, and the fourth to the first.
+    /// The ends of the two straight sides, counterclockwise: right of the first hole, right of the second, left of the
+    /// second, left of the first. Half circles join the second corner to the third, and the fourth to the first.
     pub(super) corners: [Vector<f64>; 4],
     /// The angle between the bar and the sheet's lower edge, degrees.
     pub(super) angle: f64,
-    /// True for an actuator. Its strip shows the space that the actuator takes.
+    /// True for an actuator. Its strip only shows the space that the actuator needs.
     pub(super) is_actuator: bool,
 }
 
 impl Part {
-    /// The first node, the edge in brackets, and the second node.
+    /// The label on the bar: its first node, its edge in brackets, and its second node.
     pub(super) fn label(&self) -> String {
         let [i, j] = self.nodes;
         format!("{i} [{}] {j}", self.edge)
@@ -49,11 +49,11 @@ pub(super) struct Layer {
     pub(super) label: Vector<f64>,
 }
 
-/// The sheet.
+/// The drawing of all layers on one sheet.
 pub(super) struct Pattern {
     /// Layers from the lowest to the highest.
     pub(super) layers: Vec<Layer>,
-    /// The layers of the bars and of the nodes.
+    /// The layer of each bar, and the layers at each node.
     pub(super) stack: Stack,
     /// Width and height of the sheet, mm.
     pub(super) size: Vector<f64>,
@@ -69,21 +69,22 @@ impl Pattern {
         let stack = Stack::new(members, reach, |a, b| a.distance(b) < apart);
         if let Some([edge, node]) = stack.blocked {
             return Err(misfit(format!(
-                "the bar of edge {edge} lies across node {node}, whose pin would go through it"
+                "the bar of edge {edge} lies across node {node}, whose pin would go through it; use --csv or \
+                 --stl instead"
             )));
         }
         let ends = members
             .iter()
             .flat_map(|member| [member.axis.from, member.axis.to]);
         let bounds = Bounds::of(ends);
-        // From the lower left corner of the tile to the lowest and leftmost end.
+        // The offset from the lower left corner of a layer's tile to the lowest and leftmost node.
         let inset = Vector::new([MARGIN + 0.5 * sizes.width; 2]);
         let tile = bounds.size() + inset * 2.0 + Vector::new([0.0, LABEL]);
         let count = stack.height();
         let columns = (count as f64).sqrt().ceil() as usize;
         let rows = count.div_ceil(columns);
         let layer = |layer: usize| {
-            // From left to right, then downwards, as on a page.
+            // Layers are placed from left to right, and then downwards, as on a page.
             let place = [layer % columns, rows - 1 - layer / columns].map(|k| k as f64);
             let corner = tile.zip_with(Vector::new(place), |size, place| place * size);
             let shift = corner + inset - bounds.low;
@@ -125,20 +126,20 @@ fn part(member: &Member, shift: Vector<f64>, width: f64) -> Part {
     }
 }
 
-/// Refuses holes that are too large for the bars.
+/// Returns an error if the holes are too large for the bars.
 fn check(members: &[Member], sizes: &Sizes) -> Result<()> {
     let Sizes { width, hole, .. } = sizes;
     if hole >= width {
         return Err(misfit(format!(
-            "a hole of {hole} mm is as wide as a bar, {width} mm"
+            "the hole is {hole} mm wide, but must be narrower than the bar, which is {width} mm wide"
         )));
     }
-    // There is as much material between the holes as beside them.
+    // Between the two holes there must be as much material as beside a hole.
     let least = hole + 0.5 * (width - hole);
     match members.iter().find(|member| member.axis.length() < least) {
         None => Ok(()),
         Some(member) => Err(misfit(format!(
-            "the bar of edge {} is {:.3} mm long, and its holes take {least} mm of it: choose a smaller \
+            "the bar of edge {} is {:.3} mm long, but needs at least {least} mm for its holes: choose a smaller \
              width and hole",
             member.edge,
             member.axis.length()

@@ -9,7 +9,7 @@ pub struct Sizes {
     pub width: f64,
     /// Diameter of the holes at the nodes.
     pub hole: f64,
-    /// The least distance of two bars in one layer of the pattern or one plane of the solid.
+    /// The smallest distance between two bars in one layer of the pattern or one plane of the solid.
     pub gap: f64,
     /// Thickness of the plate from which the bars are cut.
     pub thickness: f64,

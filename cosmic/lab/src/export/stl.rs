@@ -2,17 +2,17 @@
 
 use cosmic::geometry::Vector;
 
-/// A convex prism.
+/// A convex prism in space.
 pub(super) struct Prism {
     /// The corners of its base, counterclockwise as seen from its top, mm.
     pub(super) base: Vec<[f64; 3]>,
-    /// From the base to the top, mm.
+    /// The vector from the base to the top, mm.
     pub(super) along: [f64; 3],
 }
 
 impl Prism {
-    /// Its surface, with corners counterclockwise as seen from outside. A corner has the same bits in all triangles that
-    /// meet there, so that programs find them joined.
+    /// The triangles of its surface, with corners counterclockwise as seen from outside. A corner has the same bits in
+    /// all of its triangles, so that other programs recognise a closed surface.
     fn triangles(&self) -> Vec<[[f32; 3]; 3]> {
         let single = |corner: [f64; 3]| corner.map(|x| x as f32);
         let base: Vec<_> = self.base.iter().map(|&x| single(x)).collect();
@@ -49,7 +49,7 @@ fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     })
 }
 
-/// A point of the plane at a height.
+/// The point in space at `height` above a point of the plane.
 pub(super) fn spatial(point: Vector<f64>, height: f64) -> [f64; 3] {
     let [x, y] = point.array();
     [x, y, height]
@@ -86,7 +86,7 @@ mod tests {
         triangles.chunks(50).map(triangle).collect()
     }
 
-    /// A hexagonal prism, shifted sideways and up.
+    /// The prism is hexagonal, and is shifted sideways and up.
     #[test]
     fn normals_are_of_unit_length_and_point_outwards() {
         let corner = |k: usize| {
@@ -116,7 +116,7 @@ mod tests {
             volume += area * dot(a) / 3.0;
             (0..3).for_each(|k| vector_area[k] += area * n[k]);
         }
-        // Coordinates up to 20 mm are rounded to 1e-6 mm; faces have 20 mm2.
+        // Coordinates up to 20 mm are rounded to 1e-6 mm, and faces have about 20 mm2.
         let expected = 1.5 * 3.0_f64.sqrt() * 9.0 * 7.0;
         assert!(
             (volume / expected - 1.0).abs() < 1e-5,

@@ -1,15 +1,15 @@
-//! The flat pattern as SVG, to scale: a unit is a millimetre.
+//! The flat pattern as SVG, to scale: one unit of the drawing is a millimetre.
 
 use super::pattern::{LABEL, Layer, Part, Pattern};
 use cosmic::geometry::Vector;
 use std::fmt::Write;
 
-/// Colours by which the program of a laser cutter tells skeleton, actuators and labels apart.
+/// The colours of skeleton, actuators and labels. The program of a laser cutter tells them apart by colour.
 const SKELETON: &str = "#000000";
 const ACTUATOR: &str = "#0000ff";
 const LABELS: &str = "#00a000";
 
-/// The pattern as the text of an SVG file. The last digit is a nanometre.
+/// The pattern as the text of an SVG file. Coordinates are rounded to a nanometre.
 pub(super) fn draw(pattern: &Pattern) -> String {
     let [width, height] = pattern.size.array();
     let mut svg = format!(
@@ -57,12 +57,12 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
     *svg += "</g>\n";
 }
 
-/// The place of a point in the drawing, whose second axis points down.
+/// The coordinates of a point in the drawing. The second axis of SVG points down.
 fn down(pattern: &Pattern, point: Vector<f64>) -> Vector<f64> {
     point.with_up(pattern.size.up() - point.up())
 }
 
-/// An outline and its two holes.
+/// Draws the outline of a bar and its two holes.
 fn draw_part(svg: &mut String, pattern: &Pattern, part: &Part) {
     let [a, b, c, d] = part.corners.map(|corner| {
         let [x, y] = down(pattern, corner).array();

@@ -1,4 +1,4 @@
-"""Walks the robot of this folder in MuJoCo (pip install mujoco numpy), with --view in its viewer."""
+"""Lets the robot of this folder walk in MuJoCo (pip install mujoco numpy). Option --view shows it in MuJoCo's viewer."""
 import argparse, importlib, json, mujoco, pathlib, time, numpy as np
 
 
@@ -9,7 +9,7 @@ def load(folder):
 
 
 def step(model, robots, net, n):
-    """Control step n of some robots: the target strains, held for all substeps."""
+    """Does control step n for each robot: sets the target strains, and holds them for all substeps."""
     clock = [np.sin(net["omega"] * (n * net["dt"])), np.cos(net["omega"] * (n * net["dt"]))]
     sensed = np.array([np.concatenate([data.qpos, data.qvel, clock]) for data in robots])
     hidden = np.tanh(sensed @ net["w1"].T + net["b1"])
@@ -20,9 +20,9 @@ def step(model, robots, net, n):
 
 if __name__ == "__main__":
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--view", action="store_true", help="show it in MuJoCo's viewer")
-    options.add_argument("--steps", type=int, help="control steps [default: the scene's]")
-    options.add_argument("--path", help="write qpos as CSV, a row before each step and a last one")
+    options.add_argument("--view", action="store_true", help="show the robot in MuJoCo's viewer")
+    options.add_argument("--steps", type=int, help="number of control steps [default: that of the scene]")
+    options.add_argument("--path", help="write qpos to this CSV file, one row before each step and one at the end")
     given = options.parse_args()
     model, net = load(pathlib.Path(__file__).parent)
     data = mujoco.MjData(model)

@@ -1,4 +1,4 @@
-//! `check.json`: the design of a finished run in changed scenes.
+//! `check.json`: how the design of a finished run performs in changed scenes.
 
 use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Quantiles};
@@ -16,13 +16,13 @@ const FORMAT: Format = Format::new("cosmic-check", 1);
 /// The name of the check in a run's folder.
 const CHECK: &str = "check.json";
 
-/// Displacements of a delivered design in changed scenes, from the perturbed starts of the summary. In
-/// metres along the ground; `None` if a rollout diverged.
+/// Displacements of a delivered design in changed scenes, in metres along the ground. All rollouts begin at the
+/// perturbed starts of the summary. A displacement is `None` if a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Check {
     /// At half the time step, with twice the steps: 10 % quantile, median, 90 % quantile.
     half_step: [Option<f64>; 3],
-    /// With the goal mirrored behind the origin: the median.
+    /// Median displacement with the goal mirrored behind the origin.
     pub(super) goal_behind: Option<f64>,
     /// True if every edge has exactly one material.
     one_hot: bool,
@@ -30,11 +30,11 @@ pub(crate) struct Check {
     within_bounds: bool,
 }
 
-/// A number of a check; `None` if a rollout diverged.
+/// A function that returns one number of a check, or `None` if a rollout diverged.
 pub(crate) type CheckNumber = fn(&Check) -> Option<f64>;
 
 impl Check {
-    /// The numbers of a check in tables, each with the name of its column. True is 1.
+    /// The numbers of a check that tables show, each with the name of its column. True is 1, false is 0.
     pub(crate) const NUMBERS: [(&str, CheckNumber); 6] = [
         ("half_step_p50", |check| check.half_step[1]),
         ("half_step_p10", |check| check.half_step[0]),
@@ -46,7 +46,7 @@ impl Check {
         }),
     ];
 
-    /// Measures a finished run and writes its check, unless it has one.
+    /// Measures a finished run and writes `check.json`, unless the file exists.
     ///
     /// # Errors
     /// The errors of reading the run's files and of [`write_json`].
@@ -58,7 +58,7 @@ impl Check {
         write_json(&path, FORMAT, &Self::measure(folder, registry)?)
     }
 
-    /// The check of a run.
+    /// Reads the check of a run.
     ///
     /// # Errors
     /// The errors of [`read_json`].
@@ -84,7 +84,7 @@ impl Check {
         half.physics.steps *= 2;
         behind.controller = scene.controller.turned_back();
         let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
-        // The rounding of a mean of a hundred shares is about 1e-16.
+        // The tolerance is far above the rounding of a mean of a hundred numbers, about 1e-16.
         let is_within = |x: f64, bounds: Range| bounds.widened(1e-12).contains(x);
         Ok(Self {
             half_step: judged(&half)?,

@@ -8,15 +8,15 @@ use cosmic::record::Summary;
 use cosmic::record::summary::ratio;
 use std::path::Path;
 
-/// The measurements of a finished run.
+/// The summary and the measurements of a finished run.
 struct Finished {
     summary: Summary,
     check: Check,
     walks: Option<Walks>,
 }
 
-/// A number for each column, with the column's name: NaN if a rollout diverged, `None` if statistics omit it.
-/// `folder` is `None` for a run that diverged.
+/// Returns all numbers of a run, each with the name of its column. A number is NaN if a rollout diverged, and `None` if
+/// statistics must omit it. `folder` is `None` for a run that diverged.
 ///
 /// # Errors
 /// If a record is missing or malformed.
@@ -34,7 +34,7 @@ pub(crate) fn numbers(
     let run = folder.map(read).transpose()?;
     let mut numbers = Vec::new();
     let mut add = |name: String, of: &dyn Fn(&Finished) -> Option<f64>| {
-        // Ratios to the displacement of an unreliable robot mean nothing.
+        // A ratio to the displacement of an unreliable robot is meaningless.
         let is_ratio = name.contains("keeps") || name.contains("agrees");
         let is_left_out = is_ratio && run.as_ref().is_some_and(|run| run.summary.is_unreliable());
         let number = run.as_ref().and_then(of).unwrap_or(f64::NAN);

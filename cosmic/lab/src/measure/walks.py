@@ -1,4 +1,4 @@
-"""Walks an exported robot in MuJoCo on grounds of several frictions, from perturbed starts.
+"""Lets an exported robot walk in MuJoCo from perturbed starts, on ground with several frictions.
 
 Arguments: the folder of the export, the number of walks, the distance by which each coordinate of a start is
 moved (m), the seed, the frictions. Prints JSON: a list of the payload's displacements along the ground (m) for each
@@ -23,7 +23,7 @@ def distances_of(starts):
     begun = [data.qpos[0] for data in robots]
     for n in range(steps):
         walk.step(model, robots, net, n)
-    # MuJoCo resets the simulation to time 0 if a number is absurd.
+    # If the simulation diverges, MuJoCo resets it to time 0.
     whole = (mechanical - 0.5) * model.opt.timestep
     ended = [data.time > whole and numpy.isfinite(data.qpos[0]) for data in robots]
     ways = [data.qpos[0] - start for data, start in zip(robots, begun)]
@@ -34,7 +34,7 @@ draw = numpy.random.default_rng(seed)
 starts = [distance * draw.choice([-1.0, 1.0], model.nq) for _ in range(walks)]
 found = []
 for friction in map(float, sys.argv[5:]):
-    # The friction of a contact is the larger one of its two sides.
+    # MuJoCo uses the larger friction of the two bodies in contact, so all bodies get the same friction.
     model.geom_friction[:, 0] = friction
     found.append(distances_of(starts))
 json.dump({"mujoco": mujoco.__version__, "walks": found}, sys.stdout)

@@ -14,8 +14,9 @@ use std::process::Command;
 
 const FORMAT: Format = Format::new("cosmic-transfer", 1);
 
-/// The file in a run's folder, and the folder of the model beside it.
+/// The name of the file in a run's folder.
 const TRANSFER: &str = "transfer.json";
+/// The name of the folder with the model for MuJoCo, beside the file.
 const MODEL: &str = "export";
 
 /// Displacements of a delivered design along the ground, m; `None` if a rollout diverged.
@@ -25,9 +26,9 @@ pub(crate) struct Walks {
     mujoco: String,
     /// The coefficients of friction.
     frictions: Vec<f64>,
-    /// For each friction the walks in MuJoCo, from perturbed starts.
+    /// For each friction, the displacements in MuJoCo from perturbed starts.
     walks: Vec<Vec<Option<f64>>>,
-    /// For each friction the median of as many rollouts in this simulator, with the law `coulomb`.
+    /// For each friction, the median displacement of equally many rollouts in this simulator, with the law `coulomb`.
     own: Vec<Option<f64>>,
 }
 
@@ -39,8 +40,8 @@ struct Printed {
 }
 
 impl Walks {
-    /// Measures a finished run and writes its file, unless there is one for these frictions. Returns `None` if it
-    /// was stopped.
+    /// Measures a finished run and writes `transfer.json`, unless the file exists and has these frictions. Returns
+    /// `None` if the measurement was stopped.
     ///
     /// # Errors
     /// The errors of reading the run's files, of [`mujoco::write`] and of [`write_json`];
@@ -61,7 +62,7 @@ impl Walks {
         write_json(&folder.join(TRANSFER), FORMAT, &found).map(Some)
     }
 
-    /// The walks of a run, if they were measured.
+    /// Reads the walks of a run; `None` if they were not measured.
     ///
     /// # Errors
     /// The errors of [`read_json`].
@@ -119,7 +120,7 @@ impl Walks {
         }))
     }
 
-    /// The median of the walks in MuJoCo at the `k`-th friction.
+    /// The median displacement in MuJoCo at the `k`-th friction.
     pub(crate) fn there(&self, k: usize) -> Option<f64> {
         let walks = self.walks.get(k)?.iter();
         let walks: Vec<f64> = walks.map(|walk| walk.unwrap_or(f64::NAN)).collect();
@@ -127,7 +128,7 @@ impl Walks {
         median.filter(|x| x.is_finite())
     }
 
-    /// The median of this simulator's rollouts at the `k`-th friction.
+    /// The median displacement in this simulator at the `k`-th friction.
     pub(crate) fn own(&self, k: usize) -> Option<f64> {
         *self.own.get(k)?
     }
@@ -136,18 +137,18 @@ impl Walks {
 /// Checks that a Python has MuJoCo.
 ///
 /// # Errors
-/// [`Error::Usage`], with the remedy.
+/// [`Error::Usage`], which tells how to install it.
 pub(crate) fn check_python(python: &Path) -> Result<()> {
     let found = output_of(python, "import mujoco, numpy", &[], &|| false);
     found.map(drop).map_err(|error| {
         Error::Usage(format!(
-            "{error}; make an environment that has MuJoCo, by: python3 -m venv mujoco && \
-             mujoco/bin/pip install mujoco numpy, and name its Python: --python mujoco/bin/python"
+            "{error}; install MuJoCo, by: python3 -m venv mujoco && mujoco/bin/pip install mujoco numpy; then \
+             use that Python: --python mujoco/bin/python"
         ))
     })
 }
 
-/// The standard output of a program in Python; `None` if it was stopped.
+/// Runs a Python program and returns its standard output; `None` if it was stopped.
 fn output_of(
     python: &Path,
     program: &str,
@@ -156,7 +157,7 @@ fn output_of(
 ) -> Result<Option<Vec<u8>>> {
     let mut command = Command::new(python);
     command.args(["-B", "-c", program]).args(arguments);
-    // Many programs run in parallel, with one thread each. `-B` avoids compiled files.
+    // Many of these programs run in parallel, so each gets one thread. `-B` stops Python from writing compiled files.
     command.envs(["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"].map(|name| (name, "1")));
     let output = child::output(&mut command, is_stopped);
     output.map_err(|says| Error::Usage(format!("{}: {says}", in_shell(python))))

@@ -18,19 +18,20 @@ use super::view::{EARTH, MARK, View, label};
 use crate::child;
 use crate::table::decimals;
 
-/// Width and height of a [`frame`], of a GIF and of a film, pixels.
+/// Width and height of a [`frame`] in pixels. Next: of a GIF, of a film.
 const FRAME_SIZE: [u16; 2] = [480, 240];
 const GIF_SIZE: [u16; 2] = [800, 334];
 const FILM_SIZE: [u16; 2] = [1600, 668];
 /// The width of a [`frame`], pixels.
 pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
-/// The height of every shot before it is scaled to the pixels of its animation, and the height of the shown world
-/// as a multiple of the lattice's side.
+/// The height of every frame, in units that are then scaled to the pixels of the animation.
 const ROWS: f64 = 240.0;
+/// The height of the part of the world that a frame shows, as a multiple of the lattice's side.
 const SIDES: f64 = 1.6;
 
-/// Seconds between two frames, and the most frames of a rollout. A longer rollout is shown faster.
+/// Seconds between two frames, and the largest number of frames of a rollout. A rollout that needs more frames is shown
+/// faster.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {
     every: f64,
@@ -45,7 +46,7 @@ pub(super) const FILM: Pace = Pace {
     every: 0.04,
     most: 2000.0,
 };
-/// How long the last frame stays, s.
+/// How long the last frame is shown, s.
 const STAYS: f64 = 1.0;
 
 /// A frame of an animation: a state of a motion, and a label, which may be empty.
@@ -55,8 +56,8 @@ pub(super) struct Shot<'m> {
     label: String,
 }
 
-/// The shots of at most the first `seconds` of a rollout. A label has the time and the metres along the ground after
-/// `says`.
+/// The frames of the first `seconds` of a rollout. Each label is `says`, then the time and the distance travelled in
+/// metres.
 pub(super) fn shots<'m>(
     motion: &'m Motion<'m>,
     pace: Pace,
@@ -82,7 +83,7 @@ pub(super) fn shots<'m>(
 }
 
 impl Shot<'_> {
-    /// The shot as pixels. Returns `None` if there is no memory.
+    /// Draws the frame as pixels. Returns `None` if memory is short.
     fn draw(&self, size: [u16; 2]) -> Option<Pixmap> {
         let (motion, state) = (self.motion, &self.motion.states()[self.index]);
         let scale = f64::from(size[1]) / ROWS;
@@ -90,7 +91,7 @@ impl Shot<'_> {
         let x = motion.camera(self.index).forward();
         let view = View {
             motion,
-            // In the middle of the lower third.
+            // The ground below the robot is at the middle of the lower third.
             corner: Vector::new([x, motion.floor(x)]),
             origin: Vector::new([0.5 * width, 0.78 * ROWS]),
             scale: ROWS / (SIDES * motion.robot.lattice.side()),
@@ -134,10 +135,10 @@ pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> 
     Ok(())
 }
 
-/// Encodes shots with ffmpeg as a film, MP4, at the pace [`FILM`].
+/// Encodes shots with ffmpeg as an MP4 film at the pace [`FILM`].
 ///
 /// # Errors
-/// [`Error::Read`] if ffmpeg is not on the path, or with ffmpeg's message if it fails.
+/// [`Error::Read`] if ffmpeg is not on the path. If ffmpeg fails, the error has its message.
 pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
     let failed = |error| Error::reading("ffmpeg's film")(error);
     let folder = tempfile::tempdir().map_err(failed)?;
@@ -145,7 +146,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
     let [width, height] = FILM_SIZE;
     let rate = 1.0 / FILM.every;
     let input = format!("-f rawvideo -pix_fmt rgba -s {width}x{height} -r {rate} -i -");
-    // Players need this arrangement of colours, and the index at the beginning.
+    // Players need the pixel format yuv420p, and the index at the beginning of the file.
     let output = "-f mp4 -pix_fmt yuv420p -movflags +faststart";
     let options = format!("-y -loglevel error {input} {output}");
     let child = Command::new("ffmpeg")
@@ -156,8 +157,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
         .stderr(Stdio::piped())
         .spawn();
     let child = child.map_err(|error| {
-        let says =
-            format!("{error}; a film needs ffmpeg on the path: install it, or ask for --gif");
+        let says = format!("{error}; a film needs ffmpeg on the path: install it, or use --gif");
         Error::reading("ffmpeg")(io::Error::other(says))
     })?;
     feed(child, shots)
@@ -171,7 +171,7 @@ fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
     let output = thread::spawn(move || ffmpeg.wait_with_output());
     let mut write = |frame: Pixmap| input.as_mut()?.write_all(frame.data()).ok();
     let frames = shots.iter().map_while(|shot| shot.draw(FILM_SIZE));
-    // If ffmpeg stops reading, its standard error has the reason.
+    // If ffmpeg stops reading, its standard error tells why, so errors of writing are ignored.
     let _all_written = frames.map(&mut write).all(|written| written.is_some());
     drop(input);
     let output = output.join().expect("waiting for a child does not panic")?;
@@ -182,8 +182,8 @@ fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
     Err(io::Error::other(format!("ffmpeg: {says}")))
 }
 
-/// One moment of a rollout as a picture of 240 rows of 480 pixels, from the top left, each with red, green and blue.
-/// Returns `None` if there is no memory.
+/// One moment of a rollout as a picture: 240 rows of 480 pixels, the top row first and each from left to right. A pixel
+/// is three bytes: red, green, blue. Returns `None` if memory is short.
 ///
 /// # Panics
 /// If the trajectory has no state `index`.
@@ -203,13 +203,13 @@ fn rgb(pixel: &PremultipliedColorU8) -> [u8; 3] {
     [pixel.red(), pixel.green(), pixel.blue()]
 }
 
-/// Shades of a colour between white and the colour. Fewer make edges rough, more make files large.
+/// The number of shades between white and a colour. With fewer, edges look rough; with more, files become large.
 const SHADES: u16 = 4;
 
-/// The shades of all colours in a picture.
+/// The colour table of a GIF: shades of all colours that frames use.
 struct Palette {
     shades: Vec<[u8; 3]>,
-    /// The index of the nearest shade, by the upper five bits of red, green and blue.
+    /// The index of the nearest shade for every colour, of which only the upper five bits of red, green and blue count.
     nearest: Vec<u8>,
 }
 

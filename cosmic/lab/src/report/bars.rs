@@ -1,4 +1,4 @@
-//! A bar chart of experiments with their samples.
+//! A chart with a bar for each experiment, and the samples as points.
 
 use super::picture::{Colour, Font, MUTED, Pen, Picture};
 use super::plot::{Axes, Axis, range};
@@ -6,14 +6,15 @@ use crate::table::decimals;
 use cosmic::geometry::{Range, Vector};
 
 const WIDTH: f64 = 960.0;
-/// The least left edge of the bars, and the width of a letter of the names to the left of it.
+/// The smallest distance of the bars from the left edge, pixels. Longer names move the bars to the right.
 const LEFT: f64 = 250.0;
+/// The width of a letter of the names, pixels.
 const LETTER: f64 = 6.5;
 const TOP: f64 = 56.0;
-/// The height of a bar with the space around it.
+/// The height of a bar including the space around it.
 const ROW: f64 = 30.0;
 
-/// One experiment. Numbers that are not finite are not drawn.
+/// A bar, which stands for one experiment. Numbers that are not finite are not drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bar {
     /// The name of the experiment.
@@ -22,7 +23,7 @@ pub struct Bar {
     pub value: Option<f64>,
     /// The sample behind `value`, drawn as points.
     pub points: Vec<f64>,
-    /// A number to compare with, drawn as a tall stroke.
+    /// A number to compare the bar with, drawn as a tall stroke.
     pub mark: Option<f64>,
 }
 
@@ -108,7 +109,7 @@ mod tests {
             x.split_once('"').unwrap().0.parse::<f64>().unwrap()
         };
         assert_eq!(end(4), end(30));
-        // Letters of 12 pixels are half as wide as high.
+        // In a font of 12 pixels, letters are 6 pixels wide.
         assert!(end(60) > 60.0 * 6.0 && end(200) > 200.0 * 6.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Charts with logarithmic axes, for errors against costs.
+//! Charts with two logarithmic axes, such as errors against costs.
 
 use cosmic::geometry::{Range, Vector};
 
@@ -14,7 +14,7 @@ const TOP: f64 = 50.0;
 /// The width of the legend.
 const NAMES: f64 = 270.0;
 
-/// Lines over two logarithmic axes, in a file `name.svg`.
+/// A chart with two logarithmic axes, which becomes a file `name.svg`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogChart {
     /// The name of the file, without `.svg`.
@@ -27,7 +27,7 @@ pub struct LogChart {
     pub along: String,
     /// The lines.
     pub lines: Vec<Line>,
-    /// A point with a ring, and its name.
+    /// A point to mark with a ring, and its name.
     pub marked: Option<(Vector<f64>, String)>,
 }
 
@@ -61,20 +61,20 @@ impl LogChart {
         picture.to_svg([WIDTH, HEIGHT], &self.title)
     }
 
-    /// The axis for all points, of which `number` is one coordinate.
+    /// The axis that has room for all points. `number` selects a coordinate of a point.
     fn axis(&self, number: fn(Vector<f64>) -> f64) -> Axis {
         let points = self.lines.iter().flat_map(shown);
         let logs = Range::of(points.map(|point| number(point).log10()));
         if logs.size() < 0.0 {
             return Axis::logarithmic(Range::new(0.1, 1.0));
         }
-        // Some room, so that no dot is on the frame; at least a decade in all.
+        // Some margin, so that no dot is on the frame. The axis spans at least a decade.
         let room = 0.05_f64.max(0.5 * (1.0 - logs.size()));
         Axis::logarithmic(logs.widened(room).map(|v| 10f64.powf(v)))
     }
 }
 
-/// The points of a line whose two numbers are positive and finite.
+/// The points of a line that can be drawn: both numbers are positive and finite.
 fn shown(line: &Line) -> impl Iterator<Item = Vector<f64>> + Clone {
     let fits = |point: &Vector<f64>| point.iter().all(|v| v.is_finite() && *v > 0.0);
     line.points.iter().copied().filter(fits)

@@ -1,4 +1,4 @@
-//! Runs side by side.
+//! Several runs side by side: their numbers, and their robots in motion.
 
 use super::files::{RobotFiles, read_trajectory};
 use super::motion::Motion;
@@ -20,7 +20,7 @@ pub struct Comparison {
     runs: Vec<ComparedRun>,
 }
 
-/// One run.
+/// One run of a comparison.
 #[derive(Debug, Serialize)]
 struct ComparedRun {
     /// The name of its folder, or the whole path if another run's folder has the same name.
@@ -32,7 +32,7 @@ struct ComparedRun {
 }
 
 impl ComparedRun {
-    /// The data of the run's lane.
+    /// The data of the run's lane on the page: the robot and its motion.
     fn lane(&self, registry: &Registry) -> Result<Value> {
         let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
         let trajectory = read_trajectory(&self.folder, &robot)?;
@@ -43,7 +43,7 @@ impl ComparedRun {
     }
 }
 
-/// Reads the summary of a run. A scene file in its folder must be the scene that the run began with.
+/// Reads the summary of a run. Fails if the scene file in its folder is not the scene that the run began with.
 fn read(folder: &Path, registry: &Registry) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {
@@ -73,18 +73,18 @@ impl Comparison {
         Ok(Self { runs })
     }
 
-    /// A row for each run, in the order of the runs.
+    /// Begins the table with a row for each run.
     fn columns(&self) -> TableOf<'_, ComparedRun> {
         let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
         with_numbers(names, |run| &run.summary)
     }
 
-    /// The table, aligned for a terminal.
+    /// The table as aligned text for a terminal.
     pub fn to_text(&self) -> String {
         self.columns().done().to_text()
     }
 
-    /// A page with the table, on which the robots walk side by side. Runs without a trajectory are only in the table.
+    /// A page on which the robots walk side by side, above the table. A run without a trajectory is only in the table.
     ///
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.

@@ -1,4 +1,4 @@
-//! The history of an optimisation as charts over the iterations.
+//! Charts of an optimisation's history over the iterations.
 
 use super::files::RunFiles;
 use super::gait::brief;
@@ -12,21 +12,22 @@ use serde::Serialize;
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 66.0;
-/// The height of a chart without and with its titles.
+/// The height of a chart without its titles.
 const HEIGHT: f64 = 130.0;
+/// The height of a chart with its titles.
 const PITCH: f64 = 182.0;
 
-/// A chart over the iterations, in a picture and as the data of a page.
+/// A chart over the iterations. It is drawn in a picture, or becomes data of a page.
 #[derive(Serialize)]
 pub(super) struct Chart {
-    /// The id of its canvas in a page.
+    /// The id of the chart's canvas in a page.
     id: &'static str,
     title: &'static str,
-    /// The meaning of the dashed levels.
+    /// What the dashed lines mean.
     #[serde(skip)]
     note: &'static str,
     series: Vec<Series>,
-    /// Numbers with dashed lines.
+    /// The numbers at which dashed lines are drawn.
     levels: Vec<f64>,
     /// True for a logarithmic axis.
     log: bool,
@@ -36,13 +37,13 @@ pub(super) struct Chart {
 #[derive(Serialize)]
 struct Series {
     name: &'static str,
-    /// The index of its colour.
+    /// The index of the line's colour.
     colour: usize,
-    /// A cell for each iteration. The line continues across a missing number and has a gap at a text.
+    /// A cell for each iteration. The line continues across a missing number, and is interrupted at a text.
     numbers: Vec<Cell>,
 }
 
-/// A line with the numbers of a run's iterations.
+/// A line of a chart. `number` returns the cell of an iteration.
 fn series(
     run: &RunFiles,
     name: &'static str,
@@ -60,13 +61,14 @@ fn series(
     }
 }
 
-/// The displacement after each iteration, and the displacement of the gradient's rollout.
+/// Two lines: the displacement in a full rollout after each iteration, and the displacement in the rollout from which
+/// the gradient was computed.
 fn displacements(run: &RunFiles) -> Vec<Series> {
     let full = |r: &Record| match r.diverged {
         true => Some(f64::NAN),
         false => r.displacement,
     };
-    // If the robot diverged in the gradient's rollout, files have no displacement.
+    // If the robot diverged in the rollout of the gradient, the history has no displacement.
     let horizon = |r: &Record| match r.pass {
         Some(_) => Some(r.displacement_horizon.unwrap_or(f64::NAN)),
         None => r.displacement_horizon,
@@ -132,7 +134,7 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
     ]
 }
 
-/// Draws displacement, volumes, binarisation measures and gradients, with the phases behind them.
+/// Draws the charts of displacement, volumes, binarisation measures and gradients. Behind them, bands show the phases.
 pub(super) fn draw(run: &RunFiles) -> String {
     let history = &run.history;
     let mut picture = Picture::default();
@@ -167,7 +169,7 @@ pub(super) fn draw(run: &RunFiles) -> String {
 }
 
 impl Chart {
-    /// The lines over the iterations after `before`.
+    /// The lines of the chart. The first number is drawn at iteration `before + 1`.
     fn lines(&self, before: usize) -> Vec<Line> {
         let number = |cell: &Cell| match cell {
             Cell::Missing => None,
@@ -182,8 +184,8 @@ impl Chart {
         self.series.iter().map(line).collect()
     }
 
-    /// The range of the vertical axis. A linear one begins at zero, or below the least number if that is negative. On
-    /// a logarithmic one, zero is drawn at the lower edge.
+    /// The range of the vertical axis. A linear axis begins at zero, or at the least number if that is negative. On a
+    /// logarithmic axis, zeros are drawn at the lower edge.
     fn range(&self, lines: &[Line]) -> Range {
         let numbers = lines.iter().flat_map(|line| &line.points).map(|p| p.up());
         if self.log {

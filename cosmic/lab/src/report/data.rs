@@ -1,4 +1,4 @@
-//! The data of a page's scripts.
+//! The JSON data that the scripts of a page read.
 
 use serde_json::{Value, json};
 
@@ -10,19 +10,21 @@ use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Walk};
 
-/// Seconds between two frames of the delivered robot, and of one of several runs.
+/// Seconds between two frames on a page with one robot.
 const FRAME: f64 = 0.04;
+/// Seconds between two frames on a page with several runs.
 const LANE_FRAME: f64 = 0.08;
-/// Their positions are rounded to these parts of the lattice's spacing.
+/// On a page with one robot, positions are rounded to the lattice's spacing divided by this.
 const PARTS: f64 = 1000.0;
+/// The divisor on a page with several runs.
 const LANE_PARTS: f64 = 200.0;
 
-/// The data of a robot in motion.
+/// The data of a page that shows only a robot in motion.
 pub(super) fn of_motion(motion: &Motion) -> Value {
     of_walks(motion, motion.robot, &[walk(motion)])
 }
 
-/// The data of a run.
+/// The data of a run's page.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
@@ -43,7 +45,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data
 }
 
-/// The data of a robot whose own walk is the first of some walks.
+/// The data of a robot and its walks. The first walk is that of the delivered robot.
 fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
     json!({
         "robot": of_robot(robot, &motion.states()[0].x),
@@ -52,11 +54,11 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
     })
 }
 
-/// The data of one of several runs on one ground: the robot and its walk in the frame of its ground, with the payload's
-/// start as origin.
+/// The data of one of several runs that a page shows on one ground. Positions are along and above the ground, with the
+/// payload's start as origin.
 pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
-    // Only along the ground: heights are still above its line.
+    // The origin moves only along the ground. Heights stay relative to the ground's line.
     let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
     let (seconds, indices) = motion.every(LANE_FRAME);
     let along = |k: usize| -> State<f64> {
@@ -80,7 +82,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     })
 }
 
-/// The lattice and the delivered design.
+/// The data of a robot: its lattice and the delivered design.
 fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
@@ -95,7 +97,7 @@ fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     })
 }
 
-/// The shares of void, skeleton and actuator of every edge, in thousandths.
+/// The mixture of every edge: void, skeleton and actuator in thousandths.
 fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
     let mixtures = robot.mixtures(z).into_iter();
     mixtures
@@ -103,7 +105,7 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
-/// The ground as far as the walks reach.
+/// The part of the ground that the walks reach.
 fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
@@ -121,14 +123,14 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     })
 }
 
-/// The walk of the delivered robot, with 25 frames a second, or fewer for a long rollout.
+/// The walk of the delivered robot, with 25 frames per second, or fewer if the rollout is long.
 fn walk(motion: &Motion) -> Option<Walk> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);
     Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
-/// The charts over the iterations, and the phases.
+/// The data of the charts over the iterations, and the phases.
 fn history(run: &RunFiles) -> Value {
     let phases = run.history.chunk_by(|a, b| a.phase == b.phase).map(|part| {
         let ends = [&part[0], &part[part.len() - 1]].map(|record| record.iteration);

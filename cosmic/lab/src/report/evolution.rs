@@ -1,5 +1,5 @@
-//! Robots of an optimisation from its first iteration to its last, each walking. The walks are those that the run kept
-//! of its designs.
+//! How the robot changes during an optimisation: walks of robots from the first iteration to the last. The run recorded
+//! these walks.
 
 use super::animation::{Pace, Shot, shots};
 use super::files::{RobotFiles, RunFiles};
@@ -10,21 +10,22 @@ use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::record::history::{DESIGNS, Walk};
 
-/// The number of robots before the delivered one, and how long each is shown, s.
+/// The number of robots that are shown before the delivered robot.
 const ROBOTS: usize = 6;
+/// How long each robot is shown, s.
 const SECONDS: f64 = 2.0;
 
-/// A robot and its walk.
+/// A robot, its recorded walk, and how it is shown.
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,
-    /// The beginning of its labels.
+    /// The text with which its labels begin.
     says: String,
-    /// How long it is shown.
+    /// How long it is shown, s.
     seconds: f64,
 }
 
-/// A few robots at equal intervals from the first iteration on, and the delivered one.
+/// A few robots at equal intervals of iterations, beginning with the first iteration, and then the delivered robot.
 ///
 /// # Errors
 /// [`Error::Usage`] if the run kept no walks.
@@ -36,7 +37,7 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
     if rows.is_empty() {
         let file = run.folder.join(DESIGNS);
         return Err(Error::Usage(format!(
-            "{}: no walks were kept, because an earlier version made the run; make the run again",
+            "{}: the run has no recorded walks, because an earlier version made it; repeat the run",
             file.display()
         )));
     }
@@ -60,13 +61,13 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
     Ok(before.chain([delivered]).collect())
 }
 
-/// The motions of robots.
+/// Prepares the walks for drawing.
 pub(super) fn motions<'m>(walkers: &'m [Walker]) -> Vec<Motion<'m>> {
     let motion = |walker: &'m Walker| Motion::new(&walker.robot, &walker.trajectory);
     walkers.iter().map(motion).collect()
 }
 
-/// The shots of all robots, one robot after another.
+/// The frames of all robots, one robot after another.
 pub(super) fn in_turn<'m>(
     walkers: &[Walker],
     motions: &'m [Motion<'m>],
@@ -79,7 +80,7 @@ pub(super) fn in_turn<'m>(
     turns.flat_map(shots).collect()
 }
 
-/// A walk as a trajectory with one step between two moments.
+/// A walk as a trajectory whose steps are the recorded moments of the walk.
 fn trajectory(walk: &Walk) -> TrajectoryFile {
     let state = |x: Vec<Vector<f64>>| State {
         v: vec![Vector::zero(); x.len()],

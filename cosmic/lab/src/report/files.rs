@@ -1,4 +1,4 @@
-//! The files of a run, or of a design alone, for reports.
+//! Reads the files of a run, or of a design alone, for reports.
 
 use cosmic::Registry;
 use cosmic::codesign::Record;
@@ -14,10 +14,10 @@ use cosmic::record::{
 use cosmic::scene::{Lacks, Scene, ShownScene};
 use std::path::{Path, PathBuf};
 
-/// A scene with laws or a loss that this program does not have.
+/// A scene that names laws or a loss that this program does not have.
 #[derive(Clone, Debug)]
 pub struct ForeignScene {
-    /// The missing laws and loss.
+    /// The laws and the loss that this program does not have.
     pub lacks: Lacks,
     /// The text of the scene's file.
     pub text: String,
@@ -64,7 +64,8 @@ impl RobotFiles {
         foreign.map_or(&[], |foreign| &foreign.lacks.laws)
     }
 
-    /// A sentence: `what` is left out because laws are missing. `None` if this program has all laws.
+    /// A sentence which says that `what` is left out because this program lacks laws of the scene. `None` if it has all
+    /// laws.
     pub fn left_out(&self, what: &str) -> Option<String> {
         let quoted: Vec<String> = self.lacks().iter().map(|law| format!("`{law}`")).collect();
         let laws = match &quoted[..] {
@@ -84,15 +85,15 @@ impl RobotFiles {
         foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
-    /// The edges whose delivered material satisfies `kind`.
+    /// The indices of the edges for whose delivered material `kind` is true.
     pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
         let materials = self.design.materials.iter().enumerate();
         let of_kind = materials.filter(|(_, material)| kind(**material));
         of_kind.map(|(edge, _)| edge).collect()
     }
 
-    /// The robot of design vectors as it is drawn. An edge has the solid material of its larger share, or is void if it
-    /// has almost no solid material.
+    /// The robot with the design vectors `z` instead of its own design, as it is drawn. Each edge gets the solid
+    /// material of which it has more, or void if it has almost no solid material.
     pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
         let drawn = |mixture: Mixture<f64>| {
             if mixture[Material::Void] > 0.98 {
@@ -114,7 +115,7 @@ impl RobotFiles {
         }
     }
 
-    /// The mixtures of design vectors or of a layout.
+    /// The mixtures of the edges with design vectors `z`, which may also be those of a layout.
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
         let settings = &self.scene.projection;
         let holds = Holds::new(settings, &self.lattice);
@@ -124,7 +125,7 @@ impl RobotFiles {
     }
 }
 
-/// The files of a finished run, which belong together.
+/// The files of a finished run. Reading checks that they fit one another.
 pub struct RunFiles {
     /// The run's folder.
     pub folder: PathBuf,
@@ -134,9 +135,9 @@ pub struct RunFiles {
     pub summary: Summary,
     /// The iterations from first to last; empty if no history was kept.
     pub history: Vec<Record>,
-    /// The designs that were kept during the optimisation; empty in runs of older versions.
+    /// The designs recorded during the optimisation; empty in runs of older versions.
     pub designs: Vec<DesignRow>,
-    /// The delivered design's rollout; at least one state.
+    /// The rollout of the delivered design. It has at least one state.
     pub trajectory: TrajectoryFile,
 }
 
@@ -150,7 +151,7 @@ impl RunFiles {
         let mut summary = Summary::read(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
-        // Earlier versions counted bars of undecided designs, although they have no bars yet.
+        // Earlier versions counted bars even in undecided designs, which have no bars yet.
         if robot.design.design().layout().is_none() {
             summary.undecided = Some(true);
             (summary.structure, summary.loads) = (None, None);
@@ -177,7 +178,7 @@ impl RunFiles {
     }
 }
 
-/// A row for every iteration. No rows if no history was kept.
+/// Reads the row of every iteration. Returns no rows if the run has no history.
 fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     let path = folder.join(history::LINES);
     if !path.exists() {
@@ -228,7 +229,7 @@ pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<Traje
     Ok(file)
 }
 
-/// The designs that were kept during the optimisation, each with an entry for every edge.
+/// Reads the designs recorded during the optimisation. Fails if a design does not have an entry for every edge.
 fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
     if !path.exists() {
         return Ok(Vec::new());

@@ -1,6 +1,6 @@
-//! The gait of a robot for the scripts of a page: when its nodes touch the ground, the target strains and strains of its
-//! actuators, the loads of its bars, and its energies. They come from the states of the trajectory. Only the loads are
-//! over all steps, because the run recorded them.
+//! The gait of a robot for the scripts of a page: when its nodes touch the ground, the target strains and strains of
+//! its actuators, the loads of its bars, and its energies. All are computed from the states of the trajectory file,
+//! except the loads: the run recorded them in every step.
 
 use std::f64::consts::TAU;
 
@@ -16,11 +16,12 @@ use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
 use cosmic::{Error, Result};
 
-/// The number of periods of the clock that are shown, at the end of the rollout.
+/// The number of the clock's periods that are shown: the last ones of the rollout.
 const PERIODS: f64 = 3.0;
-/// The most states for which energies are given.
+/// The largest number of states for which energies are computed.
 const MOST_STATES: usize = 600;
-/// A node that is lower than this above the ground is on it, m: contact puts nodes onto the ground except for rounding.
+/// A node is on the ground if its height above the ground is below this, m. Contact puts nodes exactly onto the ground,
+/// except for rounding.
 const TOUCHES: f64 = 1e-6;
 
 /// A run's delivered robot, and the strains and forces of its edges in the states of the trajectory.
@@ -28,7 +29,8 @@ pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
     moments: Vec<EdgeMoments>,
-    /// The loads of every edge: over all steps if the run recorded them, otherwise over the states of the trajectory.
+    /// The loads of every edge, over all steps of the rollout. If an earlier version made the run, they are only over
+    /// the states in the trajectory file.
     pub(super) loads: Vec<BarLoad>,
 }
 
@@ -61,7 +63,7 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// The end of a sentence that tells which states the loads come from.
+    /// Words that end a sentence about loads: the states over which the loads are taken.
     pub(super) fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {
@@ -74,7 +76,8 @@ impl<'r> Gait<'r> {
         }
     }
 
-    /// The last periods of the clock: feet, target strains, strains; and the peaks of strains and forces.
+    /// The data of the last periods of the clock: which feet are on the ground, target strains and strains; and the
+    /// peaks of strains and forces.
     pub(super) fn last_periods(&self, motion: &Motion) -> Value {
         let omega = motion.scene().controller.omega;
         let period = (TAU / omega).min(motion.duration());
@@ -107,8 +110,8 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// The nodes that are on the ground in some of these states, each with a letter for every state: `1` if the node is
-    /// on the ground.
+    /// The nodes that are on the ground in at least one of `states`. Each has a text with a character for every state:
+    /// `1` if the node is on the ground in that state.
     fn feet(&self, motion: &Motion, states: &[State<f64>]) -> Vec<(usize, String)> {
         let ground = motion.ground();
         let heights: Vec<Vec<f64>> = states
@@ -130,7 +133,7 @@ impl<'r> Gait<'r> {
             .collect()
     }
 
-    /// The forces along the bars in some states, rounded to 1/500 of the largest force.
+    /// The forces along the bars in the states with these indices, rounded to 1/500 of the largest force.
     pub(super) fn forces(&self, states: &[usize]) -> Value {
         let bars = self.run.robot.edges_of(Material::is_solid);
         let tensions = |&state: &usize| bars.iter().map(move |&edge| (state, edge));
@@ -146,7 +149,7 @@ impl<'r> Gait<'r> {
         json!({ "unit": unit, "counts": states.iter().map(count).collect::<Vec<_>>() })
     }
 
-    /// The kinetic energy, the energy of springs and stops, and the potential energy relative to the start, J, over time.
+    /// Three energies over time, J: kinetic, of springs and stops, and potential relative to the start.
     pub(super) fn energies(&self, motion: &Motion) -> Value {
         let (states, mass) = (motion.states(), &self.case.body().mass);
         let every = states.len().div_ceil(MOST_STATES);
@@ -175,7 +178,7 @@ impl<'r> Gait<'r> {
     }
 }
 
-/// A number to four digits, which are enough for a picture.
+/// A number rounded to four digits, which are enough for a picture.
 pub(super) fn brief(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
@@ -205,7 +208,7 @@ mod tests {
         let gait = Gait::new(&run).unwrap();
         let shown = gait.last_periods(&motion);
 
-        // The largest strain and force equal those of the summary, which are over all steps.
+        // The largest strain and force equal those in the summary. Both are over all steps.
         let summary = run.summary.loads.as_ref().unwrap();
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         let most = |of: fn(&[f64]) -> f64| {
@@ -235,7 +238,8 @@ mod tests {
             .filter(|node| run.robot.lattice.places[**node].up() == 0.0);
         assert!(lowest.eq(&begins), "{begins:?}");
 
-        // At the start nothing moves and nothing has sunk. Later the energies are sums over all nodes.
+        // At the start nothing moves, so the kinetic and potential energies are zero. Later they are sums over all
+        // nodes.
         let energies = gait.energies(&motion);
         let at = |name: &str, k: usize| energies[name][k].as_f64().unwrap();
         assert_eq!([at("kinetic", 0), at("height", 0)], [0.0; 2]);
@@ -245,7 +249,7 @@ mod tests {
         near(at("kinetic", motion.states().len() - 1), kinetic.sum());
         assert!(at("elastic", 3) > 0.0);
 
-        // A file of an earlier version has only states.
+        // A trajectory file of an earlier version has only states, without loads.
         let mut earlier = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
         earlier.trajectory.bars.clear();
         let gait = Gait::new(&earlier).unwrap();

@@ -6,7 +6,7 @@ use super::picture::{Colour, Font, MUTED, PAPER, Pen, Picture};
 use super::view::draw_payload;
 use cosmic::design::Material;
 
-/// The colour of a material without strain colours.
+/// The colour of a material in a picture that does not show strains.
 pub(super) fn colour(material: Material) -> Colour {
     match material {
         Material::Void => Colour::hex(0xc4cad1),

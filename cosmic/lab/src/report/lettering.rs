@@ -1,18 +1,19 @@
-//! Letters drawn with strokes: the rasteriser has no text, and a font crate would cost more time to compile than
-//! these 25 characters, which are all that the labels of animations use.
+//! Letters drawn as strokes, because the rasteriser cannot draw text. The labels of animations use only 25 characters,
+//! so a font crate is not worth its compile time.
 
 use super::picture::{Font, Place};
 use cosmic::geometry::Vector;
 
-/// The height of a digit in the units of the glyphs, and as a fraction of the font's size.
+/// The height of a digit in the units of the glyphs.
 const DIGIT: f64 = 8.0;
+/// The height of a digit as a fraction of the font's size.
 const OF_SIZE: f64 = 0.7;
 /// The space after a glyph, and after a character without a glyph, in the units of the glyphs.
 const GAP: f64 = 1.9;
 const BLANK: f64 = 4.1;
 
-/// Each character with its strokes. A stroke is a list of points `x,y`, to the right of the left edge and above the
-/// baseline.
+/// Each character with its strokes. A stroke is a list of points `x,y`, where `x` is measured from the left edge of the
+/// character and `y` upwards from the baseline.
 #[rustfmt::skip]
 const GLYPHS: [(char, &[&str]); 25] = [
     ('0', &["1,0 3,0 4,1 4,7 3,8 1,8 0,7 0,1 1,0"]),
@@ -42,7 +43,7 @@ const GLYPHS: [(char, &[&str]); 25] = [
     ('v', &["0,5.6 1.8,0 3.6,5.6"]),
 ];
 
-/// The strokes of a text. A character without a glyph is a blank.
+/// The strokes of a text. A character without a glyph becomes a blank.
 pub(super) fn letters(text: &str, place: Place, font: Font) -> Vec<Vec<Place>> {
     let scale = OF_SIZE * font.size / DIGIT;
     let (mut left, mut strokes) = (0.0, Vec::new());
@@ -89,7 +90,7 @@ mod tests {
             };
             let [one, zero] = [one, zero].map(|stroke| Bounds::of(stroke.iter().copied()));
             assert!(left <= one.low[0] && one.high[0] < zero.low[0] && zero.high[0] <= right);
-            // A font of 12 pixels has digits of 8.4.
+            // In a font of 12 pixels, digits are 8.4 pixels high.
             assert!(one.low[1] >= 41.6 - 1e-9 && zero.high[1] <= 50.0);
         }
     }

@@ -1,4 +1,4 @@
-//! The loads of a run's bars: a sentence about the strains of actuators, and a table.
+//! The loads of a run's bars on its page: a sentence about the strains of actuators, and a table.
 
 use super::files::RunFiles;
 use super::gait::Gait;
@@ -37,7 +37,7 @@ pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> Strin
     )
 }
 
-/// The table of all actuators, folded away.
+/// The table of all actuators, hidden until the reader opens it.
 pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
     let number = |name, unit, decimals| Column::new(name, "").unit(unit).decimals(decimals, "-");
     if actuators.is_empty() {

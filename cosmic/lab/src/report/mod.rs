@@ -1,8 +1,8 @@
 //! Reports on finished runs: pictures, an animation, one page of HTML, and tables of several runs.
 //!
-//! A report reads the files of a run's folder and simulates nothing. There are two renderers. `page/drawing.js` draws
-//! on the canvases of all pages, also of the page in the folder `web`. A `Picture` is a list of shapes, which becomes
-//! an SVG file or a frame of an animation.
+//! A report only reads the files of a run's folder; it does not simulate. There are two renderers. `page/drawing.js`
+//! draws on the canvases of all pages, including the page in the folder `web`. `Picture` is a list of shapes that
+//! becomes an SVG file or a frame of an animation.
 
 mod animation;
 mod bars;
@@ -41,8 +41,8 @@ pub use work::{Animations, write};
 /// A picture of a run: the name of its files, and the function that draws it as SVG.
 pub(crate) type RunPicture = (&'static str, fn(&RunFiles) -> String);
 
-/// The robot at several moments with the path of its payload; numbers over the iterations; the paths of the mixtures
-/// between the materials.
+/// Three pictures: the robot at several moments with the path of its payload; charts over the iterations; and the path
+/// of every edge's mixture between the three materials.
 pub(crate) const PICTURES: [RunPicture; 3] = [
     ("robot", |run| {
         robot::draw(&motion::Motion::new(&run.robot, &run.trajectory))

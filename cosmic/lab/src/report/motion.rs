@@ -1,4 +1,4 @@
-//! A robot's rollout for drawings: coloured bars in the frame of the world.
+//! A robot's rollout as it is drawn: bars coloured by strain, in the frame of the world.
 
 use std::collections::BTreeSet;
 
@@ -10,44 +10,44 @@ use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::Scene;
 
-/// Skeleton bars.
+/// The colour of skeleton bars.
 pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
-/// The payload and its path.
+/// The colour of the payload and its path.
 pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
-/// An actuator at its strongest contraction, at rest, at its strongest extension, and beyond these strains.
+/// The colour of an actuator at the largest contraction. Next: at rest, at the largest extension, beyond these strains.
 const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
 const AT_REST: Colour = Colour::hex(0xb4aeba);
 const EXTENDED: Colour = Colour::hex(0xd61f1f);
 pub(super) const BEYOND: Colour = Colour::hex(0xb800b8);
 
-/// The most moments of a rollout in an animation.
+/// The largest number of frames of an animation.
 const MOST_FRAMES: usize = 2000;
 
-/// The number of intervals of the ground around a camera whose ends' heights are averaged.
+/// The camera's height follows the mean height of the ground at the ends of this many intervals.
 const FLOORS: u32 = 16;
 
-/// An edge in a picture.
+/// An edge as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
-    /// From one node to the other, m.
+    /// The line from the edge's first node to its second, m.
     pub(super) line: Segment,
     pub(super) colour: Colour,
     pub(super) actuator: bool,
-    /// True if it is more void than solid.
+    /// True if the edge is more void than solid.
     pub(super) faint: bool,
 }
 
-/// A robot's rollout.
+/// A robot's rollout, prepared for drawing.
 pub(super) struct Motion<'r> {
     pub(super) robot: &'r RobotFiles,
     trajectory: &'r TrajectoryFile,
-    /// The nodes that solid edges connect to the payload.
+    /// The nodes that a chain of solid edges connects to the payload.
     body: Vec<usize>,
     /// The payload's node and the ends of solid edges, ascending.
     pub(super) seen: Vec<usize>,
-    /// The share of solid material of every edge. Bars with a smaller share are drawn fainter.
+    /// The fraction of solid material in every edge. Edges with less are drawn fainter.
     presence: Vec<f64>,
-    /// The strain that has the full colour.
+    /// The strain at which an actuator has its full colour.
     pub(super) limit: f64,
     /// The terrain above the ground's line.
     pub(super) profile: Profile,
@@ -80,21 +80,21 @@ impl<'r> Motion<'r> {
         &self.trajectory.states
     }
 
-    /// Seconds from the start to a state.
+    /// The time of the state `index`, in seconds from the start.
     pub(super) fn time(&self, index: usize) -> f64 {
         self.trajectory.steps[index] as f64 * self.trajectory.dt
     }
 
     /// The index of the last state at or before a time, or of the first state.
     pub(super) fn index_at(&self, time: f64) -> usize {
-        // Rounded to the nearest step, because times are products of steps and dt.
+        // Times are rounded products of a step and dt, so round to the nearest step.
         let step = (time / self.trajectory.dt + 0.5) as usize;
         let after = self.trajectory.steps.partition_point(|&s| s <= step);
         after.saturating_sub(1)
     }
 
-    /// The interval between frames, which is `seconds` or more if the rollout is long, and the states at these
-    /// intervals.
+    /// The interval between frames in seconds, and the indices of the frames' states. The interval is `seconds`, or
+    /// longer if the rollout would have too many frames.
     pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
         let most = MOST_FRAMES as f64;
         let seconds = seconds.max(self.duration() / most);
@@ -103,12 +103,13 @@ impl<'r> Motion<'r> {
         (seconds, indices.collect())
     }
 
-    /// The seconds of the whole rollout.
+    /// The duration of the rollout, s.
     pub(super) fn duration(&self) -> f64 {
         self.time(self.states().len() - 1)
     }
 
-    /// The solid edges of a state. Faint edges come first and actuators last, so that actuators are on top.
+    /// The solid edges as they are drawn in a state. Faint edges come first and actuators last, so that actuators are
+    /// on top.
     pub(super) fn bars(&self, state: &State<f64>) -> Vec<DrawnEdge> {
         let (design, lattice) = (&self.robot.design, &self.robot.lattice);
         let bar = |(e, material): (usize, &Material)| {
@@ -133,7 +134,7 @@ impl<'r> Motion<'r> {
         bars
     }
 
-    /// The colour of an actuator's strain.
+    /// The colour of an actuator that has this strain.
     pub(super) fn colour(&self, strain: f64) -> Colour {
         strained(strain / self.limit)
     }
@@ -143,17 +144,17 @@ impl<'r> Motion<'r> {
         self.states().iter().map(|state| state.x[0]).collect()
     }
 
-    /// The middle of the payload's body.
+    /// The middle of the body that carries the payload: of all nodes that solid edges connect to it.
     pub(super) fn centre(&self, state: &State<f64>) -> Vector<f64> {
         self.bounds(state).centre()
     }
 
-    /// The bounds of the payload's body.
+    /// The bounds of the body that carries the payload.
     pub(super) fn bounds(&self, state: &State<f64>) -> Bounds {
         Bounds::of(self.body.iter().map(|&node| state.x[node]))
     }
 
-    /// True if a bar is within a lattice's width of the payload's body.
+    /// True if a bar is at most a lattice's width away from the body that carries the payload.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
         let width = self.robot.lattice.width();
         let Bounds { low, high } = self.bounds(state);
@@ -161,12 +162,12 @@ impl<'r> Motion<'r> {
         (low.forward() - width..high.forward() + width).contains(&middle)
     }
 
-    /// The places of a state that a picture must include.
+    /// The positions in a state that a picture must show.
     pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
         self.seen.iter().map(|&node| state.x[node])
     }
 
-    /// The middle of the body, averaged over a second so that a camera does not shake.
+    /// Where the camera looks: the middle of the body, averaged over a second so that the picture does not shake.
     pub(super) fn camera(&self, index: usize) -> Vector<f64> {
         let time = self.time(index);
         let span = self.index_at((time - 0.5).max(0.0))..=self.index_at(time + 0.5);
@@ -174,17 +175,17 @@ impl<'r> Motion<'r> {
         mean(&centres)
     }
 
-    /// The height of the terrain in the world at this x of the ground's line.
+    /// The height of the terrain in the world above the point `x` of the ground's line.
     pub(super) fn ground_height(&self, x: f64) -> f64 {
         self.profile.height_in_world(&self.ground(), x)
     }
 
-    /// The terrain between two x of the ground's line, as points of the world.
+    /// The terrain above the part `across` of the ground's line, as points of the world.
     pub(super) fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
         self.profile.in_world(&self.ground(), across)
     }
 
-    /// The mean height of the terrain around an x, for a camera that does not jump at every step of the ground.
+    /// The mean height of the terrain around `x`. A camera that follows it does not jump where the ground has a step.
     pub(super) fn floor(&self, x: f64) -> f64 {
         if self.profile.is_flat() {
             return self.ground_height(x);
@@ -194,8 +195,8 @@ impl<'r> Motion<'r> {
         places.map(|x| self.ground_height(x)).sum::<f64>() / f64::from(FLOORS + 1)
     }
 
-    /// The deepest cut of a bar into the ground in the states of the trajectory, m: nodes stay above the ground, but
-    /// bars do not collide with its corners. `None` if the ground has no corners.
+    /// How deep bars cut into the ground at most in the states of the trajectory, m. Only nodes collide with the
+    /// ground, so a bar between two nodes can cut a corner of it. `None` if the ground has no corners.
     pub(super) fn deepest_cut(&self) -> Option<f64> {
         let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
         let (ground, edges) = (self.ground(), solid_edges(self.robot));
@@ -214,7 +215,7 @@ impl<'r> Motion<'r> {
     }
 }
 
-/// The colour of a strain, as a multiple of the limit.
+/// The colour of an actuator whose strain is `share` times the limit.
 pub(super) fn strained(share: f64) -> Colour {
     if share.abs() > 1.0 {
         return BEYOND;
@@ -243,7 +244,7 @@ mod tests {
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{GroundSettings, Scene, StartKind};
 
-    /// The short three-legged robot after one iteration.
+    /// A run of one iteration with the short three-legged robot.
     fn results() -> RunFiles {
         results_on(GroundSettings::default())
     }
@@ -291,7 +292,7 @@ mod tests {
         }
     }
 
-    /// Ridges of 1 and 3 cm between nodes of the lowest row.
+    /// If nodes stand between ridges of 1 and 3 cm, the bars between them cut into the ridges.
     #[test]
     fn bars_cut_into_ridges_between_their_nodes() {
         let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
@@ -301,7 +302,7 @@ mod tests {
         let motion = Motion::new(&results.robot, &results.trajectory);
         let start = &motion.states()[0];
         let floor = |x: f64| motion.ground_height(x) - 0.1;
-        // Sums of numbers below 1.
+        // The tolerance is for sums of numbers below 1.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(near(floor(0.35), 0.03) && near(floor(0.3), 0.0) && near(floor(0.34), 0.015));
         let line = motion.ground_line(Range::new(0.0, 0.36));
@@ -331,7 +332,7 @@ mod tests {
         let state = &motion.states()[0];
         let bounds = Bounds::of(motion.places(state));
         assert_eq!(motion.bounds(state), bounds);
-        // 0.6 - 0.1, rounded once.
+        // The width is 0.6 - 0.1, rounded once.
         assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
     }
 }

@@ -1,12 +1,12 @@
-//! The numbers of runs for comparisons.
+//! The numbers of runs that comparisons show.
 
 use crate::table::{Cell, Column, TableOf};
 use cosmic::record::Summary;
 
-/// A column and its cell for a run.
+/// A column, and the function that returns its cell for a run.
 type Number = (Column, fn(&Summary) -> Cell);
 
-/// Adds the numbers of every run's summary to a table of runs.
+/// Adds columns with the numbers of every run's summary to a table of runs.
 pub(super) fn with_numbers<'r, S>(
     table: TableOf<'r, S>,
     of: impl Fn(&'r S) -> &'r Summary + Copy,
@@ -19,7 +19,7 @@ pub(super) fn with_numbers<'r, S>(
     numbers().into_iter().chain(rare).fold(table, add)
 }
 
-/// The columns of every table.
+/// The columns that every table has.
 fn numbers() -> [Number; 16] {
     let share = |name, says| Column::new(name, says).decimals(3, "diverged");
     let metres = |name, says| share(name, says).unit("m");
@@ -70,8 +70,8 @@ fn numbers() -> [Number; 16] {
     ]
 }
 
-/// Columns of tables with a run that has the number: a second goal; the loss, if a run is ranked by its loss because
-/// its task is not distance or the caller supplied the loss.
+/// Columns that a table has only if one of its runs has the number: the displacement with a second goal; and the loss,
+/// which ranks a run if its task is not distance or the caller supplied the loss.
 fn rare() -> [Number; 2] {
     let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
     let behind = Column::new("behind", says).decimals(3, "diverged");
@@ -83,7 +83,8 @@ fn rare() -> [Number; 2] {
     ]
 }
 
-/// A number of bars. An undecided design has no bars yet: its cell says so and does not look missing.
+/// The cell of a number of bars. An undecided design has no bars yet; its cell says "undecided" instead of looking
+/// missing.
 fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
     match summary.is_undecided() {
         true => "undecided".into(),
@@ -91,7 +92,7 @@ fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
     }
 }
 
-/// The names of the options by which a run departs from the paper, for people.
+/// A text with the names of the options by which a run departs from the paper.
 pub fn departures(summary: &Summary) -> String {
     let departures = summary.departures.iter();
     let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();

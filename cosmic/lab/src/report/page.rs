@@ -1,4 +1,4 @@
-//! Pages: each is a single file of HTML that fetches nothing.
+//! HTML pages. Each is a single file that loads nothing from elsewhere.
 
 use serde_json::Value;
 
@@ -12,11 +12,11 @@ use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
 
-/// The text of a page for an undecided design, which has no actuators to show.
+/// The text that a page shows instead of actuators if the design is undecided.
 const UNDECIDED: &str = "The design is undecided: the run ended before every edge had one material. \
     There are no bars and no actuators yet.";
 
-/// A whole page of HTML.
+/// A complete HTML page.
 pub(super) fn html(title: &str, body: &str) -> String {
     let title = escape(title);
     let style = [
@@ -32,7 +32,7 @@ pub(super) fn html(title: &str, body: &str) -> String {
     )
 }
 
-/// The page of a run: the robot in motion, its design, gait and energy, and the convergence if it has a history.
+/// The page of a run: the robot in motion, its design, gait and energies, and the convergence if the run has a history.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
     let summary = &run.summary;
     let about = format!(
@@ -106,9 +106,10 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     html(title, &body.concat())
 }
 
-/// The data of a page and its scripts: the one that draws all robots and curves, then the page's own.
+/// The script elements of a page: its data, the script that draws robots and curves on all pages, and the page's own
+/// script.
 pub(super) fn script(data: &Value, of_page: &str) -> String {
-    // In texts, no `<` ends the script element early.
+    // A `</script>` in a text would end the script element, so `<` is escaped.
     let data = data.to_string().replace('<', "\\u003c");
     let drawing = include_str!("page/drawing.js");
     format!(
@@ -120,7 +121,7 @@ pub(super) fn script(data: &Value, of_page: &str) -> String {
 /// The script of a page with one robot.
 const ONE_ROBOT: &str = concat!(include_str!("page/gait.js"), include_str!("page/page.js"));
 
-/// The heading, and a line with the size of the lattice and `about`.
+/// The heading, and below it a line with the size of the lattice, followed by `about`.
 fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
     let (nodes, edges) = (robot.lattice.nodes(), robot.lattice.edges.len());
     let title = escape(title);
@@ -134,7 +135,7 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// The four most important numbers.
+/// The four most important numbers of a run, and a warning if the robot is unreliable.
 fn figures(summary: &Summary) -> String {
     let ends = summary.displacement_p10.zip(summary.displacement_p90);
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
@@ -176,7 +177,8 @@ fn figures(summary: &Summary) -> String {
     format!("<div class=\"figures\">{cells}</div>\n{warning}")
 }
 
-/// All numbers, with the deepest cut of a bar into the ground if it has corners, and the departures from the paper.
+/// The sections with all numbers and with the departures from the paper. `deepest_cut` is the deepest cut of a bar into
+/// the ground, if the ground has corners.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);

@@ -2,7 +2,7 @@
 
 use cosmic::geometry::Vector;
 
-/// A place or a size in a picture: pixels from the left and from the top.
+/// A position or a size in a picture, pixels: to the right and downwards.
 pub(super) type Place = Vector<f64>;
 
 /// A colour.
@@ -10,7 +10,7 @@ pub(super) type Place = Vector<f64>;
 pub struct Colour {
     /// Red, green and blue.
     pub rgb: [u8; 3],
-    /// From 0, invisible, to 1, opaque.
+    /// The opacity, from 0 (invisible) to 1 (opaque).
     pub opacity: f64,
 }
 
@@ -29,7 +29,7 @@ impl Colour {
         Self { opacity, ..self }
     }
 
-    /// The opaque colour between this one (share 0) and another (share 1).
+    /// The opaque mixture of this colour (`share` 0) and the other (`share` 1).
     pub(super) fn mixed(self, other: Self, share: f64) -> Self {
         let mix = |k: usize| {
             let (from, to) = (f64::from(self.rgb[k]), f64::from(other.rgb[k]));
@@ -43,18 +43,18 @@ impl Colour {
 }
 
 pub(super) const PAPER: Colour = Colour::hex(0xffffff);
-/// Text and axes.
+/// The colour of text and axes.
 pub(super) const INK: Colour = Colour::hex(0x1f2328);
-/// Secondary text.
+/// The colour of secondary text.
 pub(super) const MUTED: Colour = Colour::hex(0x656d76);
-/// Grid lines of charts.
+/// The colour of the grid lines of charts.
 pub(super) const RULE: Colour = Colour::hex(0xd8dee4);
 
 /// The style of a line.
 #[derive(Clone, Copy)]
 pub(super) struct Pen {
     pub(super) colour: Colour,
-    /// Pixels.
+    /// The width in pixels.
     pub(super) width: f64,
     /// Lengths of dashes and gaps in turn, pixels, as in SVG; empty for a solid line.
     pub(super) dashes: &'static str,
@@ -78,10 +78,10 @@ impl Pen {
 #[derive(Clone, Copy)]
 pub(super) struct Font {
     pub(super) colour: Colour,
-    /// The part of the text to the left of its place: 0, 0.5 or 1.
+    /// The fraction of the text that is to the left of its place: 0, 0.5 or 1.
     pub(super) anchor: f64,
     pub(super) bold: bool,
-    /// Pixels.
+    /// The size in pixels.
     pub(super) size: f64,
 }
 
@@ -112,9 +112,9 @@ impl Font {
 /// A part of a picture.
 pub(super) enum Shape {
     Line(Vec<Place>, Pen),
-    /// The middle, the radius, the fill and the edge.
+    /// A disc: its middle, its radius, its fill and its edge.
     Disc(Place, f64, Colour, Pen),
-    /// The upper left corner, the size and the fill.
+    /// A rectangle: its upper left corner, its size and its fill.
     Rectangle(Place, Place, Colour),
     /// A text with its baseline at a place.
     Text(Place, String, Font),

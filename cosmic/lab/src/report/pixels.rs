@@ -1,4 +1,4 @@
-//! Pictures as pixels.
+//! Painting of pictures as pixels.
 
 use super::lettering::letters;
 use super::picture::{Colour, PAPER, Pen, Picture, Place, Shape};
@@ -8,21 +8,21 @@ use tiny_skia::{
     Transform,
 };
 
-/// Pixels beyond the edges of a picture where longer lines are cut: more than the width of any line.
+/// Lines are cut this many pixels outside the picture. It must be more than the width of any line.
 const MARGIN: f64 = 64.0;
 
 /// A picture while it is painted.
 struct Canvas {
     pixels: Pixmap,
-    /// From the picture's units to pixels.
+    /// The map from the picture's units to pixels.
     scale: Transform,
-    /// Lines and discs are cut at these bounds, because the rasteriser cannot draw shapes that are far away.
+    /// The bounds at which lines and discs are cut, because the rasteriser cannot draw shapes that are far away.
     bounds: Bounds,
 }
 
 impl Picture {
-    /// Paints the part of the picture from its upper left corner to `size`, enlarged by `scale`. Returns `None` if there
-    /// is no memory.
+    /// Paints a part of the picture, enlarged by `scale`: the part has the size `size` and includes the upper left
+    /// corner. Returns `None` if memory is short.
     pub(super) fn to_pixels(&self, size: impl Into<Place>, scale: f64) -> Option<Pixmap> {
         let size: Place = size.into();
         let [width, height] = (size * scale).map(|x| x.round() as u32).array();

@@ -4,7 +4,7 @@ use cosmic::geometry::{Range, Vector};
 
 use super::picture::{Colour, Font, INK, Pen, Picture, Place, RULE};
 
-/// The axes of a chart: its place in the picture, and the numbers that it shows.
+/// The two axes of a chart, with its place in the picture and the numbers that it shows.
 pub(super) struct Axes {
     /// The upper left corner.
     pub(super) origin: Place,
@@ -15,7 +15,7 @@ pub(super) struct Axes {
     pub(super) y: Axis,
 }
 
-/// The numbers along an axis.
+/// One axis: the range of its numbers, and its scale.
 #[derive(Clone, Copy)]
 pub(super) struct Axis {
     pub(super) range: Range,
@@ -45,7 +45,7 @@ impl Axis {
         ((scale(number) - range.low) / range.size()).clamp(0.0, 1.0)
     }
 
-    /// Round numbers, or powers of ten.
+    /// The numbers to label: about `count` round numbers, or powers of ten on a logarithmic axis.
     fn marks(&self, count: usize) -> Vec<f64> {
         if self.log {
             decades(self.range)
@@ -74,14 +74,14 @@ pub struct Line {
     pub name: String,
     /// The colour.
     pub colour: Colour,
-    /// Lengths of dashes and gaps in turn, pixels, as in SVG; empty for a solid line.
+    /// The lengths of dashes and gaps in pixels, as SVG writes them; empty for a solid line.
     pub dashes: &'static str,
     /// The points. A point that is not finite makes a gap.
     pub points: Vec<Vector<f64>>,
 }
 
 impl Line {
-    /// A line in the `k`-th colour.
+    /// Creates a line with the `k`-th colour.
     pub fn new(
         name: String,
         k: usize,
@@ -102,7 +102,7 @@ impl Line {
 }
 
 impl Axes {
-    /// The place of a point. A point outside the range is drawn at its end.
+    /// The place of a point in the picture. A point outside the range of an axis is moved to the end of that axis.
     pub(super) fn place(&self, point: Vector<f64>) -> Place {
         let [x, y] = point.array();
         Vector::new([self.across(x), self.down(y)])
@@ -144,12 +144,12 @@ impl Axes {
         picture.text([middle, bottom + 36.0], label, Font::MIDDLE);
     }
 
-    /// Draws the lines, and their names at the right end of the title's line.
+    /// Draws the lines, and their names to the right of the title.
     pub(super) fn draw_lines(&self, picture: &mut Picture, lines: &[Line]) {
         let mut left = (self.origin + self.size)[0];
         let y = self.origin[1] - 10.0;
         for Line { name, colour, .. } in lines.iter().rev() {
-            // An average letter of 12 pixels is about 6 wide.
+            // In a font of 12 pixels, an average letter is about 6 pixels wide.
             left -= 6.4 * name.chars().count() as f64 + 12.0;
             picture.text([left, y], &name[..], Font::PLAIN);
             left -= 22.0;
@@ -167,7 +167,7 @@ impl Axes {
     }
 }
 
-/// The range of the finite numbers and of `always`. Its width is not 0.
+/// A range that contains the finite ones of `numbers`, and `always`. Its width is not 0.
 pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
     let range = numbers.filter(|v| v.is_finite()).fold(always, Range::with);
     if range.size() > 0.0 {
@@ -183,7 +183,7 @@ fn round_values(range: Range, count: usize) -> Vec<f64> {
     let least = range.size() / count as f64;
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
-    // The last is at least `least`, except for rounding.
+    // The last step is at least `least`, except for rounding.
     let step = step.into_iter().find(|s| *s >= least).unwrap_or(step[3]);
     let [first, last] = [(low / step).ceil() as i64, (high / step).floor() as i64];
     (first..=last).map(|k| k as f64 * step).collect()
@@ -203,7 +203,7 @@ fn number(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.0e}");
     }
-    // Multiples of a decimal step carry rounding errors in their last places.
+    // Multiples of a decimal step have rounding errors in their last digits.
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0" } else { text }.replace('-', "\u{2212}")
@@ -248,7 +248,7 @@ mod tests {
             y: Axis::logarithmic(Range::new(1.0, 100.0)),
         };
         let middle = Vector::new([60.0, 45.0]);
-        // Quotients of logarithms, rounded at 1e-16, times 50 pixels.
+        // The tolerance is for quotients of logarithms, rounded at 1e-16, times 50 pixels.
         assert!(axes.place(Vector::new([2.0, 10.0])).distance(middle) < 1e-12);
         assert_eq!(axes.place(Vector::new([9.0, 0.0])), [110.0, 70.0]);
         let both = Axes {

@@ -36,7 +36,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let ground = Bounds::of(motion.ground_line(across));
     let up = Range::new(shown.low.up(), shown.high.up());
     let up = up.with(ground.low.up()).with(ground.high.up());
-    // As wide as the page, unless that would be higher than a screen.
+    // The view is as wide as the page, unless it would then be higher than a screen.
     let scale = ((WIDTH - 2.0 * MARGIN) / across.size()).min(420.0 / up.size());
     let bottom = 64.0 + scale * up.size();
     let view = View {
@@ -51,7 +51,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
         let state = &motion.states()[index];
         let mut bars = motion.bars(state);
         if index > 0 {
-            // Parts that were left behind would cover the first robots.
+            // Loose parts that the robot left behind would cover the drawings of earlier moments.
             bars.retain(|bar| motion.is_near(bar, state));
         }
         view.draw_robot(picture, &bars, state.x[0]);
@@ -62,7 +62,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     bottom + 12.0
 }
 
-/// The first state, the last, and as many in between as fit side by side.
+/// The indices of the first state, the last state, and as many states in between as fit side by side.
 fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
@@ -71,7 +71,7 @@ fn moments(motion: &Motion) -> Vec<usize> {
     let width = 1.15 * wide.max(motion.robot.lattice.spacing);
     let gaps = ((end - start).abs() / width) as usize;
     if gaps == 0 {
-        // The robots would cover each other.
+        // The robot hardly moves, so two drawings would cover each other.
         return vec![last];
     }
     let nearest = |goal: f64| {
@@ -120,7 +120,7 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     bottom
 }
 
-/// The largest rise or fall of the ground within `half` (m) of one of the `middles`.
+/// The largest rise or fall of the ground at most `half` metres from one of the `middles`.
 fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     let rises = middles.iter().flat_map(|&middle| {
         let line = motion.ground_line(Range::new(middle, middle).widened(half));
@@ -131,7 +131,7 @@ fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     rises.fold(0.0, f64::max)
 }
 
-/// Draws the robot at the last of some states, and the payload's path through them, cut at the panel's edges.
+/// Draws the robot in the last of `states`, and the payload's path through all of them. Cuts both at the panel's edges.
 fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>) {
     let motion = view.motion;
     let state = &motion.states()[*states.end()];

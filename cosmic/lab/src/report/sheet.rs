@@ -1,4 +1,4 @@
-//! The tables and figures of a verification as a page, as JSON, CSV and SVG files, and as text.
+//! Writes the tables and figures of a verification as an HTML page, as JSON, CSV and SVG files, and as text.
 
 use super::chart::LogChart;
 use super::page;
@@ -23,9 +23,9 @@ pub struct Section {
     pub title: String,
     /// Explanations before the tables, each in a sentence or two.
     pub notes: Vec<String>,
-    /// The tables. Each is also a file `name.csv`.
+    /// The tables. Each is also written as a file `name.csv`.
     pub tables: Vec<Table>,
-    /// The charts. Each is also a file `name.svg`.
+    /// The charts. Each is also written as a file `name.svg`.
     pub figures: Vec<LogChart>,
     /// The number of checks.
     pub checks: usize,
@@ -34,7 +34,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// Counts a check. If it does not hold, adds `failure`, which describes it in a few words.
+    /// Counts a check. If `holds` is false, records `failure`, a few words that describe the failed check.
     pub(crate) fn check(&mut self, holds: bool, failure: impl Into<String>) {
         self.checks += 1;
         if !holds {
@@ -131,7 +131,7 @@ impl Sheet {
         })
     }
 
-    /// Everything except the charts.
+    /// All results as JSON, except the charts.
     pub fn to_json(&self) -> Value {
         json!({
             "title": self.title,
@@ -140,13 +140,14 @@ impl Sheet {
         })
     }
 
-    /// Notes and tables for a terminal. A row with the scene's own settings begins with `*`, a failed row with `!`.
+    /// The notes and tables as text for a terminal. A row with the scene's own settings begins with `*`, a failed row
+    /// with `!`.
     pub fn to_text(&self) -> String {
         let sections: String = self.sections.iter().map(Section::to_text).collect();
         format!("{}: {}\n{sections}", self.title, self.subject)
     }
 
-    /// One page that fetches nothing.
+    /// One HTML page that loads nothing from elsewhere.
     fn to_html(&self) -> String {
         let (title, subject) = (escape(&self.title), escape(&self.subject));
         let sections: String = self.sections.iter().map(Section::to_html).collect();
@@ -159,7 +160,7 @@ impl Sheet {
     }
 
     /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every chart into a folder,
-    /// and returns the paths. A table of several sections is written once.
+    /// and returns the paths. A table that is in several sections is written once.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -183,7 +184,7 @@ impl Sheet {
     }
 }
 
-/// Scrolling for wide tables, and colours for marked rows.
+/// The styles of the page: scrolling for wide tables, and colours for marked rows.
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
     tr.failed td { background: #fdecea; color: #a3260b; }</style>\n";

@@ -68,7 +68,7 @@ fn stroke(pen: &Pen) -> String {
     format!("{colour} stroke-width=\"{width:.1}\"{dashes}")
 }
 
-/// The attribute `name`, which is `fill` or `stroke`, with its opacity.
+/// The attributes for a colour: `name` is `fill` or `stroke`; the second attribute is its opacity.
 fn paint(name: &str, colour: Colour) -> String {
     let [r, g, b] = colour.rgb;
     let opacity = match colour.opacity {

@@ -1,4 +1,4 @@
-//! The mixtures of edges in a triangle whose corners are void, skeleton and actuator.
+//! A picture of the mixtures of edges, as points of a triangle whose corners are void, skeleton and actuator.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use cosmic::geometry::Vector;
 use cosmic::record::history::DesignRow;
 
 const SIZE: Place = Vector::new([460.0, 420.0]);
-/// The corners of void, skeleton and actuator.
+/// The corners of the triangle that stand for void, skeleton and actuator.
 const CORNERS: [Place; 3] = [
     Vector::new([62.0, 362.0]),
     Vector::new([398.0, 362.0]),
@@ -44,8 +44,8 @@ fn frame(title: &str) -> Picture {
     picture
 }
 
-/// Draws the paths of the mixtures of all edges that end as solid, in the colours of their delivered materials. A
-/// ring marks where edges end.
+/// Draws the path of every edge's mixture, for edges that end as solid, in the colour of the delivered material. Rings
+/// mark the ends of the paths.
 pub(super) fn draw_paths(run: &RunFiles) -> String {
     let robot = &run.robot;
     let mut picture = frame("Mixtures of the robot's edges during the optimisation");
@@ -79,7 +79,7 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     picture.to_svg(SIZE, title)
 }
 
-/// Where solid edges end in the picture: the place, their number, their material.
+/// The places in the picture where paths of solid edges end, each with the number of these edges and their material.
 fn ends(robot: &RobotFiles) -> Vec<(Place, usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);

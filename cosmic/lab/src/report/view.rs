@@ -1,19 +1,20 @@
-//! A robot on its ground as shapes: what still pictures and animations share.
+//! Draws a robot on its ground, for still pictures and animations.
 
 use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
 use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
 use cosmic::geometry::{Range, Vector};
 
-/// The band below the ground's line, and the marks along it.
+/// The colour of the band below the ground's line.
 pub(super) const EARTH: Colour = Colour::hex(0xe4e6e9);
+/// The colour of the marks along the ground's line.
 pub(super) const MARK: Colour = Colour::hex(0x999999);
-/// The most marks across a picture.
+/// The largest number of marks across a picture.
 const MOST_MARKS: f64 = 100.0;
 
-/// A window on the world of a motion.
+/// A view of a motion's world: where its points are in a picture.
 pub(super) struct View<'m> {
     pub(super) motion: &'m Motion<'m>,
-    /// A point of the world, m, and its place in the picture.
+    /// A point of the world, m. The next field is the place of this point in the picture.
     pub(super) corner: Vector<f64>,
     pub(super) origin: Place,
     /// Pixels per metre.
@@ -21,10 +22,10 @@ pub(super) struct View<'m> {
 }
 
 impl View<'_> {
-    /// The place of a point of the world.
+    /// The place in the picture of a point of the world.
     pub(super) fn place(&self, point: Vector<f64>) -> Place {
         let away = (point - self.corner) * self.scale;
-        // Pixels are counted downwards.
+        // The world's y points up, but pixels are counted downwards.
         self.origin + away.with_up(-away.up())
     }
 
@@ -32,7 +33,7 @@ impl View<'_> {
         picture.line(points.iter().map(|point| self.place(*point)), pen);
     }
 
-    /// Draws the ground between two x of its line.
+    /// Draws the ground above the part `across` of its line.
     pub(super) fn draw_ground(&self, picture: &mut Picture, across: Range) {
         let line = self.motion.ground_line(across).into_iter();
         let line: Vec<Place> = line.map(|point| self.place(point)).collect();
@@ -41,8 +42,8 @@ impl View<'_> {
         picture.line(line, Pen::new(SKELETON, 1.5));
     }
 
-    /// Draws marks at every tenth of a metre along the ground from the payload's start, and longer ones with numbers
-    /// at whole metres. If these are too many, the marks are farther apart by a power of ten.
+    /// Draws a mark at every tenth of a metre along the ground, counted from the payload's start, and a longer mark
+    /// with a number at every metre. If these are too many, both distances grow by a power of ten.
     pub(super) fn draw_marks(&self, picture: &mut Picture, across: Range) {
         let motion = self.motion;
         let per_metre = 10f64.powf((MOST_MARKS / across.size()).log10().floor().min(1.0));
@@ -64,7 +65,7 @@ impl View<'_> {
 
     /// Draws the payload's path through points of the world.
     pub(super) fn draw_path(&self, picture: &mut Picture, path: &[Vector<f64>]) {
-        // More points than pixels show nothing more.
+        // More points than pixels would show no more detail.
         let every = path.len().div_ceil(1000).max(1);
         let points = path.iter().step_by(every).chain(path.last());
         let points: Vec<Vector<f64>> = points.copied().collect();

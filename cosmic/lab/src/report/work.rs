@@ -1,4 +1,4 @@
-//! The report of a run, or of a design alone.
+//! Writes the report of a run, or of a design alone.
 
 use super::animation::{self, FILM, GIF, Pace, Shot};
 use super::files::{RobotFiles, RunFiles};
@@ -14,22 +14,22 @@ use cosmic::record::summary::SUMMARY;
 use cosmic::record::trajectory_file::TRAJECTORY;
 use std::path::{Path, PathBuf};
 
-/// The animations of a report. Without `gif` and `mp4`, a report has a GIF.
+/// The animations of a report. If neither `gif` nor `mp4` is true, the report of a run has a GIF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Animations {
-    /// `gait.gif`.
+    /// Write `gait.gif`.
     pub gif: bool,
-    /// `gait.mp4`, encoded by the ffmpeg on the path.
+    /// Write `gait.mp4`, which needs ffmpeg on the path.
     pub mp4: bool,
-    /// Also `evolution.gif`, `evolution.mp4` or both: robots from the first iteration to the last.
+    /// Also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first iteration to the last.
     pub evolution: bool,
 }
 
 /// Writes the report of a run or of a design alone, and returns the paths.
 ///
-/// A run gets `report.html`, `robot.svg`, animations, and `convergence.svg` if it has a history. A design alone gets
-/// `report.html` and `robot.svg`. It is a `.json` file, or a folder with a design but without a run; its scene is
-/// `scene.toml` beside it.
+/// The report of a run is `report.html`, `robot.svg`, animations, and `convergence.svg` if the run has a history. The
+/// report of a design alone is `report.html` and `robot.svg`. A design alone is a `.json` file, or a folder with a
+/// design but without a run. Its scene is the file `scene.toml` beside it.
 ///
 /// # Errors
 /// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Usage`] for animations of a design alone, or of
@@ -38,7 +38,7 @@ pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Resul
     let (folder, design) = if path.is_file() {
         if path.extension().is_none_or(|name| name != "json") {
             return Err(Error::Usage(format!(
-                "{}: expected the folder of a run or a design.json",
+                "{}: this is neither the folder of a run nor a design.json; give one of these",
                 path.display()
             )));
         }
@@ -56,7 +56,7 @@ pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Resul
     if *animations != Animations::default() {
         let design = design.display();
         return Err(Error::Usage(format!(
-            "{design}: a design alone does not move; leave out --gif, --mp4 and --evolution"
+            "{design}: a design without a run has no rollout to animate; leave out --gif, --mp4 and --evolution"
         )));
     }
     let title = design.display().to_string();
@@ -87,7 +87,7 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// Writes the requested forms of an animation, each from shots at its own pace.
+/// Writes an animation as GIF, MP4 or both. `shots` returns its frames at the pace of the format.
 fn animate<'m>(
     run: &RunFiles,
     animations: &Animations,

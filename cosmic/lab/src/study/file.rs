@@ -1,4 +1,4 @@
-//! A study's file: scenes, settings, and published numbers to compare with.
+//! The TOML file of a study: scenes, settings, and published numbers to compare with.
 
 use crate::export::mujoco::MOST_FRICTION;
 use crate::report::PICTURES;
@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// The studies of this project: the files of these names in `studies`.
+/// The studies of this project: their names, and their files in the folder `studies`.
 const OWN: [(&str, &str); 4] = [
     ("paper", include_str!("../../studies/paper.toml")),
     ("ablation", include_str!("../../studies/ablation.toml")),
@@ -18,12 +18,12 @@ const OWN: [(&str, &str); 4] = [
     ("transfer", include_str!("../../studies/transfer.toml")),
 ];
 
-/// A study's file, read and checked.
+/// The file of a study, read and checked.
 #[derive(Clone, Debug)]
 pub struct StudyFile {
-    /// The study's name: that of the file without its extension.
+    /// The study's name: the file's name without its extension.
     pub name: String,
-    /// The name or the path that the user gave.
+    /// The name or the path by which the user chose the study.
     pub path: String,
     text: String,
     pub(super) keys: Keys,
@@ -39,14 +39,14 @@ pub(super) struct Keys {
     pub(super) mujoco: Vec<f64>,
     pub(super) pictures: Vec<String>,
     pub(super) variants: Vec<Variant>,
-    /// True if the file has no variants. The only one is then named after the study.
+    /// True if the file defines no variants. The study then has one variant, which has the study's name.
     #[serde(skip)]
     is_plain: bool,
     trials: Vec<TrialKeys>,
     pub(super) questions: Vec<Question>,
 }
 
-/// Settings with which all trials are run: a table of the document.
+/// Settings with which all trials are run. Each variant has its own table in the document.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Variant {
@@ -54,7 +54,7 @@ pub(super) struct Variant {
     pub(super) title: Option<String>,
     #[serde(default)]
     pub(super) about: String,
-    /// Read by [`TomlFile::change`].
+    /// Ignored here, because [`TomlFile::change`] reads it.
     #[serde(rename = "settings")]
     _settings: Option<IgnoredAny>,
 }
@@ -72,7 +72,7 @@ struct TrialKeys {
     _settings: Option<IgnoredAny>,
 }
 
-/// A question that the change from some trials to others answers.
+/// A question. The answer is the change of the displacement from some trials to other trials.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Question {
@@ -83,11 +83,11 @@ pub(super) struct Question {
     pub(super) paper: String,
 }
 
-/// One experiment, to be run with every seed.
+/// One experiment, which is run with every seed.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     pub(super) name: String,
-    /// The table that it belongs to: its variant, or the study.
+    /// The name of the table that it belongs to: the name of its variant, or of the study.
     pub(super) table: String,
     pub(super) title: String,
     /// The published displacement along the ground, m.
@@ -95,21 +95,23 @@ pub(super) struct Trial {
     pub(super) scene: Scene,
 }
 
-/// Settings below those of the built-in scenes of a study. Without settings, both texts are empty.
+/// Settings of the user that replace defaults in all built-in scenes of a study; the scenes' own settings come first.
+/// Without settings, both texts are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Base {
     /// The file's name, for messages.
     pub file: String,
-    /// Its text, TOML.
+    /// The content of the file, TOML.
     pub text: String,
 }
 
 impl StudyFile {
-    /// The project's study of this name, or the study of a file. Its scenes are read when the study is planned.
+    /// Reads the project's study of the name `path`, or the file with that path. Scenes are only read when the study is
+    /// planned.
     ///
     /// # Errors
-    /// Those of [`Scene::text`]; [`Error::Malformed`] for a text that is not TOML, an unknown key, and a name that the
-    /// file does not define.
+    /// The errors of [`Scene::text`]; [`Error::Malformed`] for a file that is not TOML, has an unknown key, or uses a
+    /// name that it does not define.
     pub fn load(path: &str) -> Result<Self> {
         let text = match OWN.iter().find(|(name, _)| *name == path) {
             Some((_, text)) => (*text).to_owned(),
@@ -134,13 +136,13 @@ impl StudyFile {
         study.check(&file).map(|()| study)
     }
 
-    /// The number of seeds, unless the user sets another.
+    /// The number of seeds if the user does not set it.
     pub fn seeds(&self) -> NonZeroUsize {
         let usual = const { NonZeroUsize::new(16).unwrap() };
         self.keys.seeds.unwrap_or(usual)
     }
 
-    /// The names of the trials, each with the indices of its variant and of its entry in the file.
+    /// The names of all trials, each with the index of its variant and the index of its entry in the file.
     fn entries(&self) -> Vec<(String, usize, usize)> {
         let mut entries = Vec::new();
         for (v, variant) in self.keys.variants.iter().enumerate() {
@@ -162,7 +164,7 @@ impl StudyFile {
         entries
     }
 
-    /// Checks the references to names, and the frictions.
+    /// Checks that all names that are used are defined, and that the frictions are in range.
     fn check(&self, file: &TomlFile) -> Result<()> {
         let keys = &self.keys;
         let pictures = PICTURES.map(|(name, _)| name.to_owned());
@@ -184,10 +186,10 @@ impl StudyFile {
         })
     }
 
-    /// The trials over the settings of `base`, table by table.
+    /// The trials, table by table, with `base` below the settings of their built-in scenes.
     ///
     /// # Errors
-    /// Those of [`Scene::load`] and [`Scene::with`].
+    /// The errors of [`Scene::load`] and [`Scene::with`].
     pub(super) fn trials(&self, base: &Base, registry: &Registry) -> Result<Vec<Trial>> {
         let file = TomlFile::parse(&self.path, &self.text)?;
         let trial = |(name, v, t): (String, usize, usize)| {
@@ -198,11 +200,11 @@ impl StudyFile {
             };
             let scene = self.scene(&keys.scene, base, registry);
             let scene = scene.and_then(|scene| changes.try_fold(scene, change));
-            // The fault is shown in the study's file, but its cause may be in the base.
+            // The error shows a place in the study's file, but its cause may be in the base.
             let scene = scene.map_err(|error| match &base.file[..] {
                 "" => error,
                 file => Error::Usage(format!(
-                    "the settings of {file} do not fit the study's: {}",
+                    "the settings of {file} do not fit those of the study: {}",
                     error.within()
                 )),
             });
@@ -217,14 +219,16 @@ impl StudyFile {
         self.entries().into_iter().map(trial).collect()
     }
 
-    /// A built-in scene over the base, a scene of the registry, or a scene in a file beside the study's.
+    /// Reads a scene: a built-in scene on top of the base, a scene of the registry, or a file beside the study's file.
     fn scene(&self, name: &str, base: &Base, registry: &Registry) -> Result<Scene> {
         if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
             let below = registry.load("stability")?.with(&base.file, &base.text)?;
             return below.with(name, &builtin.changes());
         }
         if !base.file.is_empty() {
-            let says = format!("only built-in scenes can have a base, not `{name}`");
+            let says = format!(
+                "only built-in scenes can have a base, but `{name}` is not a built-in scene"
+            );
             return Err(Error::Usage(says));
         }
         match registry.scene(name) {

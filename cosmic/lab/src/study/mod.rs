@@ -1,8 +1,8 @@
-//! Studies: the experiments that a data file describes, many seeds of each, beside published numbers.
+//! Studies: a TOML file describes experiments; each is repeated with many seeds and compared with published numbers.
 //!
 //! A [`Study`] is a sweep with tables. [`prepare`](Study::prepare) freezes its plan,
 //! [`simulate`](Study::simulate) completes and measures the runs, and [`write`](Study::write) reads their
-//! records. All numbers except wall times follow from the plan.
+//! records. The plan determines all numbers except wall times.
 
 mod file;
 mod tables;

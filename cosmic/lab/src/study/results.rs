@@ -1,4 +1,5 @@
-//! The files of a study's results: a document with figures, a table of runs, and the tables of the document.
+//! The files of a study's results: a document with figures (`.md`), a table of all runs (`.csv`), and the tables of the
+//! document with all digits (`.json`).
 
 use super::file::{Trial, Variant};
 use super::tables::{
@@ -17,23 +18,23 @@ use std::path::PathBuf;
 
 const FORMAT: Format = Format::new("cosmic-study", 2);
 
-/// The unit of all bars.
+/// The unit of the bars in all charts.
 const UNIT: &str = "displacement along the ground, m \
     (bar: median; dots: seeds; stroke: the paper's, or Coulomb here)";
 
-/// The results in JSON.
+/// The content of the results' JSON file.
 #[derive(Serialize, Deserialize)]
 struct Results {
     first_seed: u64,
     seeds: NonZeroUsize,
-    /// Version 1 lacks them.
+    /// The settings of the trials. Files of version 1 do not have them.
     #[serde(default)]
     trials: Vec<Settings>,
     #[serde(default)]
     tables: Vec<Value>,
 }
 
-/// What differs from the base of a trial's scene.
+/// The settings in which a trial's scene differs from its base.
 #[derive(Serialize, Deserialize)]
 struct Settings {
     trial: String,
@@ -41,7 +42,7 @@ struct Settings {
 }
 
 impl Results {
-    /// The results of a study without their tables.
+    /// The results of a study, without tables.
     fn of<'t>(study: &Study, trials: impl IntoIterator<Item = &'t Trial>) -> Self {
         let limit = study.iterations.map_or("all".to_owned(), |n| n.to_string());
         let settings = |Trial { name, scene, .. }: &Trial| {
@@ -60,7 +61,8 @@ impl Results {
         }
     }
 
-    /// The first setting that differs from new results: its name, and both values.
+    /// The first setting that differs between existing results (`self`) and new results (`now`): its name and both
+    /// values.
     fn differs(&self, now: &Self) -> Option<[String; 3]> {
         let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
         if self.first_seed < now.first_seed || last(self) > last(now) {
@@ -81,16 +83,16 @@ impl Results {
 }
 
 impl Study {
-    /// A file of the results.
+    /// The path of the results' file with this extension.
     fn place(&self, extension: &str) -> PathBuf {
         self.out.join(format!("{}.{extension}", self.file.name))
     }
 
-    /// Checks that the results may be written. Existing results must have the same settings, and no other seeds than
-    /// these.
+    /// Checks that the results may be written. If there are results already, they must have the same settings, and only
+    /// seeds of this study.
     ///
     /// # Errors
-    /// [`Error::Usage`]; the errors of the file's scenes; those of [`read_json`].
+    /// [`Error::Usage`] if they differ; the errors of reading the study's scenes; the errors of [`read_json`].
     pub fn check_results(&self) -> Result<()> {
         let path = self.place("json");
         if path.exists() {
@@ -100,8 +102,8 @@ impl Study {
                 (before?, self.file.trials(&self.base, &self.registry)?);
             if let Some([what, before, now]) = before.differs(&Results::of(self, &trials)) {
                 return Err(Error::Usage(format!(
-                    "{}: {what}: {before} in the existing results, {now} in this study; name another \
-                     folder by --out",
+                    "{}: {what}: {before} in the existing results, but {now} in this study; name another \
+                     folder with --out",
                     path.display()
                 )));
             }
@@ -139,8 +141,8 @@ impl Study {
         Ok(written)
     }
 
-    /// Writes a chart for each table, and pictures of the best run of each trial of the first table. Adds them
-    /// to the document.
+    /// Draws a chart for each table, and pictures of each trial's best run for the trials of the first table. Adds
+    /// links to them to `text`.
     fn write_figures(&self, rows: &[TrialRow], text: &mut String) -> Result<Vec<PathBuf>> {
         let (keys, name) = (&self.file.keys, &self.file.name);
         let mut drawn = Vec::new();
@@ -174,7 +176,7 @@ fn rows_of<'r>(rows: &'r [TrialRow], variant: &Variant) -> Vec<&'r TrialRow> {
     rows.filter(|row| row.trial.table == variant.name).collect()
 }
 
-/// The bars of a trial: as designed, and in MuJoCo on each friction.
+/// The bars of a trial: one for its own world, and one for each friction in MuJoCo.
 fn bars_of(row: &TrialRow, frictions: &[f64]) -> Vec<Bar> {
     let bar = |name: String, column: &str, mark: Option<f64>| Bar {
         name,

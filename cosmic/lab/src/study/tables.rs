@@ -1,4 +1,4 @@
-//! The numbers of a study's runs, and its tables: trials, walks in MuJoCo, questions, runs.
+//! The tables of a study: trials, walks in MuJoCo, questions and runs.
 
 use super::file::{Question, Trial, Variant};
 use crate::statistics::{Statistics, mean};
@@ -10,24 +10,25 @@ use std::path::PathBuf;
 /// The column with the median displacement over perturbed starts, m: the number to quote.
 pub(super) const DISPLACEMENT: &str = "displacement_p50";
 
-/// One run.
+/// A finished run and its numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
     pub(super) seed: u64,
     pub(super) folder: PathBuf,
-    /// A number for each column: NaN if a rollout diverged, `None` if statistics leave it out.
+    /// The name and the number of each column. A number is NaN if a rollout diverged, and `None` if statistics must
+    /// omit it.
     pub(super) numbers: Vec<(String, Option<f64>)>,
 }
 
 impl Run {
-    /// The number of a column; `None` if a rollout diverged or statistics leave it out.
+    /// The number in a column; `None` if a rollout diverged or statistics must omit it.
     pub(super) fn number(&self, column: &str) -> Option<f64> {
         let found = self.numbers.iter().find(|(name, _)| name == column)?;
         found.1.filter(|x| x.is_finite())
     }
 }
 
-/// A trial over all its seeds.
+/// A trial and its runs with all seeds.
 #[derive(Clone, Debug)]
 pub(super) struct TrialRow {
     pub(super) trial: Trial,
@@ -35,18 +36,18 @@ pub(super) struct TrialRow {
 }
 
 impl TrialRow {
-    /// The numbers of a column, without those that statistics leave out.
+    /// The numbers of all runs in a column, except those that statistics must omit.
     pub(super) fn sample(&self, column: &str) -> Vec<f64> {
         let number = |run: &Run| run.numbers.iter().find(|(name, _)| name == column)?.1;
         self.runs.iter().filter_map(number).collect()
     }
 
-    /// The statistics of a column.
+    /// The statistics of the numbers in a column.
     pub(super) fn of(&self, column: &str) -> Statistics {
         Statistics::of(&self.sample(column))
     }
 
-    /// The run with the largest displacement, the first of equals; `None` if all diverged.
+    /// The run with the largest displacement, or the first of several; `None` if all runs diverged.
     pub(super) fn best(&self) -> Option<&Run> {
         let runs = self.runs.iter().rev();
         let runs = runs.filter_map(|run| Some((run, run.number(DISPLACEMENT)?)));
@@ -55,13 +56,13 @@ impl TrialRow {
     }
 }
 
-/// The sign for a missing number.
+/// What tables show instead of a missing number.
 const NONE: &str = "–";
 
-/// The fraction of its distance that a robot must keep in MuJoCo to be counted.
+/// The column `at least 0.9` counts robots that keep at least this fraction of their displacement in MuJoCo.
 const MOST: f64 = 0.9;
 
-/// A number of a sample over the seeds, in which a diverged run is NaN.
+/// A function that reduces a sample over the seeds to one number. Diverged runs are NaN in the sample.
 type OfSample = fn(&[f64]) -> Option<f64>;
 
 const BEST: OfSample = |s| Statistics::of(s).best;
@@ -71,7 +72,8 @@ const DIVERGED: OfSample = |s| Some(s.iter().filter(|x| x.is_nan()).count() as f
 const ONES: OfSample = |s| Some(s.iter().filter(|x| **x == 1.0).count() as f64);
 const SUM: OfSample = |s| Some(s.iter().filter(|x| !x.is_nan()).sum());
 
-/// The columns of a trial: heading, column of the runs, number of this sample, decimals.
+/// The columns of the table of trials: the heading, the column of the runs from which the sample comes, the function
+/// that reduces it to a number, and the number of decimals.
 const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("best", DISPLACEMENT, BEST, 2),
     ("p10", DISPLACEMENT, |s| Statistics::of(s).p10, 2),
@@ -99,7 +101,7 @@ const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("seconds", "seconds", MEDIAN, 1),
 ];
 
-/// The departures of the trials from the paper, each once.
+/// All departures of the trials from the paper, without repetition.
 pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     let mut known: Vec<Departure> = Vec::new();
     for departure in rows.iter().flat_map(|row| row.trial.scene.departures()) {
@@ -110,7 +112,7 @@ pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     known
 }
 
-/// A row for each departure from the paper, with its letter.
+/// The table with a row for each departure from the paper, and a letter to refer to it.
 pub(super) fn departures(known: &[Departure]) -> Table {
     let lettered: Vec<(char, &Departure)> = ('A'..).zip(known).collect();
     Table::of("departures", "Departures from the paper", &lettered)
@@ -120,7 +122,7 @@ pub(super) fn departures(known: &[Departure]) -> Table {
         .done()
 }
 
-/// A row for each trial, with letters for its departures from the paper.
+/// The table with a row for each trial, in which letters stand for departures from the paper.
 pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
     let title = variant.title.as_deref().unwrap_or("Trials");
     let over_paper = |row: &&TrialRow| Some(row.of(DISPLACEMENT).median? / row.trial.paper?);
@@ -144,7 +146,7 @@ pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure])
     table.column("departures", "", letters).done()
 }
 
-/// A row for each trial and friction, with quantiles over the seeds.
+/// The table with a row for each trial and friction, which shows quantiles over the seeds.
 pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
     let of_row = |row| frictions.iter().map(move |friction| (row, friction));
     let pairs: Vec<(&TrialRow, &f64)> = rows.iter().flat_map(of_row).collect();
@@ -171,8 +173,9 @@ pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
     table.decimals(2, NONE).done()
 }
 
-/// The change from some trials to others. Runs with equal seeds have equal starts, so the verdict is about the mean
-/// change per seed. A mean within twice its error is undecided.
+/// The table with a row for each question: the change from some trials to other trials. Runs with equal seeds have
+/// equal starts, so the change is computed for each seed, and then its mean. If the mean is less than twice its
+/// standard error, the question is undecided.
 pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
     let mean_of = |names: &[String], number: &dyn Fn(&TrialRow) -> Option<f64>| -> Option<f64> {
         let named = |name: &String| rows.iter().find(|row| row.trial.name == *name);
@@ -188,8 +191,8 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
         (0..rows.first()?.runs.len()).map(change).collect()
     };
     let verdict = |asked: &Question| match changes(asked).map(|changes| mean(&changes)) {
-        None => "no number: runs diverged",
-        Some(None) => "undecided: one seed's change has no error",
+        None => "unknown: runs diverged",
+        Some(None) => "undecided: with one seed, the change has no standard error",
         Some(Some([change, error])) if change.abs() <= 2.0 * error => "undecided",
         Some(Some([change, _])) if change < 0.0 => "less",
         Some(Some(_)) => "more",
@@ -207,7 +210,7 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
         .done()
 }
 
-/// A row for each run with every number. Missing numbers are empty.
+/// The table with a row for each run and a column for every number. Cells of missing numbers are empty.
 pub(super) fn runs<'r>(rows: &'r [TrialRow]) -> Table {
     let of_row = |row: &'r TrialRow| row.runs.iter().map(move |run| (&row.trial, run));
     let runs: Vec<(&Trial, &Run)> = rows.iter().flat_map(of_row).collect();

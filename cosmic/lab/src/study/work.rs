@@ -1,4 +1,4 @@
-//! A study: its plan, its runs, its results.
+//! The steps of a study: plan, runs, results.
 
 use super::file::{Base, StudyFile, Trial};
 use super::tables::{Run, TrialRow};
@@ -17,24 +17,24 @@ pub struct Study {
     pub file: StudyFile,
     /// The first seed.
     pub first_seed: u64,
-    /// The number of seeds, from the first on.
+    /// The number of consecutive seeds.
     pub seeds: NonZeroUsize,
-    /// Stops every run after this many iterations, for a shortened trial of the study.
+    /// If set, every run stops after this many iterations. This gives a shortened trial of the study.
     pub iterations: Option<NonZeroUsize>,
-    /// Settings below those of every built-in scene.
+    /// Settings of the user, below the settings of every built-in scene.
     pub base: Base,
     /// The folder of the results.
     pub out: PathBuf,
-    /// The folder of the runs, in which an interrupted study continues.
+    /// The folder of the runs. A study that was interrupted continues there.
     pub runs: PathBuf,
-    /// The Python with MuJoCo, for a study with walks there.
+    /// The Python interpreter that has MuJoCo, for a study in which robots walk in MuJoCo.
     pub python: PathBuf,
-    /// The items that scenes may name.
+    /// The laws and losses that scenes may name.
     pub registry: Registry,
 }
 
 impl Study {
-    /// The command that repeats the study.
+    /// The command line that repeats the study.
     pub(super) fn command(&self) -> String {
         let (study, seeds) = (in_shell(self.file.path.as_ref()), self.seeds);
         let limit = self.iterations.map(|n| format!(" --iterations {n}"));
@@ -47,12 +47,13 @@ impl Study {
         )
     }
 
-    /// Freezes the plan in the folder of the runs, which any process may do. An existing plan may be replaced by one
-    /// with other trials and other seeds.
+    /// Writes the plan into the folder of the runs, and freezes it so that any process may carry it out. An existing
+    /// plan is replaced, which may change the set of trials and seeds.
     ///
     /// # Errors
-    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if an existing trial has
-    /// another scene or another number of iterations, and if robots walk in MuJoCo and Python does not have it.
+    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial of the
+    /// existing plan has another scene or another number of iterations; [`Error::Usage`] if robots walk in MuJoCo but
+    /// Python does not have it.
     pub fn prepare(&self) -> Result<SweepPlan> {
         let plan = self.plan(&self.file.trials(&self.base, &self.registry)?);
         plan.study.iter().try_for_each(PlannedStudy::check)?;
@@ -68,7 +69,7 @@ impl Study {
             let runs = self.runs.display();
             return Err(Error::Usage(format!(
                 "{runs}: its runs have other scenes or another number of iterations; name another \
-                 folder by --runs"
+                 folder with --runs"
             )));
         }
         if before != plan {
@@ -78,7 +79,7 @@ impl Study {
         Ok(plan)
     }
 
-    /// Every trial with every seed.
+    /// The plan of the study's sweep: every trial with every seed.
     fn plan(&self, trials: &[Trial]) -> SweepPlan {
         let frictions = self.file.keys.mujoco.clone();
         let python = (!frictions.is_empty()).then(|| self.python.display().to_string());
@@ -96,7 +97,8 @@ impl Study {
         }
     }
 
-    /// Makes the folder of the results, completes the runs, one per thread, and measures the delivered designs.
+    /// Creates the folder of the results, does all unfinished runs in parallel, one on each thread, and measures the
+    /// delivered designs.
     ///
     /// # Errors
     /// The errors of [`make_folder`] and [`Sweep::run_all`]; [`Error::Usage`] if other processes are doing some of
@@ -118,7 +120,7 @@ impl Study {
         match plan.runs() - plan.over(folder) {
             0 => Ok(()),
             left => Err(Error::Usage(format!(
-                "other processes are doing {left} runs; repeat the command when they are done"
+                "{left} runs are still being done by other processes; repeat the command when they are finished"
             ))),
         }
     }
@@ -133,7 +135,7 @@ impl Study {
         let run = |index: usize| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
-            // A process that was killed may have left a finished run without its measurements.
+            // If a process was killed, a finished run may lack its measurements.
             let mut study = plan.study.iter().filter(|_| state == RunState::Done);
             study.try_for_each(|study| {
                 study.measure(&folder, &self.registry, &|| false).map(drop)

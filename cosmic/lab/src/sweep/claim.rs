@@ -1,10 +1,10 @@
-//! The right to work on a run, among processes on any number of hosts that share a folder.
+//! Claims: at most one process at a time works on a run, even if processes on several hosts share the sweep's folder.
 //!
-//! A claim is the file `claims/NAME/K`, the K-th claim of that run, which only one process can create. It
-//! names the holder's host and has a count that the holder raises while it works. A process that finds the
-//! holder gone creates the next file. On one host, a lock on the file shows whether the holder still runs.
-//! Other hosts watch the count by their own clocks, because network file systems may lack locks and clocks
-//! may differ.
+//! The K-th claim of the run NAME is the file `claims/NAME/K`. Only one process can create it; this process holds the
+//! claim. The file contains the holder's host and a count that the holder increases while it works. A process that
+//! finds the holder gone creates the next file. On the holder's host, a lock on the file shows whether the holder still
+//! runs. Other hosts watch whether the count still increases, and measure the time by their own clocks: network file
+//! systems may lack locks, and clocks of hosts may differ.
 
 use cosmic::error::{Error, Result};
 use std::collections::HashMap;
@@ -18,7 +18,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// The time between two counts of a holder, and the time without a change after which the holder counts as gone.
+/// How often a holder increases its count, and how long the count must stay the same until the holder counts as gone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     beat: Duration,
@@ -31,38 +31,38 @@ pub(super) const PACE: Pace = Pace {
     gone_after: Duration::from_secs(60),
 };
 
-/// The content of a claim that was given back.
+/// The content of the file after its holder has given the claim back.
 const FREE: &[u8] = b"free\n";
 
-/// The host's name and boot id; `None` if the system does not tell them. Locks are then not relied on.
+/// The host's name and boot id; `None` if the system does not tell them. Then locks are not used.
 static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
     let read = |name: &str| fs::read_to_string(Path::new("/proc/sys/kernel").join(name)).ok();
     let parts = [read("hostname")?, read("random/boot_id")?];
     Some(parts.map(|part| part.trim().to_owned()).join(" "))
 });
 
-/// The claims of other hosts that were seen.
+/// The claims of other hosts that this process watches, by path.
 static SEEN: LazyLock<Mutex<HashMap<PathBuf, Seen>>> = LazyLock::new(Mutex::default);
 
 struct Seen {
     content: Vec<u8>,
-    /// The time since which the content is the same.
+    /// The time when the content last changed, or was first seen.
     since: Instant,
-    /// True if the content has ever changed.
+    /// True if the content has changed since it was first seen.
     changed: bool,
 }
 
-/// The answer to a claim.
+/// The outcome of an attempt to claim a run.
 pub(super) enum Answer {
-    /// The claim is granted.
+    /// This process holds the claim.
     Granted(Claim),
-    /// Another process holds it.
+    /// Another process holds the claim.
     Taken,
-    /// The holder is on another host. It is not known yet whether it still runs.
+    /// The holder is on another host, and must be watched for longer to know whether it still runs.
     Watched,
 }
 
-/// A claim that is held until it is dropped.
+/// A claim of this process. Dropping it gives the claim back.
 pub(super) struct Claim {
     is_lost: Arc<AtomicBool>,
     stop: Option<Sender<()>>,
@@ -70,16 +70,16 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// True once another process has taken the run over because this one stood still.
+    /// True once another process has taken the run over because this process did not increase its count in time.
     pub(super) fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
     }
 }
 
-/// Claims a run.
+/// Tries to claim the run `name`.
 ///
 /// # Errors
-/// [`Error::Write`] if claims cannot be made.
+/// [`Error::Write`] if the file of the claim cannot be written.
 pub(super) fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
     let folder = sweep.join("claims").join(name);
     fs::create_dir_all(&folder).map_err(Error::writing(&folder))?;
@@ -97,17 +97,17 @@ pub(super) fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(Answer::Taken),
         opened => opened.map_err(Error::writing(&path))?,
     };
-    // Without locks, this host's other processes watch the count too.
+    // If the file cannot be locked, processes on this host watch the count too.
     let host = HOST.as_deref().filter(|_| file.try_lock().is_ok());
     let held = Held { path, file, host };
     held.write(0)?;
-    // A slow process may have created a number that others have already passed.
+    // If this process is slow, other processes may already have created a later file.
     if self::last(&folder)? > own {
         let _ = fs::remove_file(&held.path);
         return Ok(Answer::Taken);
     }
     if last > 0 {
-        // A file that stays does no harm.
+        // If the old file cannot be removed, it does no harm.
         let _ = fs::remove_file(numbered(&folder, last));
     }
     Ok(Answer::Granted(Claim::new(held, folder, own, pace)))
@@ -117,7 +117,7 @@ fn numbered(folder: &Path, number: u64) -> PathBuf {
     folder.join(number.to_string())
 }
 
-/// The number of a run's last claim, 0 if there is none.
+/// The number of a run's last claim; 0 if the run has not been claimed.
 fn last(folder: &Path) -> Result<u64> {
     let mut last = 0;
     for entry in fs::read_dir(folder).map_err(Error::reading(folder))? {
@@ -128,7 +128,7 @@ fn last(folder: &Path) -> Result<u64> {
     Ok(last)
 }
 
-/// The file of a claim that is held. Its lock is released when the process ends, however it ends.
+/// The file of a claim that this process holds. The system releases its lock when the process ends, even by a crash.
 struct Held {
     path: PathBuf,
     file: File,
@@ -137,7 +137,7 @@ struct Held {
 }
 
 impl Held {
-    /// Writes host and count. The length of the file does not change, so that a reader sees the old or the new
+    /// Writes host and count. The length of the file stays the same, so that a reader sees either the old or the new
     /// content.
     fn write(&self, count: u64) -> Result<()> {
         let host = self.host.unwrap_or("-");
@@ -155,17 +155,17 @@ impl Held {
     }
 }
 
-/// What is known of a claim's holder.
+/// What is known about the holder of a claim.
 enum Holder {
     Works,
     Gone,
-    /// It has not been watched for long enough.
+    /// The holder has not been watched for long enough.
     Unknown,
 }
 
 fn holder(path: &Path, pace: Pace) -> Result<Holder> {
     let mut file = match File::open(path) {
-        // Another process has just taken over.
+        // Another process has just taken the run over, and has removed the old file.
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Holder::Works),
         opened => opened.map_err(Error::reading(path))?,
     };
@@ -180,7 +180,7 @@ fn holder(path: &Path, pace: Pace) -> Result<Holder> {
         .as_deref()
         .is_some_and(|own| host == Some(own.as_bytes()))
     {
-        // The holder's lock was released when the holder ended.
+        // If the file can be locked, the holder has ended, because its lock is released.
         return Ok(if file.try_lock_shared().is_ok() {
             Holder::Gone
         } else {
@@ -207,7 +207,7 @@ fn holder(path: &Path, pace: Pace) -> Result<Holder> {
 }
 
 impl Claim {
-    /// Keeps the count rising until the claim is dropped.
+    /// Starts a thread that increases the count until the claim is dropped.
     fn new(held: Held, folder: PathBuf, own: u64, pace: Pace) -> Self {
         let is_lost = Arc::new(AtomicBool::new(false));
         let (stop, stopped) = channel::<()>();
@@ -217,14 +217,14 @@ impl Claim {
                 if stopped.recv_timeout(pace.beat) != Err(RecvTimeoutError::Timeout) {
                     break;
                 }
-                // If the folder cannot be read or written for a while, the run reports it.
+                // Errors are ignored here: if the folder cannot be used, the run itself reports it.
                 let _ = held.write(count);
                 if last(&folder).is_ok_and(|last| last > own) {
                     lost.store(true, Ordering::Relaxed);
                     return;
                 }
             }
-            // A claim that is not given back is taken over after a while.
+            // If this fails, other processes take the run over after a while.
             let _ = held.replace(FREE);
         });
         Self {
@@ -288,7 +288,7 @@ mod tests {
         assert!(!is_granted(sweep.path()));
         drop(held);
         assert!(is_granted(sweep.path()));
-        // A process that was killed has lost its lock, and its file was not freed.
+        // This file is like that of a killed process: its lock is released, but the claim was not given back.
         let held = foreign(sweep.path());
         if let Some(own) = HOST.as_deref() {
             fs::write(&held.path, format!("{own}\n1 00000000000000000000\n")).unwrap();

@@ -1,5 +1,5 @@
-//! `plan.json`: written when a sweep is planned, with the program's version. A copy beside the claims shows
-//! what was edited later: a plan that was edited, or made by another version, is refused.
+//! `plan.json` is written when a sweep is planned, and holds the program's version. It must not be edited later, so a
+//! copy is kept beside the claims. A plan that differs from its copy, or was made by another version, is refused.
 
 use super::{PLAN, SweepPlan};
 use cosmic::Registry;
@@ -18,7 +18,7 @@ const FORMAT: Format = Format {
     version: 2,
 };
 
-/// The copy of the plan.
+/// The path of the copy in the sweep's folder.
 const COPY: &str = "claims/plan.json";
 
 /// The version of this program.
@@ -48,7 +48,9 @@ impl SweepPlan {
         match is_used(folder) {
             Ok(true) => {
                 let folder = folder.display();
-                Err(Error::Usage(format!("{folder}: the folder is not empty")))
+                Err(Error::Usage(format!(
+                    "{folder}: the folder is not empty; name a new or empty folder"
+                )))
             }
             Err(source) if source.kind() != ErrorKind::NotFound => {
                 Err(Error::reading(folder)(source))
@@ -64,7 +66,7 @@ impl SweepPlan {
     pub fn write(&self, folder: &Path) -> Result<()> {
         let copy = folder.join(COPY);
         make_folder(&folder.join("claims"))?;
-        // A plan without a copy is valid, so that no process reads two that differ.
+        // The old copy is removed first: a plan without a copy is valid, but a plan that differs from its copy is not.
         match fs::remove_file(&copy) {
             Err(source) if source.kind() != ErrorKind::NotFound => {
                 return Err(Error::writing(&copy)(source));
@@ -79,7 +81,7 @@ impl SweepPlan {
         write_json(&copy, FORMAT, &content)
     }
 
-    /// The plan of a folder.
+    /// Reads the plan in the folder of a sweep.
     ///
     /// # Errors
     /// The errors of [`read_whole`] and [`parse_json`]; [`Error::Usage`] for a plan that was edited, or
@@ -101,8 +103,8 @@ impl SweepPlan {
             let before: Self = parse_json(&copy, &before, FORMAT)?;
             if let Some([key, now, before]) = plan.edit(&before) {
                 return refuse(format!(
-                    "edited after it was frozen: `{key}` is {now}, where it was {before}; undo the edit, \
-                     or plan another sweep"
+                    "the plan was edited after it was frozen: `{key}` is {now}, but was {before}; undo the edit, or \
+                     plan another sweep"
                 ));
             }
         }
@@ -112,8 +114,8 @@ impl SweepPlan {
         }
     }
 
-    /// The first setting that differs from the plan as it was frozen: its name, its value, and its value before.
-    /// `None` if only the layout of the file differs.
+    /// The first setting that differs from `before`, the plan as it was frozen: its name, its value now, and its value
+    /// before. `None` if only the layout of the file differs.
     fn edit(&self, before: &Self) -> Option<[String; 3]> {
         if self == before {
             return None;
@@ -122,7 +124,7 @@ impl SweepPlan {
         let changed = pairs.into_iter().find(|(now, before)| now != before);
         let [key, now, before] = match changed {
             Some(([key, now], [_, before])) => [key, now, before],
-            // A text with the same settings, or another truss.
+            // The settings are equal, so the text of a scene or its truss differs.
             None => ["scenes", "written in another way", "as planned"].map(str::to_owned),
         };
         Some([key, now, before])
@@ -152,7 +154,7 @@ impl SweepPlan {
     }
 }
 
-/// The keys and the values of a saved scene, whose text has one of them on each line.
+/// The keys and the values of a saved scene, whose text has one key on each line.
 fn settings_of(text: &str) -> Vec<[String; 2]> {
     let mut section = String::new();
     let mut settings = Vec::new();
@@ -193,7 +195,7 @@ mod tests {
         assert_eq!(plan.run(1, &registry).unwrap().scene, scene);
     }
 
-    /// The program's tests refuse edited plans; see `an_edited_plan_is_refused` there.
+    /// Edited plans are tested in the program's tests, in `an_edited_plan_is_refused`.
     #[test]
     fn another_layout_of_the_file_is_no_edit_and_a_plan_needs_no_copy() {
         let folder = tempfile::tempdir().unwrap();
@@ -206,10 +208,7 @@ mod tests {
         let swapped = text.replace("\"first_seed\":0", "\"first_seed\":9");
         fs::write(folder.join(PLAN), swapped).unwrap();
         let error = SweepPlan::read(folder).unwrap_err().to_string();
-        assert!(
-            error.contains("`first_seed` is 9, where it was 0"),
-            "{error}"
-        );
+        assert!(error.contains("`first_seed` is 9, but was 0"), "{error}");
         fs::remove_file(folder.join(COPY)).unwrap();
         assert_eq!(SweepPlan::read(folder).unwrap().first_seed, 9);
     }

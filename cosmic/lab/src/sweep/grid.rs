@@ -7,33 +7,34 @@ use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// A key of a scene and the values that it takes in turn.
+/// An axis of a grid: a key of a scene and the values that it takes.
 #[derive(Clone, Debug, PartialEq)]
 struct GridAxis {
     key: String,
-    /// In TOML, as `--set` takes them.
+    /// The values in TOML, as `--set` takes them.
     values: Vec<String>,
 }
 
-/// A value for every key of a grid.
+/// One point of the grid: a value for every key.
 #[derive(Clone, Debug, PartialEq)]
 struct Combination {
     /// The suffix to the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
     suffix: String,
-    /// The settings, such as `physics.friction=0.6`.
+    /// The settings of the point, such as `physics.friction=0.6`.
     settings: Vec<String>,
 }
 
-/// The longest suffix, in bytes: a folder's name may have 255, with the scene's name and the seed.
+/// The longest suffix, in bytes. The name of a folder, which is the scene's name, the suffix and the seed, may have
+/// 255.
 const LONGEST: usize = 160;
 
-/// Every scene with every combination of a grid's values, with names such as
-/// `earth+friction=0.6+gravity=9.81`. An axis of the grid is `KEY=V,V…`. The `settings`, each `KEY=VALUE`, are
-/// applied to every scene first.
+/// Returns every scene with every combination of the grid's values. Their names are like
+/// `earth+friction=0.6+gravity=9.81`. Each axis of the grid is written as `KEY=V,V…`. The `settings`, each written as
+/// `KEY=VALUE`, are applied to every scene first.
 ///
 /// # Errors
-/// [`Error::Usage`] for a malformed axis, two axes with one key, and more combinations than a plan may have
-/// runs; the errors of [`Scene::set`].
+/// [`Error::Usage`] for a malformed axis, for two axes with the same key, and for more combinations than a plan may
+/// have runs; the errors of [`Scene::set`].
 pub fn on_grid(
     scenes: &[(String, Scene)],
     settings: &[String],
@@ -55,7 +56,7 @@ pub fn on_grid(
     planned.collect()
 }
 
-/// The values of a scene for the keys of some settings, each written as `KEY=VALUE`.
+/// The keys in `settings`, each written as `KEY=VALUE`, with the values that the scene has for them.
 fn swept(scene: &Scene, settings: &[String]) -> Vec<SweptValue> {
     let known = scene.settings();
     let of = |setting: &String| {
@@ -76,7 +77,7 @@ impl GridAxis {
     /// Reads `KEY=V,V…`. A comma within brackets, braces or quotes does not separate.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a text of another form, and for repeated values.
+    /// [`Error::Usage`] for a text of another form, an empty value, or a repeated value.
     fn parse(text: &str) -> Result<Self> {
         let refuse = |says: &str| {
             Err(Error::Usage(format!(
@@ -106,13 +107,13 @@ impl GridAxis {
         })
     }
 
-    /// The last part of the key.
+    /// The part of the key after the last point.
     fn short(&self) -> &str {
         self.key.rsplit('.').next().unwrap_or(&self.key)
     }
 }
 
-/// The parts between commas outside brackets and quotes.
+/// Splits a text at commas, except commas inside brackets or quotes.
 fn separated(text: &str) -> Vec<String> {
     let (mut parts, mut depth, mut quote) = (vec![String::new()], 0_usize, None);
     for c in text.chars() {
@@ -135,7 +136,7 @@ fn separated(text: &str) -> Vec<String> {
 /// Every combination of the values of all axes. The values of the last axis change fastest.
 ///
 /// # Errors
-/// [`Error::Usage`] for two axes with one key, and for more combinations than a plan may have runs.
+/// [`Error::Usage`] for two axes with the same key, and for more combinations than a plan may have runs.
 fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     for (k, axis) in axes.iter().enumerate() {
         if axes[..k].iter().any(|other| other.key == axis.key) {
@@ -149,7 +150,7 @@ fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     let count = counts.fold(1_usize, usize::saturating_mul);
     if count > MOST_RUNS {
         return Err(Error::Usage(format!(
-            "the grid has {count} combinations; at most {MOST_RUNS} runs are allowed"
+            "the grid has {count} combinations, but a plan may have at most {MOST_RUNS} runs; give fewer values"
         )));
     }
     let mut all = vec![Combination {
@@ -182,7 +183,7 @@ fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     Ok(all)
 }
 
-/// A text with only the characters that a folder's name can have. Others become `_`, or nothing at the ends.
+/// A text in which characters that a folder's name cannot have are replaced by `_`, or removed at the ends.
 fn for_a_folder(text: &str) -> String {
     let is_kept = |c: char| c.is_alphanumeric() || ".,-".contains(c);
     let parts = text.split(|c| !is_kept(c));
@@ -271,7 +272,7 @@ mod tests {
 
     #[test]
     fn names_differ_and_fit() {
-        // Two axes share the last part of their keys, so the whole key is shown.
+        // If two keys have the same last part, the suffix shows the whole keys.
         let keys = suffixes(&["volume.kind=1", "loss.kind=2"]);
         assert_eq!(keys, ["+volume.kind=1+loss.kind=2"]);
         assert_eq!(suffixes(&["a.b='x/y',x:y"]), ["+b=x_y", "+b=x_y~2"]);

@@ -1,4 +1,4 @@
-//! `results.json` and `results.csv`: the results of all runs, from their records.
+//! Writes `results.json` and `results.csv`: the results of all runs, read from their folders.
 
 use super::state::iterations;
 use super::{RunState, SweepPlan};
@@ -24,17 +24,17 @@ pub(super) const FORMAT: Format = Format {
 /// The progress of one run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurveyedRun {
-    /// Its number in the plan.
+    /// The run's number in the plan.
     pub index: usize,
-    /// Its scene's name.
+    /// The name of the run's scene.
     pub scene: String,
-    /// The values of the keys that the sweep varies, by key; empty without a grid.
+    /// The run's values of the keys that the sweep varies, by key; empty if the sweep has no grid.
     pub swept: Map<String, Value>,
-    /// Its seed.
+    /// The run's seed.
     pub seed: u64,
-    /// Its state.
+    /// The run's state.
     pub state: RunState,
-    /// Iterations done.
+    /// The number of iterations that are done.
     pub iterations: usize,
 }
 
@@ -84,16 +84,16 @@ impl SurveyedRun {
     }
 }
 
-/// The result of one run.
+/// The result of one run as `results.json` has it.
 #[derive(Serialize)]
 struct MergedRun {
     #[serde(flatten)]
     run: SurveyedRun,
-    /// Its summary, if it is done.
+    /// The run's summary, if the run is done.
     summary: Option<Summary>,
 }
 
-/// The files of merged results, and the number of missing runs.
+/// The paths of the merged results, and the number of runs that are missing in them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
     /// All results, as JSON.
@@ -104,8 +104,8 @@ pub struct Merged {
     pub missing: usize,
 }
 
-/// Writes the results of a sweep into its folder. Summaries are read and written in blocks, so that memory does
-/// not grow with their number.
+/// Writes the results of a sweep into its folder. Summaries are read and written in blocks, so that the memory does not
+/// grow with the number of runs.
 ///
 /// # Errors
 /// The errors of [`Summary::read`]; [`Error::Write`](cosmic::Error::Write).
@@ -130,7 +130,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
         table,
         failed,
     } = progress.into_inner();
-    // The cause of a failure, not its effect on the file.
+    // If a run could not be read, that is the error to report, not the failed write that follows from it.
     failed.map_or(done, Err)?;
     write_text(&csv, &table)?;
     Ok(Merged {
@@ -140,15 +140,15 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     })
 }
 
-/// What is collected while `results.json` is written.
+/// What is collected for the CSV file while `results.json` is written.
 struct Progress {
     missing: usize,
-    /// `results.csv` so far.
+    /// The text of `results.csv` so far.
     table: String,
     failed: Option<cosmic::Error>,
 }
 
-/// `results.json`. Its runs are read while they are written.
+/// The content of `results.json`. Runs are read from their folders while the file is written.
 #[derive(Serialize)]
 struct Results<'p> {
     runs: Runs<'p>,
@@ -161,11 +161,11 @@ struct Runs<'p> {
     progress: &'p RefCell<Progress>,
 }
 
-/// Runs in a block.
+/// The number of runs in a block.
 const AT_ONCE: usize = 256;
 
 impl Runs<'_> {
-    /// The runs from number `first` on, at most [`AT_ONCE`].
+    /// Reads the block of runs that begins with number `first`.
     fn read(&self, first: usize) -> Result<Vec<MergedRun>> {
         let (sweep, plan) = (self.sweep, self.plan);
         let last = plan.runs().min(first + AT_ONCE);
@@ -220,7 +220,8 @@ impl Progress {
     }
 }
 
-/// One row per run, with a column for each key that the sweep varies. Cells of missing numbers are empty.
+/// The table with a row for each run and a column for each key that the sweep varies. Cells of missing numbers are
+/// empty.
 fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
     let mut names = columns(&Summary::keys());
     names.extend(["loss_p50", "displacement_behind_p50"]);

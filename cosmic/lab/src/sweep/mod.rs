@@ -1,10 +1,10 @@
 //! Many runs from one frozen plan.
 //!
-//! The folder of a sweep holds `plan.json`, written once, and below `runs` an ordinary run folder for
-//! every scene and seed. Any number of processes may work on it at once, on any number of hosts that see the
-//! folder. A process claims its run, and gives it back when it ends, however it ends. What is done
-//! follows from the files of the runs alone, so a sweep continues wherever it was interrupted. [`merge`] reads
-//! records and simulates nothing.
+//! The folder of a sweep holds `plan.json`, which is written once, and the folder `runs` with an ordinary run folder
+//! for every scene and seed. Any number of processes on any number of hosts may work on the sweep at once. A process
+//! claims a run before it works on it; when the process ends, even by a crash, other processes can claim the run. The
+//! files of the runs alone tell what is done, so an interrupted sweep continues where it was. [`merge`] collects the
+//! results and does not simulate.
 
 mod ranges;
 mod state;

@@ -15,36 +15,36 @@ use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
 
-/// The plan's place in a sweep's folder.
+/// The name of the plan's file in a sweep's folder.
 pub const PLAN: &str = "plan.json";
 
 /// A scene of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedScene {
-    /// Its name, unique within a sweep.
+    /// The scene's name, unique within a sweep.
     pub name: String,
     /// The scene's values of the keys that the sweep varies; empty without a grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swept: Vec<SweptValue>,
-    /// The scene as the plan's file holds it. It is parsed only when it is needed: a process may do one run of
-    /// thousands.
+    /// The scene as it is in the plan's file. It is parsed only when it is needed, because a process may do only one of
+    /// thousands of runs.
     pub scene: SavedScene,
 }
 
-/// A key that a sweep varies, and its value in a scene.
+/// A key that a sweep varies, and the value that a scene has for it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweptValue {
     /// The key, such as `physics.friction`.
     pub key: String,
-    /// The value.
+    /// The value of the key.
     pub value: Value,
 }
 
 impl PlannedScene {
-    /// A scene without values of a grid.
+    /// A scene of a sweep that has no grid.
     pub fn new(name: String, scene: &Scene) -> Self {
         let mut scene = SavedScene::from(scene);
-        // Comments are nine tenths of the text, and a plan may have thousands of scenes.
+        // Comments are removed: they are nine tenths of the text, and a plan may have thousands of scenes.
         let lines = scene.text.lines();
         let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
         scene.text = lines.map(|line| format!("{line}\n")).collect();
@@ -56,7 +56,8 @@ impl PlannedScene {
     }
 }
 
-/// Every scene with every seed. Runs are numbered scene by scene, the seeds of each in order.
+/// A run for every scene and every seed. Runs are numbered scene by scene, and within a scene in the order of the
+/// seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepPlan {
     /// The study that the runs belong to, if any.
@@ -64,20 +65,20 @@ pub struct SweepPlan {
     pub study: Option<PlannedStudy>,
     /// The first seed.
     pub first_seed: u64,
-    /// The number of seeds, from the first on.
+    /// The number of consecutive seeds.
     pub seeds: NonZeroUsize,
-    /// Stops every run after this many iterations, even if its scene has more.
+    /// If set, every run stops after this many iterations, even if its scene has more.
     pub iterations: Option<NonZeroUsize>,
     /// The scenes.
     pub scenes: Vec<PlannedScene>,
 }
 
-/// The study that a plan's runs belong to. It determines how they are measured.
+/// The study that a plan's runs belong to. It determines how finished runs are measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedStudy {
     /// The study's name.
     pub kind: String,
-    /// The Python with MuJoCo, if robots walk there.
+    /// The Python interpreter that has MuJoCo, if robots walk in MuJoCo.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub python: Option<String>,
     /// The coefficients of friction on which robots walk in MuJoCo.
@@ -86,17 +87,17 @@ pub struct PlannedStudy {
 }
 
 impl PlannedStudy {
-    /// Checks that this machine can measure.
+    /// Checks that this machine has what the measurements need.
     ///
     /// # Errors
-    /// [`Error::Usage`] if robots walk in MuJoCo and this Python does not have it.
+    /// [`Error::Usage`] if robots walk in MuJoCo but the Python of this study does not have MuJoCo.
     pub fn check(&self) -> Result<()> {
         let mut python = self.python.iter();
         python.try_for_each(|python| check_python(python.as_ref()))
     }
 
-    /// Measures a finished run and writes the files of the measurements, except those that exist. Returns
-    /// `None` if it was stopped.
+    /// Measures a finished run and writes the files of its measurements. Files that exist are kept. Returns `None` if
+    /// the measurement was stopped.
     ///
     /// # Errors
     /// The errors of reading and writing the run's files; [`Error::Usage`] if Python fails.
@@ -118,7 +119,7 @@ impl PlannedStudy {
 }
 
 impl SweepPlan {
-    /// Checks that every run can begin, and that runs do not share a folder.
+    /// Checks that every run can begin, and that no two runs have the same folder.
     ///
     /// # Errors
     /// The errors of [`check_shape`](Self::check_shape) and of scenes that cannot be optimised.
@@ -132,7 +133,7 @@ impl SweepPlan {
         indices.into_par_iter().try_for_each(begins)
     }
 
-    /// Reads a scene.
+    /// Parses the scene with this index.
     ///
     /// # Errors
     /// [`Error::Usage`] for a malformed scene.
@@ -142,7 +143,7 @@ impl SweepPlan {
         read.map_err(|error| Error::Usage(format!("{PLAN}: {}", error.within())))
     }
 
-    /// The plan of one run, whose scene may name the items of a registry.
+    /// The plan of one run. Its scene may name the laws and losses of a registry.
     ///
     /// # Errors
     /// [`Error::Usage`] for a malformed scene.
@@ -158,12 +159,12 @@ impl SweepPlan {
     /// Checks the number of runs and the names of their folders.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a plan without scenes, two scenes of one name, a name that a folder cannot have, more
-    /// than a million runs, and seeds beyond the largest.
+    /// [`Error::Usage`] for a plan without scenes, two scenes with the same name, a name that a folder cannot have,
+    /// more than a million runs, or seeds above the largest allowed one.
     pub(super) fn check_shape(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
         if self.scenes.is_empty() {
-            return refuse("a sweep needs a scene".to_owned());
+            return refuse("the sweep has no scene; it needs at least one".to_owned());
         }
         let (scenes, seeds) = (self.scenes.len(), self.seeds.get());
         let runs = scenes.saturating_mul(seeds);
@@ -175,15 +176,22 @@ impl SweepPlan {
         }
         if self.first_seed.checked_add(seeds as u64 - 1).is_none() {
             let first = self.first_seed;
-            return refuse(format!("{seeds} seeds from {first} on are too many"));
+            return refuse(format!(
+                "{seeds} seeds from {first} on are too many: the last would exceed {}; choose a lower first seed",
+                u64::MAX
+            ));
         }
         let mut names = BTreeSet::new();
         for PlannedScene { name, .. } in &self.scenes {
             if name.is_empty() || name.starts_with('.') || name.contains(is_separator) {
-                return refuse(format!("`{name}` cannot name the folder of a run"));
+                return refuse(format!(
+                    "the scene name `{name}` cannot be the name of a folder; rename the scene"
+                ));
             }
             if !names.insert(name) {
-                return refuse(format!("two scenes are called `{name}`"));
+                return refuse(format!(
+                    "two scenes have the name `{name}`; rename one of them"
+                ));
             }
         }
         Ok(())
@@ -205,7 +213,7 @@ impl SweepPlan {
         keys
     }
 
-    /// The number of finished runs, judged by their files.
+    /// The number of finished runs, according to their files.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
         (0..self.runs()).filter(is_over).count()
@@ -223,7 +231,7 @@ impl SweepPlan {
         format!("{}-{seed}", scene.name)
     }
 
-    /// A run's folder in the sweep's.
+    /// The folder of a run, inside the folder `sweep`.
     pub fn folder(&self, sweep: &Path, index: usize) -> PathBuf {
         sweep.join("runs").join(self.name(index))
     }
@@ -263,8 +271,8 @@ pub(super) mod tests {
     #[test]
     fn plans_that_cannot_be_carried_out_are_refused() {
         let refusal = |plan: SweepPlan| plan.check(&Registry::default()).unwrap_err().to_string();
-        assert!(refusal(plan(&[], 0)).contains("needs a scene"));
-        assert!(refusal(plan(&["../a"], 0)).contains("`../a` cannot name"));
+        assert!(refusal(plan(&[], 0)).contains("has no scene"));
+        assert!(refusal(plan(&["../a"], 0)).contains("`../a` cannot be"));
         assert!(refusal(plan(&["a"], u64::MAX)).contains("too many"));
     }
 }

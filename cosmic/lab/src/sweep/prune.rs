@@ -9,18 +9,18 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// What was removed.
+/// The amount that [`prune`] has removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pruned {
-    /// Runs that had something to remove.
+    /// The number of runs that had files to remove.
     pub runs: usize,
-    /// The files' sizes together.
+    /// The total size of the removed files.
     pub bytes: u64,
 }
 
-/// Removes trajectories, snapshots and histories of finished runs. Scenes, designs and summaries stay. The
-/// histories of a run that diverged stay too, because they count its iterations, and those of a study's runs,
-/// because its figures are drawn from them.
+/// Removes trajectories, snapshots and histories of finished runs. Scenes, designs and summaries stay. Two kinds of
+/// histories stay too: those of diverged runs, because only they tell the number of iterations; and those of a study's
+/// runs, because its figures are drawn from them.
 ///
 /// # Errors
 /// [`Error::Write`] for a file that cannot be removed.

@@ -1,9 +1,9 @@
-//! Numbers of runs as text, in the form of a cluster's job arrays: `3-17,40`.
+//! Lists of run numbers as text, in the syntax of job arrays: `3-17,40`.
 
 use std::fmt::Write;
 use std::ops::RangeInclusive;
 
-/// Ascending numbers as ranges: `3-17,40`. Empty for no numbers.
+/// Writes ascending numbers as ranges, such as `3-17,40`. The text is empty if there are no numbers.
 pub fn in_ranges(numbers: &[usize]) -> String {
     let mut text = String::new();
     for run in numbers.chunk_by(|a, b| a + 1 == *b) {
@@ -21,7 +21,7 @@ pub fn in_ranges(numbers: &[usize]) -> String {
     text
 }
 
-/// Reads the output of [`in_ranges`], in any order; `None` for anything else.
+/// Reads ranges in the syntax of [`in_ranges`], in any order. Returns `None` for any other text.
 pub fn parse_ranges(text: &str) -> Option<Vec<RangeInclusive<usize>>> {
     let range = |part: &str| {
         let (first, last) = part.split_once('-').unwrap_or((part, part));
@@ -31,7 +31,7 @@ pub fn parse_ranges(text: &str) -> Option<Vec<RangeInclusive<usize>>> {
     text.split(',').map(range).collect()
 }
 
-/// A number that consists of digits only; the standard parser accepts a `+` too.
+/// Parses a number that consists of digits only. The standard parser would also accept a `+`.
 fn number(text: &str) -> Option<usize> {
     let digits = text.bytes().all(|byte| byte.is_ascii_digit());
     digits.then(|| text.parse().ok()).flatten()

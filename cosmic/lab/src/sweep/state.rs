@@ -1,4 +1,4 @@
-//! The state of a sweep's run, determined by its files.
+//! The state of a run of a sweep, which its files determine.
 
 use cosmic::record::DIVERGED;
 use cosmic::record::history::LINES;
@@ -19,7 +19,7 @@ pub enum RunState {
     Begun,
     /// Finished, with a summary.
     Done,
-    /// Finished, with a design that diverges.
+    /// Finished, but the delivered design diverges.
     Diverged,
 }
 
@@ -27,7 +27,7 @@ impl RunState {
     /// All states, in order.
     pub const ALL: [Self; 4] = [Self::Waiting, Self::Begun, Self::Done, Self::Diverged];
 
-    /// The state of a run's folder, which need not exist.
+    /// The state of the run in this folder. The folder need not exist.
     pub fn of(folder: &Path) -> Self {
         if folder.join(SUMMARY).exists() {
             RunState::Done
@@ -56,8 +56,8 @@ impl RunState {
     }
 }
 
-/// Iterations of a run in a state, from the summary of a finished run or from the history of another. A running
-/// one may be one iteration ahead. Files that cannot be read count 0.
+/// The number of iterations that a run has done: from its summary if the run is finished, otherwise from its history. A
+/// run in progress may be one iteration further. Returns 0 if the files cannot be read.
 pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
     match state {
         RunState::Waiting => None,
@@ -67,7 +67,7 @@ pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
     .unwrap_or(0)
 }
 
-/// The number of iterations in a summary or in a row of a history.
+/// The part of a summary, or of a row of a history, that tells the number of iterations.
 #[derive(Deserialize)]
 struct Counted {
     #[serde(alias = "iteration")]
@@ -79,10 +79,10 @@ fn in_summary(folder: &Path) -> Option<usize> {
     Some(counted.iterations)
 }
 
-/// Longer than any row of a history, in bytes.
+/// A length in bytes that no row of a history exceeds.
 const ROW: u64 = 1 << 14;
 
-/// Reads only the end of the file, because thousands of histories are gigabytes.
+/// Reads only the end of the file, because a sweep's histories may have gigabytes.
 fn in_history(folder: &Path) -> Option<usize> {
     let mut file = File::open(folder.join(LINES)).ok()?;
     let length = file.metadata().ok()?.len();
@@ -90,7 +90,7 @@ fn in_history(folder: &Path) -> Option<usize> {
         .ok()?;
     let mut end = Vec::new();
     file.read_to_end(&mut end).ok()?;
-    // The text after the last line's end is still being written.
+    // Text after the last line break is a row that is still being written.
     let whole = &end[..end.iter().rposition(|&byte| byte == b'\n')?];
     let row = whole.rsplit(|&byte| byte == b'\n').next()?;
     let counted: Counted = serde_json::from_slice(row).ok()?;

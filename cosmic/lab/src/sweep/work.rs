@@ -1,4 +1,4 @@
-//! The work on a sweep: one run, the next run, or all unfinished runs with a thread for each.
+//! Work on a sweep: does one run, the next run, or all unfinished runs on several threads.
 
 use super::claim::{Answer, Claim, PACE, claim};
 use super::{PLAN, RunState, SweepPlan};
@@ -17,56 +17,56 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Duration;
 
-/// How often claims of other hosts are checked.
+/// The time between two checks of the claims of other hosts.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// The outcome of a run that was asked for.
+/// The outcome of an attempt to do a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunOutcome {
-    /// It ran to its end.
+    /// The run was done to its end.
     Done(Box<Summary>),
-    /// Its result diverges, with the message.
+    /// The run ended, but its result diverges; with the message.
     Diverged(String),
-    /// It was already finished.
+    /// The run was already finished.
     Over,
-    /// Another process is running it.
+    /// Another process is doing the run.
     Taken,
 }
 
-/// A run that ended just now.
+/// A run that has just ended.
 #[derive(Clone, Debug)]
 pub struct Ended {
-    /// Its number.
+    /// The run's number in the plan.
     pub index: usize,
-    /// Its outcome.
+    /// The run's outcome.
     pub outcome: RunOutcome,
 }
 
-/// Watches a sweep from another thread, and may end it early.
+/// Receives the events of a sweep, on any thread, and may stop it early.
 pub trait Overseer: Sync {
-    /// True to stop the sweep. Runs are saved first.
+    /// Returns true if the sweep must stop. Runs are saved first.
     fn is_stopped(&self) -> bool;
 
-    /// Called when a run ended. Calls do not overlap.
+    /// Is called when a run has ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
 
-    /// Passes on a [warning](Observer::warning) with the name of its run.
+    /// Is called for a [warning](Observer::warning) of a run, with the run's name.
     fn warning(&self, run: &str, text: &str);
 }
 
-/// A sweep that is being run.
+/// A sweep to work on.
 pub struct Sweep<'s> {
-    /// The folder.
+    /// The folder of the sweep.
     pub folder: &'s Path,
-    /// The plan.
+    /// The plan of the sweep.
     pub plan: &'s SweepPlan,
-    /// The items that the scenes may name.
+    /// The laws and losses that the scenes may name.
     pub registry: &'s Registry,
 }
 
 impl Sweep<'_> {
-    /// Begins or resumes one run. If a process on another host has claimed it, this waits up to a minute to find
-    /// out whether that process still works. `is_stopped` may end the wait.
+    /// Begins or resumes one run. If a process on another host has claimed the run, this function first waits up to a
+    /// minute to find out whether that process still works. The observer's `is_stopped` may end the wait.
     ///
     /// # Errors
     /// The errors of [`record::optimise`] and [`record::resume_of`], except the divergence of a result; the errors
@@ -83,7 +83,7 @@ impl Sweep<'_> {
         self.once_known(is_stopped, || self.try_one(index, observer))
     }
 
-    /// Asks once a second until there is an answer.
+    /// Calls a function once a second until it returns an answer.
     fn once_known<T>(
         &self,
         is_stopped: &dyn Fn() -> bool,
@@ -100,13 +100,13 @@ impl Sweep<'_> {
         }
     }
 
-    /// Begins or resumes one run; `None` if it is not known yet whether its holder on another host still works.
+    /// Begins or resumes one run. Returns `None` if it is not known yet whether its holder on another host still works.
     fn try_one(&self, index: usize, observer: &mut dyn Observer) -> Result<Option<RunOutcome>> {
         let folder = self.plan.folder(self.folder, index);
         if RunState::of(&folder).is_over() {
             return Ok(Some(RunOutcome::Over));
         }
-        // A removed folder is not created again.
+        // If the sweep's folder has been removed, do not create it again.
         let plan = self.folder.join(PLAN);
         fs::metadata(&plan).map_err(Error::writing(&plan))?;
         let claim = match claim(self.folder, &self.plan.name(index), PACE)? {
@@ -130,7 +130,7 @@ impl Sweep<'_> {
         };
         Ok(Some(match done {
             Ok(summary) => {
-                // Measured before the run is given back.
+                // Measure before giving the claim back.
                 if let Some(study) = &self.plan.study {
                     let is_stopped = || observer.is_stopped();
                     let measured = study.measure(&folder, self.registry, &is_stopped)?;
@@ -139,19 +139,18 @@ impl Sweep<'_> {
                 RunOutcome::Done(Box::new(summary))
             }
             Err(error @ Error::Diverged { .. }) => RunOutcome::Diverged(error.to_string()),
-            // `cosmic resume` runs it, which makes no claims.
+            // `cosmic resume` is doing the run; it does not claim runs.
             Err(Error::Taken(_)) => RunOutcome::Taken,
             Err(error) => return Err(error),
         }))
     }
 
-    /// Works on the first run that is neither finished nor taken; `None` if there is none. It waits like
-    /// [`run_one`](Self::run_one). A run that fails, for example because of its time step or its files, is passed
-    /// over.
+    /// Does the first run that is neither finished nor claimed by another process. Returns `None` if there is no such
+    /// run. Waits like [`run_one`](Self::run_one). If a run fails, for example because of its time step or its files,
+    /// the next one is tried.
     ///
     /// # Errors
-    /// The errors of [`run_one`](Self::run_one). A run that was passed over is reported only if no other run
-    /// remains.
+    /// The errors of [`run_one`](Self::run_one). The error of a failed run is returned only if no other run remains.
     pub fn run_next(
         &self,
         observer: &mut dyn Observer,
@@ -160,8 +159,8 @@ impl Sweep<'_> {
         self.once_known(is_stopped, || self.try_next(observer))
     }
 
-    /// As [`run_next`](Self::run_next), without waiting: `None` if it is not known yet whether runs remain,
-    /// `Some(None)` if none remains.
+    /// Like [`run_next`](Self::run_next), but does not wait. Returns `None` if it is not known yet whether runs remain,
+    /// and `Some(None)` if no run remains.
     fn try_next(&self, observer: &mut dyn Observer) -> Result<Option<Option<Ended>>> {
         let mut passed_over = BTreeMap::new();
         let mut is_known = true;
@@ -181,8 +180,8 @@ impl Sweep<'_> {
         first_of(passed_over).map(|()| Some(None))
     }
 
-    /// Wraps the error of a single run, such as its time step or its files, so that it can be passed
-    /// over. If the sweep's folder is gone, or the user interrupts, the work on the sweep ends.
+    /// Returns `Ok` with the error of a failed run, for example because of its time step or its files: other runs can
+    /// still be done. Returns `Err` if all work must end, because the sweep's folder is gone or the user interrupts.
     fn of_one_run(&self, index: usize, error: Error) -> Result<Error> {
         match error {
             Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
@@ -195,7 +194,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Works on every run that is neither finished nor taken; see [`run_these`](Self::run_these).
+    /// Does every run that is neither finished nor claimed by another process; see [`run_these`](Self::run_these).
     ///
     /// # Errors
     /// The errors of [`run_these`](Self::run_these).
@@ -204,15 +203,16 @@ impl Sweep<'_> {
         self.run_these(&all, threads, overseer)
     }
 
-    /// Works on some runs, each on its own thread, until all are finished or taken. This includes runs that other
-    /// processes give back meanwhile. A run that fails is passed over, as by [`run_next`](Self::run_next).
+    /// Does the runs with the given numbers in parallel, until each is finished or claimed by another process. If
+    /// another process gives a run back in the meantime, that run is done too. If a run fails, the others are still
+    /// done.
     ///
     /// # Errors
-    /// The first error of [`run_one`](Self::run_one); the error of a single run is reported after all other runs
+    /// The first error of [`run_one`](Self::run_one); if only single runs failed, it is returned after all other runs
     /// are done. [`Error::Stopped`] if the overseer stops the sweep.
     ///
     /// # Panics
-    /// If the plan has no run of such a number.
+    /// If the plan has no run with one of these numbers.
     pub fn run_these(
         &self,
         runs: &[usize],
@@ -236,19 +236,20 @@ impl Sweep<'_> {
                     Err(error) => _ = passed_over.insert(*index, error),
                 }
             }
-            // Only waiting shows whether a holder on another host still works.
+            // Wait, to find out whether holders on other hosts still work.
             if unknown > 0 && taken + unknown == left.len() {
                 thread::sleep(LOOK);
                 continue;
             }
-            // All runs are finished, or other processes are running the rest.
+            // All runs are finished, or are being done by other processes.
             if taken + unknown == 0 || taken == left.len() {
                 return first_of(passed_over);
             }
         }
     }
 
-    /// Tries each run once: its outcome by [`try_one`](Self::try_one), or the reason why it was passed over.
+    /// Tries each run once. Returns, for each, the result of [`try_one`](Self::try_one) or the error with which it
+    /// failed.
     fn try_each(
         &self,
         runs: &[usize],
@@ -273,7 +274,7 @@ impl Sweep<'_> {
             }
         });
         match done {
-            // Count again: all threads have stopped now.
+            // All threads have stopped now, so count the finished runs again.
             Err(Error::Interrupted { .. } | Error::Stopped { .. }) => Err(self.stopped()),
             done => done,
         }
@@ -287,7 +288,7 @@ impl Sweep<'_> {
     }
 }
 
-/// The error of the first run that was passed over, with the count of the others.
+/// The error of the first failed run, with the number of other failed runs.
 fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     let count = passed_over.len();
     let Some(mut first) = passed_over.into_values().next() else {
@@ -299,7 +300,7 @@ fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     Err(first)
 }
 
-/// The observer of a run that is claimed.
+/// The observer of a claimed run. It also tells the run whether the claim still holds.
 struct Holding<'c> {
     claim: &'c Claim,
     observer: &'c mut dyn Observer,
@@ -331,7 +332,7 @@ impl Observer for Holding<'_> {
     }
 }
 
-/// The observer of a run among others: it does not report iterations.
+/// The observer of one of several parallel runs. It does not report iterations.
 struct Quiet<'o> {
     overseer: &'o dyn Overseer,
     name: &'o str,

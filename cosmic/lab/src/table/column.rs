@@ -1,17 +1,17 @@
-//! Cells, columns, and the formats of their numbers.
+//! The cells and columns of tables, and how their numbers are formatted.
 
 use super::words::{decimals, plain, quoted, three_digits};
 use serde::Serialize;
 
-/// A value of a table. JSON keeps every bit of a number; one that is not finite is `null`.
+/// A value of a table. JSON keeps every bit of a number; a number that is not finite becomes `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// Words.
+    /// A text.
     Text(String),
     /// A whole number.
     Count(u64),
-    /// A number. One that is not finite is shown as "failed".
+    /// A number. A number that is not finite is shown as "failed".
     Number(f64),
     /// No value was measured.
     Missing,
@@ -60,20 +60,20 @@ impl From<Option<&str>> for Cell {
     }
 }
 
-/// The head of a column.
+/// The description of a column: its heading, its meaning, and how its numbers are formatted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// The heading, and the key in JSON and CSV.
+    /// The heading, which is also the key in JSON and CSV.
     pub name: String,
-    /// The meaning, with the unit if `unit` is empty.
+    /// The meaning of the column. It includes the unit if `unit` is empty.
     pub says: String,
-    /// The unit of the numbers, which the heading shows after the name; may be empty.
+    /// The unit of the numbers, shown in the heading after the name; may be empty.
     pub unit: &'static str,
-    /// Decimals in texts for people; `None` for three significant digits.
+    /// The number of decimals that people see; `None` for three significant digits.
     decimals: Option<usize>,
-    /// The word for a missing number.
+    /// The text that people see for a missing number.
     missing: &'static str,
-    /// The most decimals in CSV; `None` keeps every bit.
+    /// The largest number of decimals in CSV; `None` keeps every bit.
     rounded: Option<usize>,
 }
 
@@ -90,14 +90,14 @@ impl Column {
         }
     }
 
-    /// Writes at most this many decimals in CSV, without an exponent. Some programs cannot read exponents, and people
-    /// copy numbers by hand.
+    /// Limits the decimals in CSV, and avoids exponents: some programs cannot read them, and people copy numbers by
+    /// hand.
     pub fn rounded(mut self, decimals: usize) -> Self {
         self.rounded = Some(decimals);
         self
     }
 
-    /// Shows numbers with this many decimals, and `missing` for a missing number.
+    /// Shows people numbers with this many decimals, and the text `missing` for a missing number.
     pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
         (self.decimals, self.missing) = (Some(decimals), missing);
         self
@@ -116,7 +116,7 @@ impl Column {
         }
     }
 
-    /// The text of a cell for people.
+    /// A cell as people see it.
     pub fn shown(&self, cell: &Cell) -> String {
         match (cell, self.decimals) {
             (Cell::Text(text), _) => text.clone(),
@@ -127,7 +127,7 @@ impl Column {
         }
     }
 
-    /// The text of a cell for people, with the unit after a number.
+    /// A cell as people see it, with the unit after a number.
     pub fn shown_with_unit(&self, cell: &Cell) -> String {
         let shown = self.shown(cell);
         match (cell, self.unit) {
@@ -144,7 +144,7 @@ impl Column {
             (Cell::Missing, ..) => String::new(),
             (Cell::Number(x), Some(places), _) => plain(*x, places),
             (Cell::Number(x), None, Some(_)) => x.to_string(),
-            // Without an exponent a very large or small number would be hundreds of digits long.
+            // Use an exponent, because a very large or small number would otherwise have hundreds of digits.
             (Cell::Number(x), None, None) => format!("{x:e}"),
         }
     }

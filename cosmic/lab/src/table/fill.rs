@@ -2,14 +2,14 @@
 
 use super::{Cell, Column, Row, Standing, Table};
 
-/// A table under construction, with a row for each subject.
+/// A table under construction, with a row for each subject; a subject is any value from which cells are computed.
 pub struct TableOf<'a, S> {
     subjects: &'a [S],
     table: Table,
 }
 
 impl Table {
-    /// A table with a plain row for each subject and without columns, which [`TableOf::column`] adds.
+    /// Begins a table with a plain row for each subject. It has no columns until [`TableOf::column`] adds some.
     pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
         let table = Self {
             name: name.to_owned(),
@@ -74,12 +74,12 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// The subjects of the rows.
+    /// The subjects, one for each row.
     pub(crate) fn subjects(&self) -> &'a [S] {
         self.subjects
     }
 
-    /// The table.
+    /// Returns the finished table.
     pub fn done(self) -> Table {
         self.table
     }

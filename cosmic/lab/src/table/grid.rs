@@ -1,4 +1,4 @@
-//! A table and its five writers.
+//! Tables, which can be written as CSV, JSON, HTML, Markdown and text.
 
 use super::words::{escape, prose, quoted};
 use super::{Cell, Column};
@@ -18,7 +18,7 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// The name in files and style sheets.
+    /// The name of the emphasis in files and style sheets.
     fn name(self) -> &'static str {
         match self {
             Standing::Plain => "plain",
@@ -37,10 +37,10 @@ pub struct Row {
     pub standing: Standing,
 }
 
-/// Rows under named columns.
+/// A table: rows of cells under named columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The name of the file; may be empty.
+    /// The name of the table's file; may be empty.
     pub name: String,
     /// The heading; may be empty.
     pub title: String,
@@ -51,7 +51,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table with the standings as an additional last column.
+    /// A copy of the table with an additional last column, the emphasis of each row.
     pub(crate) fn with_standings(&self) -> Self {
         let mut table = self.clone();
         table.columns.push(Column::new(
@@ -64,7 +64,7 @@ impl Table {
         table
     }
 
-    /// CSV: a line of names, then a line for each row.
+    /// The table as CSV: a line of names, then a line for each row.
     pub fn to_csv(&self) -> String {
         let head = self.columns.iter().map(|column| quoted(&column.name));
         let rows = self.rows.iter().map(|row| self.written(row, Column::csv));
@@ -72,7 +72,8 @@ impl Table {
         lines.map(|line: Vec<_>| line.join(",") + "\n").collect()
     }
 
-    /// JSON: the meanings of the columns by their names, and the rows as objects with the same keys.
+    /// JSON: an object with the meaning of each column by its name, and the rows as objects with the columns' names as
+    /// keys.
     pub fn to_json(&self) -> Value {
         let row = |row: &Row| {
             let cells = self.columns.iter().zip(&row.cells);
@@ -88,7 +89,7 @@ impl Table {
         })
     }
 
-    /// HTML. The meaning of a column appears when the mouse rests on its heading.
+    /// The table as HTML. The meaning of a column appears when the mouse rests on its heading.
     pub fn to_html(&self) -> String {
         let mut html = String::from("<table>");
         let named = self.columns.iter().any(|column| !column.name.is_empty());
@@ -118,7 +119,7 @@ impl Table {
         html + "</tbody></table>\n"
     }
 
-    /// Markdown: the first column left-aligned, the others right-aligned.
+    /// The table as Markdown: the first column left-aligned, the others right-aligned.
     pub fn to_markdown(&self) -> String {
         let rule = |k: usize| if k == 0 { "---" } else { "--:" }.to_owned();
         let mut lines = self.shown();
@@ -127,12 +128,12 @@ impl Table {
         lines.iter().map(line).collect()
     }
 
-    /// Text for a terminal, [`aligned`].
+    /// The table as text for a terminal; see [`aligned`].
     pub fn to_text(&self) -> String {
         aligned(&self.shown())
     }
 
-    /// The headings and then the rows, as texts for people.
+    /// The line of headings, then the rows, all as people see them.
     pub(crate) fn shown(&self) -> Vec<Vec<String>> {
         let head = self.columns.iter().map(Column::heading).collect();
         let rows = self.rows.iter().map(|row| self.written(row, Column::shown));
@@ -145,7 +146,8 @@ impl Table {
     }
 }
 
-/// Lines of equally many cells in aligned columns: the first column to the left, the others to the right.
+/// Text of lines in aligned columns: the first column is left-aligned, the others are right-aligned. Every line must
+/// have equally many cells.
 pub fn aligned(lines: &[Vec<String>]) -> String {
     let width = |k: usize| lines.iter().map(|cells| cells[k].chars().count()).max();
     let columns = lines.first().map_or(0, Vec::len);

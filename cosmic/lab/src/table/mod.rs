@@ -1,7 +1,7 @@
 //! Tables of typed columns, written as Markdown, HTML, CSV, JSON and aligned text.
 //!
-//! A [`Table`] holds numbers and words. Its [`Column`]s hold meanings, units, and the digits that people see. CSV and
-//! JSON keep every bit.
+//! A [`Table`] holds numbers and texts. Each [`Column`] has a meaning, a unit, and the number of digits that people
+//! see. CSV and JSON keep every bit.
 
 mod column;
 mod fill;

@@ -1,6 +1,6 @@
-//! Numbers for people, and texts for HTML, SVG and CSV.
+//! Formatting of numbers for people, and escaping of texts for HTML, SVG and CSV.
 
-/// A number to `places` decimals with a true minus sign. A number that rounds to zero has no sign.
+/// A number with `places` decimals and a typographic minus sign. A number that rounds to zero has no sign.
 pub fn decimals(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     let is_zero = text.chars().all(|c| "-0.".contains(c));
@@ -17,7 +17,7 @@ pub(super) fn plain(x: f64, places: usize) -> String {
     if text == "-0" { "0" } else { text }.to_owned()
 }
 
-/// A number to three digits.
+/// A number with three significant digits.
 pub(super) fn three_digits(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
@@ -45,7 +45,7 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Text as HTML. A passage between two backticks becomes code.
+/// A text converted to HTML. A passage between two backticks becomes code.
 pub fn prose(text: &str) -> String {
     let mut html = String::new();
     let mut rest = text;
@@ -59,7 +59,7 @@ pub fn prose(text: &str) -> String {
     html + &escape(rest)
 }
 
-/// Text as a cell of CSV, in quotes if it contains a separator.
+/// A text as a cell of CSV: in quotes if it contains a separator.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

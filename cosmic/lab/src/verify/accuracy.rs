@@ -1,4 +1,4 @@
-//! Trajectories: error against run time, for every integrator, time step and number type.
+//! Measures the error of trajectories against their run time, for every integrator, time step and number type.
 
 use autodiff::{DoubleDouble, Real};
 use rayon::prelude::*;
@@ -16,27 +16,28 @@ use cosmic::scene::{Integrator, Named};
 use cosmic::simulator::stability::stable_step;
 use std::ops::Range;
 
-/// Positions are compared at four times, the last of them after this many steps of the scene or fewer.
+/// Positions are compared at four times. The last is after this many of the scene's steps, or fewer if the rollout is
+/// shorter.
 const LAST: usize = 512;
-/// The index of the time that the figures show: the second, before chaos dominates.
+/// The index of the time that the figures show: the second one, because chaos dominates later.
 const SHOWN: usize = 1;
-/// The time steps, as fractions of the scene's: exact in binary.
+/// The time steps as multiples of the scene's time step, all exact in binary.
 const FRACTIONS: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
-/// The scene's time step over the reference's. The reference's step is 64 times shorter than the shortest
-/// of any row, unless the scene itself has more than four substeps.
+/// The scene's time step divided by that of the reference. The reference's step is 64 times shorter than the shortest
+/// step of any row, unless the scene itself has more than four substeps.
 const FINER: usize = 2048;
-/// A distance from the reference counts as an error if it is at least this many uncertainties of the
-/// reference; it is then right to a third.
+/// A distance from the reference counts as an error only if it is at least this many times the reference's uncertainty.
+/// The error is then known to a third.
 const RESOLVED: f64 = 3.0;
-/// Runs whose median time is taken.
+/// The number of runs of which the median time is taken.
 const REPEATS: usize = 9;
 
 /// A number type in which trajectories are computed.
 struct Precision {
     name: &'static str,
-    /// The dashes of its lines in figures.
+    /// The dash pattern of its lines in figures.
     dashes: &'static str,
-    /// The spacing of its numbers above 1.
+    /// The distance from 1 to the next larger number.
     unit: f64,
     run: fn(&Probe, &[usize]) -> Vec<State<f64>>,
 }
@@ -54,7 +55,7 @@ const fn precision<R: Real + Into<f64>>(
     }
 }
 
-/// Every number type. The distance from the last one is the rounding of the others.
+/// Every number type. The last one is so precise that the distance from it is the rounding of the others.
 static PRECISIONS: [Precision; 3] = [
     precision::<f32>("f32", "6 4", f32::EPSILON as f64),
     precision::<f64>("f64", "", f64::EPSILON),
@@ -62,7 +63,7 @@ static PRECISIONS: [Precision; 3] = [
 ];
 const DOUBLE: usize = 1;
 
-/// An integrator with its substeps.
+/// An integrator with a number of substeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Method {
     integrator: Integrator,
@@ -78,7 +79,7 @@ impl Method {
         }
     }
 
-    /// The case's own method.
+    /// The method of the case itself.
     fn of(case: &Case) -> Self {
         Self {
             integrator: case.physics.integrator,
@@ -86,7 +87,7 @@ impl Method {
         }
     }
 
-    /// The methods that are compared, including the case's own.
+    /// All methods to compare, including the method of the case itself.
     fn all(case: &Case) -> Vec<Self> {
         let mut methods = vec![];
         for substeps in [1, 4] {
@@ -101,23 +102,24 @@ impl Method {
         methods
     }
 
-    /// The case with this method and a fraction of its time step, and the steps at its marks.
+    /// The case with this method and with `fraction` times its time step, and the numbers of the steps at the same
+    /// times as `marks`.
     fn applied(&self, case: &Case, marks: [usize; 4], fraction: f64) -> (Case, [usize; 4]) {
         let mut case = case.clone();
         let physics = &mut case.physics;
         (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
         physics.dt *= fraction;
-        // Fractions are powers of two and marks even: exact.
+        // Exact, because fractions are powers of two and marks are even.
         let at = marks.map(|mark| (mark as f64 / fraction) as usize);
         physics.steps = at[3];
         (case, at)
     }
 }
 
-/// A run with such short steps that it counts as the truth.
+/// A run whose steps are so short that it counts as the truth.
 struct Reference {
-    /// The uncertainty of distances from it at the marks, m: the largest distance of a node from a run by
-    /// symplectic Euler with equal steps, or from leapfrog with steps twice as long, whichever is larger.
+    /// The uncertainty of its positions at the marks, m. Two other runs are compared with it: symplectic Euler with
+    /// equal steps, and leapfrog with steps twice as long. The uncertainty is the largest distance of a node in either.
     /// Infinite if one of the three runs diverged.
     uncertainty: [f64; 4],
     states: Vec<State<f64>>,
@@ -151,58 +153,59 @@ impl Reference {
         }
     }
 
-    /// Distances from it, m; `None` if they may be errors of the reference itself.
+    /// The largest distances of a node from the reference at the marks, m; `None` if a distance may be an error of the
+    /// reference itself.
     fn errors(&self, states: &[State<f64>]) -> [Option<f64>; 4] {
         let errors = errors(states, &self.states);
         std::array::from_fn(|k| {
             let least = RESOLVED * self.uncertainty[k];
-            // NaN is an error beyond all bounds.
+            // NaN counts as an infinite error.
             let resolved = errors[k] >= least || errors[k].is_nan();
             (least.is_finite() && resolved).then_some(errors[k])
         })
     }
 }
 
-/// The largest distances of a node at the marks, m.
+/// The largest distance of a node from its true position, for each of the marks, m.
 fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
     std::array::from_fn(|k| distance(&states[k], &truth[k]))
 }
 
-/// One way to run the case. Errors are largest distances of a node, m, at the marks.
+/// The results of one way to run the case. Errors are the largest distances of a node at the marks, m.
 #[derive(Clone, Debug)]
 struct Run {
     method: Method,
-    /// The time step over the scene's.
+    /// The time step divided by the scene's time step.
     fraction: f64,
-    /// An index of [`PRECISIONS`].
+    /// The index of the number type in [`PRECISIONS`].
     precision: usize,
     /// True for the scene's own method, time step and number type.
     is_default: bool,
-    /// The distance from the reference; `None` if not resolved.
+    /// The distances from the reference; `None` if a distance is not resolved.
     error: [Option<f64>; 4],
-    /// The distance from a double-double run with the same settings.
+    /// The distances from a double-double run with the same settings.
     rounding: [f64; 4],
-    /// Median processor time of the whole run, s.
+    /// The median processor time of the whole run, s.
     time: f64,
-    /// True if the time step is below the stable one of the design at its start.
+    /// True if the time step is below the largest stable one of the design at its start.
     stable: bool,
-    /// True if no observed state is absurd.
+    /// True if all observed states are finite and plausible.
     finite: bool,
 }
 
 impl Run {
-    /// True if its error comes from its time step.
+    /// True if the error of the run comes from its time step.
     fn is_sound(&self) -> bool {
         self.finite && self.stable
     }
 
-    /// True if the run diverged although its time step is stable, or is the scene's own.
+    /// True if the run diverged although its time step is stable, or although it is the scene's own run.
     fn is_failed(&self) -> bool {
         !self.finite && (self.stable || self.is_default)
     }
 
-    /// A number of the run. A number that is not finite is missing if the time step is above the stable
-    /// one, because divergence is expected.
+    /// The cell of a number of the run. If the time step is unstable, divergence is expected, so a number that is not
+    /// finite is shown as missing.
     fn number(&self, x: f64) -> Cell {
         match self.stable || self.is_default {
             true => x.into(),
@@ -210,7 +213,7 @@ impl Run {
         }
     }
 
-    /// The outcome in a few words.
+    /// A few words about the outcome of the run.
     fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
             _ if self.is_failed() => "diverged",
@@ -221,31 +224,31 @@ impl Run {
         }
     }
 
-    /// The error that a figure shows; NaN, which is left out, if it is not resolved.
+    /// The error that a figure shows; NaN, which figures leave out, if the error is not resolved.
     fn shown(&self) -> f64 {
         self.error[SHOWN].unwrap_or(f64::NAN)
     }
 }
 
-/// The errors of a case in every way to run it.
+/// The errors of all ways to run a case.
 struct Accuracy<'a> {
     case: &'a Case,
     /// The steps of the scene at which positions are compared.
     marks: [usize; 4],
     reference: Reference,
-    /// By method, time step and number type.
+    /// All runs, in the order of methods, then time steps, then number types.
     runs: Vec<Run>,
     chaos: Chaos,
 }
 
-/// Trajectories of a case in every way to run it. Checks the rounding of rows with a stable step in f32 and
-/// f64, and that neither the scene's own run nor the reference diverged.
+/// Runs a case in every way and reports the errors. Checks the rounding of f32 and f64 in rows with a stable step. Also
+/// checks that neither the scene's own run nor the reference diverged.
 pub fn accuracy(case: &Case) -> Section {
     Accuracy::of(case).section()
 }
 
 impl<'a> Accuracy<'a> {
-    /// Runs a case in every way. Errors are computed in parallel, run times measured alone.
+    /// Runs a case in every way. Errors are computed in parallel; run times are measured while nothing else runs.
     fn of(case: &'a Case) -> Self {
         let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
         let marks = [last / 16, last / 4, last / 2, last];
@@ -277,14 +280,15 @@ impl<'a> Accuracy<'a> {
         self.marks.map(|mark| mark as f64 * self.case.physics.dt)
     }
 
-    /// The row with the scene's own settings.
+    /// The run with the scene's own settings.
     fn default_run(&self) -> &Run {
         let found = self.runs.iter().find(|run| run.is_default);
         found.expect("the scene's own method and time step are run")
     }
 
-    /// True if the sums of a step and the growth of perturbations explain the rounding at the first
-    /// time: 7 binary digits for the sums of a step, and 7 for sums over the steps. Chaos dominates later.
+    /// True if the rounding at the first time is no larger than expected. Expected are 7 binary digits for the sums in
+    /// a step, 7 for sums over the steps, and the growth of perturbations. Later times are not checked: chaos
+    /// dominates.
     fn rounds_well(&self, run: &Run) -> bool {
         let growth = self.chaos.growth(self.marks[0]);
         run.rounding[0] <= 128.0 * 128.0 * PRECISIONS[run.precision].unit * growth
@@ -326,7 +330,7 @@ impl<'a> Accuracy<'a> {
                  {RESOLVED} uncertainties is empty.",
                 uncertainty.join(", ")
             ),
-            "`rounding`: the distance from a double-double run with the same steps.".to_owned(),
+            "`rounding`: the largest distance of a node from a double-double run with the same steps.".to_owned(),
             "Times are medians of processor times of one thread, measured while nothing else of \
              this program runs."
                 .to_owned(),
@@ -335,8 +339,8 @@ impl<'a> Accuracy<'a> {
 
     fn table(&self) -> Table {
         let method = "integrator, and substeps if there are more than one";
-        let error = "m, from the reference; empty if not resolved";
-        let rounding = "m, from double-double with the same steps";
+        let error = "largest distance of a node from the reference, m; empty if not resolved";
+        let rounding = "largest distance of a node from double-double with the same steps, m";
         let at = |kind: &str| self.times().map(|time| format!("{kind}_{time}"));
         let precision = |run: &Run| PRECISIONS[run.precision].name;
         let time = "median processor time of the whole run, s";
@@ -363,7 +367,7 @@ impl<'a> Accuracy<'a> {
         self.case.physics.dt * run.fraction
     }
 
-    /// Errors against a quantity of the runs, with a line for every method in some number types.
+    /// A figure of the errors against another quantity of the runs, with a line for every method and some number types.
     fn figure(
         &self,
         name: &'static str,
@@ -401,7 +405,7 @@ impl<'a> Accuracy<'a> {
         for precision in precisions {
             let Precision { name, dashes, .. } = PRECISIONS[precision];
             for (k, method) in methods.iter().enumerate() {
-                // The errors of diverged runs would press all other lines into one.
+                // Diverged runs are left out: with their huge errors, all other lines would look like one.
                 let belongs = |run: &&Run| {
                     run.is_sound() && (run.method, run.precision) == (*method, precision)
                 };
@@ -414,7 +418,7 @@ impl<'a> Accuracy<'a> {
     }
 }
 
-/// A method with a time step in every number type, not yet timed.
+/// Runs a method with a time step in every number type. The run times are measured later.
 fn runs(
     case: &Case,
     marks: [usize; 4],

@@ -1,4 +1,4 @@
-//! How fast neighbouring motions diverge, and for how long errors at single times mean something.
+//! Measures how fast neighbouring motions diverge, which tells for how long errors at single times are meaningful.
 
 use rayon::prelude::*;
 
@@ -9,30 +9,30 @@ use cosmic::codesign::Quantiles;
 use cosmic::lattice::State;
 use cosmic::task::together;
 
-/// Perturbed starts that are compared with the unperturbed one.
+/// The number of perturbed starts, whose motions are compared with the unperturbed one.
 const STARTS: usize = 16;
-/// The distance of two motions, m, beyond which they no longer diverge as small perturbations do.
+/// The distance between two motions above which it is no longer a small perturbation, m.
 const PARTED: f64 = 1e-4;
-/// Steps between two measurements of the distance.
+/// The number of steps between two measurements of the distance.
 const EVERY: usize = 8;
-/// Binary digits lost before anything has doubled: to the sums of a single step, of some hundred
-/// terms, and to the curvature of contact.
+/// Binary digits that are lost even before a perturbation has doubled: by the sums of some hundred terms in a step, and
+/// by the curvature of contact.
 const SPENT: u32 = 7;
 
-/// The divergence of a case's motions from perturbed starts.
+/// How the motions of a case from perturbed starts diverge.
 #[derive(Debug)]
 pub(super) struct Chaos {
-    /// Steps in which a small perturbation doubles, the median over starts; infinite if it does not
-    /// double once in the whole rollout.
+    /// The number of steps in which a small perturbation doubles, the median over starts; infinite if it never doubles
+    /// in the whole rollout.
     doubling: f64,
     /// The time step, s.
     dt: f64,
-    /// Steps, and the largest growth of a small perturbation until then over all starts. Contacts
-    /// stretch some directions for a while even if nothing grows in the long run. The list ends when
-    /// the first start is beyond the range of small perturbations.
+    /// Pairs: a number of steps, and the largest growth of a perturbation until then over all starts. Contacts stretch
+    /// some directions for a while even if nothing grows in the long run. The list ends when the perturbation of a
+    /// start is no longer small.
     grown: Vec<(usize, f64)>,
     steps: usize,
-    /// Displacement along the ground after all steps, over the perturbed starts, m.
+    /// The displacement along the ground over the perturbed starts, after all steps, m.
     spread: Quantiles,
     /// The displacement from the unperturbed start, m.
     unmoved: f64,
@@ -72,8 +72,8 @@ impl Chaos {
         }
     }
 
-    /// How much a perturbation may have grown after so many steps: as much as was seen, and beyond
-    /// that at the mean rate.
+    /// How much a perturbation may have grown after `steps` steps: as much as was measured, and after the last
+    /// measurement further at the mean rate.
     pub(super) fn growth(&self, steps: usize) -> f64 {
         let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
         let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
@@ -89,7 +89,7 @@ impl Chaos {
                  The largest grew {most:.0} times in between."
             );
         }
-        // Steps after which rounding has used up all binary digits of a number type.
+        // The number of steps after which rounding has destroyed all binary digits of a number type.
         let horizon = |digits: u32| f64::from(digits - SPENT) * self.doubling;
         let [double, single] = [f64::MANTISSA_DIGITS, f32::MANTISSA_DIGITS].map(horizon);
         let [doubling, double_s, single_s] =
@@ -103,7 +103,7 @@ impl Chaos {
         )
     }
 
-    /// The spread, as a table.
+    /// The table of the displacements from perturbed starts.
     pub(super) fn table(&self) -> Table {
         let title =
             format!("Displacement along the ground over {STARTS} starts moved by {MOVED:e} m");
@@ -111,7 +111,11 @@ impl Chaos {
         let is_finite = p10.is_finite() && self.unmoved.is_finite();
         Table::of("spread", &title, &[()])
             .column("steps", "steps of the whole rollout", |()| self.steps)
-            .column("unmoved_m", "from the unperturbed start", |()| self.unmoved)
+            .column(
+                "unmoved_m",
+                "displacement from the unperturbed start",
+                |()| self.unmoved,
+            )
             .column("p10_m", "10 % quantile", |()| p10)
             .column("median_m", "median: the figure to quote", |()| p50)
             .column("p90_m", "90 % quantile", |()| p90)
@@ -120,7 +124,7 @@ impl Chaos {
     }
 }
 
-/// The largest growth of any of the distances by step, as long as all are small.
+/// The largest growth of any of the distances, for each step, as long as all distances are small.
 fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     let mut most: f64 = 1.0;
     let mut grown = Vec::new();
@@ -135,12 +139,12 @@ fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     grown
 }
 
-/// Doublings per step: the slope of the straight line nearest to the logarithms of the distances, as
-/// long as these are small; zero for fewer than two. The first steps, in which a perturbation turns
-/// towards the growing directions, are few and count too.
+/// Doublings per step: the slope of the line that fits the logarithms of the distances best, as long as the distances
+/// are small. Returns 0 for fewer than two distances. In the first steps a perturbation still turns towards the growing
+/// directions; these steps are few, so they are included.
 fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
     let small = distances.iter().take_while(|&&d| d < PARTED);
-    // Motions that agree to the last bit count as one rounding apart.
+    // If motions agree to the last bit, their distance counts as one rounding.
     let logs: Vec<f64> = small.map(|d| d.max(f64::EPSILON).log2()).collect();
     if logs.len() < 2 {
         return 0.0;
@@ -165,7 +169,7 @@ mod tests {
         let steps: Vec<usize> = (0..100).map(|k| 8 * k).collect();
         let grown = |n: &usize| (1e-9 * (*n as f64 / 40.0).exp2()).min(0.3);
         let distances: Vec<f64> = steps.iter().map(grown).collect();
-        // Logarithms near 20 rounded at 4e-15, fitted over hundreds of steps.
+        // The logarithms are near 20 and rounded at 4e-15; the fit is over hundreds of steps.
         assert!((growth_rate(&steps, &distances) - 1.0 / 40.0).abs() < 1e-12);
         assert_eq!(growth_rate(&steps[..3], &[f64::NAN; 3]), 0.0);
         let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
@@ -173,7 +177,8 @@ mod tests {
         assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
     }
 
-    /// A robot whose controller is silent comes to rest, and so do its neighbours.
+    /// Motions of a robot whose controller does nothing come to rest from all neighbouring starts, so they do not
+    /// diverge.
     #[test]
     fn a_resting_robot_is_not_chaotic() {
         let mut chaos = Chaos::of(&small([2, 2], |scene| {
@@ -181,9 +186,9 @@ mod tests {
         }));
         assert_eq!(chaos.doubling, f64::INFINITY);
         assert!(chaos.note().contains("do not double"));
-        // The payload sags by micrometres.
+        // The payload only sags by micrometres.
         assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
-        // Growth is what was seen, and beyond that at the mean rate.
+        // Growth is as measured, and after the last measurement continues at the mean rate.
         (chaos.doubling, chaos.grown) = (10.0, vec![(0, 1.0), (8, 4.0), (16, 8.0)]);
         assert_eq!(chaos.growth(12), 4.0 * 0.4f64.exp2());
         assert_eq!(chaos.growth(36), 8.0 * 4.0);

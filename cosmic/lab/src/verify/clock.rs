@@ -1,4 +1,4 @@
-//! Run times and memory of pieces of work, each measured alone.
+//! Measures the run time and memory of pieces of work, each while nothing else runs.
 
 use std::fs;
 use std::hint::black_box;
@@ -7,13 +7,13 @@ use std::time::Duration;
 use cosmic::codesign::Quantiles;
 #[cfg(not(windows))]
 use cpu_time::ThreadTime as Clock;
-// Windows counts a thread's time in ticks of 16 ms: wall time is more precise there.
+// Windows counts a thread's time in ticks of 16 ms, so wall time is more precise there.
 #[cfg(windows)]
 use std::time::Instant as Clock;
 
 /// Work that takes longer than this, s, is not repeated.
 const LONG: f64 = 1.0;
-/// Works that take turns begin no further round after this time.
+/// When pieces of work take turns, no new round begins after this time.
 const LONGEST: Duration = Duration::from_secs(2);
 
 /// The processor time of this thread for a piece of work.
@@ -32,8 +32,8 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
     Quantiles::of(&times).p50
 }
 
-/// The shortest processor time of each work over some rounds, or over fewer if these take long, in s. Each
-/// round runs every work once, so that a disturbance of the machine affects all of them.
+/// The shortest processor time of each piece of work over `rounds` rounds, or over fewer if they take long, in s. Each
+/// round runs every piece once, so that a disturbance of the machine affects all of them.
 pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> T) -> Vec<f64> {
     let start = Clock::now();
     let mut least = vec![f64::INFINITY; works.len()];
@@ -48,9 +48,9 @@ pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> 
     least
 }
 
-/// The result of a piece of work, its processor time, and the most bytes that it held in addition to
-/// those held before, if the system tells. Do not trust numbers below a MiB: the system counts pages,
-/// and with a delay.
+/// Returns the result of a piece of work, its processor time in s, and how many bytes it held at most in addition to
+/// what was held before, if the system tells. Do not trust sizes below a MiB: the system counts whole pages, and with a
+/// delay.
 pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
     let measure = || {
         let _ballast = ballast();
@@ -60,28 +60,28 @@ pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64
         let held = before.and_then(|before| Some(peak_memory()?.saturating_sub(before)));
         (result.expect("the work was done"), time, held)
     };
-    // A new thread has no spare buffers of earlier work.
+    // Run in a new thread, which has no spare buffers of earlier work.
     std::thread::scope(|scope| {
         let done = scope.spawn(measure).join();
         done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 
-/// Blocks that fill the memory which the allocator kept from earlier work. Otherwise the measured work
-/// would use that memory, and the system would count none of it.
+/// Allocates blocks until the memory that the allocator kept from earlier work is used up. Otherwise the measured work
+/// would use that memory, which the system already counts.
 fn ballast() -> Vec<Vec<u8>> {
-    /// Small enough to come from the kept memory.
+    /// The size of a block, small enough to come from the kept memory.
     const BLOCK: usize = 64 << 10;
-    /// Enough for the system's count to be near the truth.
+    /// The number of blocks in a round, enough for the system's count to be near the truth.
     const BLOCKS: usize = 32;
-    /// 256 MiB: allocators keep no more.
+    /// The largest number of rounds: 256 MiB, because allocators keep no more.
     const ROUNDS: usize = 128;
     let mut blocks = Vec::new();
     for _ in 0..ROUNDS {
         let before = memory("VmRSS:").unwrap_or(0);
         blocks.extend((0..BLOCKS).map(|_| black_box(vec![1u8; BLOCK])));
         let risen = memory("VmRSS:").unwrap_or(u64::MAX).saturating_sub(before);
-        // Most of the round came fresh from the system.
+        // Most of this round's memory came fresh from the system, so the kept memory is used up.
         if risen as usize > BLOCK * BLOCKS / 5 * 4 {
             break;
         }
@@ -89,12 +89,12 @@ fn ballast() -> Vec<Vec<u8>> {
     blocks
 }
 
-/// The most memory that this process has held so far, in bytes, if the system tells.
+/// The peak memory of this process so far in bytes; `None` if the system does not tell.
 pub fn peak_memory() -> Option<u64> {
     memory("VmHWM:")
 }
 
-/// A size in the system's account of this process, in bytes, if the system has one.
+/// A size that the system reports for this process under `key`, in bytes, if the system reports it.
 fn memory(key: &str) -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key))?;
@@ -102,7 +102,7 @@ fn memory(key: &str) -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
-/// Makes the system count the peak from here on; true on success.
+/// Resets the peak memory that the system reports. Returns true on success.
 fn forget_peak() -> bool {
     fs::write("/proc/self/clear_refs", "5").is_ok()
 }
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn memory_is_that_of_the_work() {
         let ((), _, held) = measured(|| drop(std::hint::black_box(vec![1u8; 64 << 20])));
-        // A system may refuse to start the count again.
+        // A system may refuse to reset the peak.
         if let Some(bytes) = held {
             assert!(bytes >= 60 << 20, "{bytes}");
         }

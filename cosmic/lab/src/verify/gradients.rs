@@ -1,4 +1,4 @@
-//! Gradients: error, time and memory of every way to compute one, over horizons.
+//! Measures the error, time and memory of every way to compute a gradient, for horizons of different lengths.
 
 mod subject;
 
@@ -15,19 +15,20 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use subject::{DIRECTIONS, Slopes, Subject};
 
-/// The longest horizon, and the number of its halvings.
+/// The longest horizon in steps.
 const LONGEST: usize = 4096;
+/// How often the horizon is halved.
 const HALVINGS: u32 = 6;
-/// Half-widths of central differences, along directions of length one.
+/// The half-widths of central differences that are tried. Directions have length 1.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
-/// The half-width of the differences in double-double that are the truth. Their rounding is 1e-32 over
-/// this, and their error by curvature its square, each times what the motion magnifies.
+/// The half-width of the differences in double-double that count as the truth. Their rounding error is 1e-32 divided by
+/// the half-width, and their truncation error is its square, each times the magnification by the motion.
 const TINY: f64 = 1e-15;
-/// A full tape that would need more memory, in bytes, is left out with a note.
+/// A full tape that would need more memory than this, in bytes, is left out with a note.
 const MOST_MEMORY: u64 = 3 << 30;
-/// Starts from which gradients are compared.
+/// The number of moved starts whose gradients are compared.
 const STARTS: usize = 8;
-/// The error of a gradient without two correct digits. Rows with larger errors are not checked.
+/// A gradient with a larger relative error does not have two correct digits. Such rows are not checked.
 const WORTHLESS: f64 = 1e-2;
 
 /// The main source of a gradient's error.
@@ -39,7 +40,7 @@ enum Limit {
     Single,
     /// The half-width of differences.
     Width,
-    /// The early steps that are left out.
+    /// Leaving out early steps.
     Truncation,
 }
 
@@ -47,7 +48,7 @@ enum Limit {
 struct Way {
     name: &'static str,
     limit: Limit,
-    /// The whole gradient over a horizon, or the slopes along all directions.
+    /// Computes the whole gradient over a horizon, or the slopes along all directions.
     run: fn(&Subject, &Horizon) -> Found,
 }
 
@@ -62,7 +63,7 @@ const fn way(name: &'static str, limit: Limit, run: fn(&Subject, &Horizon) -> Fo
 
 const DRIVER: usize = 3;
 const FULL_TAPE: usize = 6;
-/// In the order in which they are measured: the full tape, which holds the most memory, comes last.
+/// All ways, in the order in which they are measured. The full tape comes last because it holds the most memory.
 static WAYS: [Way; 7] = [
     way(
         "central differences, best h",
@@ -94,33 +95,33 @@ static WAYS: [Way; 7] = [
     }),
 ];
 
-/// The measurement of a way over a horizon.
+/// The measurement of one way over one horizon.
 #[derive(Debug)]
 struct Row {
-    /// An index of [`WAYS`].
+    /// The index of the way in [`WAYS`].
     way: usize,
     steps: usize,
-    /// Length of the error of the slopes along the directions over the length of the true slopes.
+    /// The relative error of the vector of slopes: the norm of its error divided by the norm of the true slopes.
     error: f64,
-    /// The largest error of an exact f64 way that rounding explains.
+    /// The largest error that rounding explains for an exact way in f64.
     allowed: f64,
-    /// Angle between the two vectors of slopes, degrees.
+    /// The angle between the vectors of computed and true slopes, degrees.
     angle: f64,
-    /// Processor time, s: of the whole gradient, or of the slopes.
+    /// The processor time of what the way computes, the whole gradient or the slopes, s.
     time: f64,
-    /// The time of a whole gradient, s: a multiple of `time` if that is for the slopes.
+    /// The time of a whole gradient, s. If `time` is for slopes, this is extrapolated.
     whole: f64,
     /// Memory in addition to that held before, bytes; `None` if the system does not tell.
     memory: Option<u64>,
-    /// True if it was left out because of its memory; `memory` is then an estimate.
+    /// True if the way was left out because it needs too much memory; `memory` is then an estimate.
     left_out: bool,
 }
 
 impl Row {
-    /// Measures a way over a horizon; `last` is the row before, of the same way if there is one.
+    /// Measures a way over a horizon. `last` is the previous row, which may be of another way.
     fn new(subject: &Subject, way: usize, horizon: &Horizon, last: Option<&Self>) -> Self {
         let steps = horizon.steps;
-        // Memory in proportion to that of the last horizon.
+        // Estimate the memory in proportion to that of the previous horizon.
         let last = last.filter(|row| row.way == way);
         let expected = last.map_or(0, |row| {
             row.memory.unwrap_or(0) / row.steps as u64 * steps as u64
@@ -150,19 +151,19 @@ impl Row {
         }
     }
 
-    /// True if the row can be checked: only the rounding of f64 limits it, and digits are left.
+    /// True if the row can be checked: only the rounding of f64 limits its error, and rounding leaves it two digits.
     fn is_checked(&self) -> bool {
         let exact = WAYS[self.way].limit == Limit::Rounding && !self.left_out;
         exact && self.allowed < WORTHLESS
     }
 
-    /// True if a checked row is wrong. NaN is wrong.
+    /// True if the row is checked, and its error is too large or NaN.
     fn is_wrong(&self) -> bool {
         let right = self.error <= self.allowed;
         self.is_checked() && !right
     }
 
-    /// The outcome in a few words.
+    /// A few words about the outcome of the row.
     fn status(&self) -> &'static str {
         match WAYS[self.way].limit {
             _ if self.left_out => "left out: too much memory",
@@ -177,21 +178,21 @@ impl Row {
     }
 }
 
-/// A horizon with its true slopes and bounds on errors.
+/// A number of steps, with the true slopes over these steps and bounds on errors.
 struct Horizon {
     steps: usize,
     truth: Slopes,
-    /// The largest error of an exact f64 way that rounding explains.
+    /// The largest error that rounding explains for an exact way in f64.
     allowed: f64,
     /// The best half-width of central differences.
     width: f64,
 }
 
 impl Horizon {
-    /// The horizons up to the longest, ascending. Rounding in f64 explains an error of 7 binary digits for
-    /// the sums of a step and 7 for sums over the steps, plus the change of the slopes with a start that is
-    /// moved as far as rounding moves the motion, with 4 binary digits on top, because rounding acts during
-    /// the motion and not at the start.
+    /// All horizons up to the longest, ascending. Rounding in f64 explains an error that is the sum of two parts. The
+    /// first has 7 binary digits for the sums in a step and 7 for sums over the steps. The second is the change of the
+    /// slopes if the start is moved as far as rounding moves the motion. It gets 4 more binary digits, because rounding
+    /// acts during the motion and not at the start.
     fn all(case: &Case, subject: &Subject, longest: usize) -> Vec<Self> {
         let mut steps: Vec<usize> = (0..=HALVINGS).rev().map(|k| longest >> k).collect();
         steps.retain(|&steps| steps > 0);
@@ -218,7 +219,7 @@ impl Horizon {
     }
 }
 
-/// The largest relative change of the slopes from the case's start to one of the moved starts.
+/// For each horizon, the largest relative change of the slopes when the case's start is replaced by a moved start.
 fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
     let slopes = |subject: &Subject| -> Vec<Slopes> {
         let gradient = |&steps: &usize| subject.along(&subject.driver::<f64>(steps));
@@ -243,7 +244,7 @@ fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
     (0..horizons.len()).map(largest).collect()
 }
 
-/// The largest distance of the motion in f64 from that in double-double until each horizon.
+/// For each horizon, the largest distance until then between the motions in f64 and in double-double, m.
 fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     let probe = Probe::new(case);
     let observed: Vec<usize> = (0..=horizons[horizons.len() - 1]).collect();
@@ -260,10 +261,11 @@ fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     horizons.iter().map(largest).collect()
 }
 
-/// In degrees; small ones from the difference of the unit vectors, whose cosine would be 1.
+/// The angle between two vectors of slopes, degrees. A small angle is computed from the difference of the unit vectors,
+/// because its cosine would round to 1.
 fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
     if slopes == truth {
-        // Two vectors of zeros have no direction; their angle is 0 too.
+        // Vectors of zeros have no direction; their angle counts as 0.
         return 0.0;
     }
     let unit = |v: &Slopes| v.map(|x| x / norm(v));
@@ -274,19 +276,19 @@ fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
 /// The measurements of every way over every horizon.
 struct Gradients {
     rows: Vec<Row>,
-    /// The length of the gradient.
+    /// The number of entries of the gradient.
     numbers: usize,
     chaos: Chaos,
 }
 
-/// Gradients of a case in every way. Ways that only rounding limits are checked.
+/// Measures gradients of a case in every way. Checks the ways whose error comes only from rounding.
 pub fn gradients(case: &Case) -> Section {
     Gradients::of(case).section()
 }
 
 impl Gradients {
-    /// Differentiates a case in every way. The truth is computed in parallel, run times and
-    /// memory are measured alone.
+    /// Differentiates a case in every way. The truth is computed in parallel; run times and memory are measured while
+    /// nothing else runs.
     fn of(case: &Case) -> Self {
         let longest = LONGEST.min(case.physics.steps.max(1));
         let mut case = case.clone();
@@ -351,7 +353,7 @@ impl Gradients {
         vec![
             self.chaos.note(),
             format!(
-                "Gradients of minus the payload's position along the ground after so many steps, by \
+                "Gradients of minus the payload's position along the ground after `steps` steps, for \
                  the {} numbers of design and controller. `error` and `angle` compare the slopes along \
                  {DIRECTIONS} random directions with differences in double-double. Until the payload \
                  leaves its place the gradient is exactly zero, and so is its error.",
@@ -360,18 +362,18 @@ impl Gradients {
             format!(
                 "`time`: processor time of one thread, for a whole gradient in reverse mode, for \
                  {DIRECTIONS} slopes in forward mode and by differences. `whole`: for a whole gradient; \
-                 in forward mode and by differences a multiple, not a measurement. `memory`: the \
+                 in forward mode and by differences it is extrapolated from the slopes. `memory`: the \
                  largest amount held in addition to what the program held before; do not trust numbers \
                  below 1 MiB."
             ),
             format!(
                 "Exact ways are checked against the truth as long as rounding leaves them two \
-                 digits. `allowed`: 128 x 128 roundings, and 16 times what the slopes change if the \
+                 digits. `allowed`: 128 x 128 roundings, plus 16 times the change of the slopes if the \
                  start is moved as far as rounding moves the motion. A full tape that would take \
                  more than {} GiB is left out.",
                 MOST_MEMORY >> 30
             ),
-            "Truncated gradients leave out the early steps: their error is the cost of that, not \
+            "Truncated gradients leave out the early steps, so their error is the cost of that, not \
              rounding."
                 .to_owned(),
         ]
@@ -379,9 +381,12 @@ impl Gradients {
 
     fn table(&self) -> Table {
         let title = "Error, time and memory over horizons";
-        let (angle, whole) = ("between the two vectors of slopes", "of a whole gradient");
-        let error = "length of the error of the slopes over the length of the slopes";
-        let allowed = "the largest error of an exact f64 way that rounding explains";
+        let (angle, whole) = (
+            "angle between the two vectors of slopes",
+            "time of a whole gradient",
+        );
+        let error = "norm of the error of the slopes divided by the norm of the slopes";
+        let allowed = "the largest error that rounding explains for an exact way in f64";
         let memory = "peak memory beyond what was held before";
         let known = |row: &Row, x: f64| (!row.left_out).then_some(x);
         let is_failed = |row: &Row| row.status().starts_with("failed");
@@ -389,7 +394,7 @@ impl Gradients {
         let way = |row: &Row| WAYS[row.way].name;
         Table::of("gradients", title, &self.rows)
             .column("way", "how the gradient is computed", way)
-            .column("steps", "the horizon", |row| row.steps)
+            .column("steps", "steps of the horizon", |row| row.steps)
             .column("error", error, |row| known(row, row.error))
             .column("allowed", allowed, |row| row.allowed)
             .column("angle_deg", angle, |row| known(row, row.angle))
@@ -402,7 +407,7 @@ impl Gradients {
             .done()
     }
 
-    /// A line for every way.
+    /// The lines of a figure, one for every way.
     fn lines(&self, point: &dyn Fn(&Row) -> Vector<f64>) -> Vec<Line> {
         let line = |(k, way): (usize, &Way)| {
             let dashes = match way.limit {
@@ -433,8 +438,8 @@ mod tests {
             let horizons: Vec<usize> = rows.iter().map(|row| row.steps).collect();
             assert_eq!(horizons, [2, 4, 8, 16, 32, 64, 128]);
             let worst = rows.iter().map(|row| row.error).fold(0.0, f64::max);
-            // Rounding of some hundred steps in each type. Differences lose a third of the digits. The error of
-            // truncation is large.
+            // The expected errors are: rounding of some hundred steps in each number type; a third of the digits lost
+            // for differences; and a large error for truncation.
             let expected = match of.limit {
                 Limit::Rounding => 0.0..1e-10,
                 Limit::Single => 0.0..1e-2,
@@ -459,7 +464,7 @@ mod tests {
         let truth = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let mut turned = truth;
         turned[1] = 1.0;
-        // Rounding of a root and an arc sine.
+        // The tolerances are for the rounding of a root and an arc sine.
         assert!((relative_error(&turned, &truth) - 1.0).abs() < 1e-15);
         assert!((angle(&turned, &truth) - 45.0).abs() < 1e-13);
         assert_eq!(angle(&truth, &truth), 0.0);

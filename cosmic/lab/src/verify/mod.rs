@@ -1,4 +1,4 @@
-//! Checks of the program's numbers against other ways to compute them, and their cost.
+//! Checks the program's numbers against other ways to compute them, and measures their cost.
 
 mod accuracy;
 mod chaos;

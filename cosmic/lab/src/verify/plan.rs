@@ -1,8 +1,8 @@
-//! The terms that a rollout computes in every step and those that it leaves out, with their costs and
-//! savings.
+//! The plan of a rollout: the terms that it computes in every step and the terms that it leaves out, with the times
+//! that they cost or save.
 //!
-//! Scene and robot decide once, before the first step: a step tests no flag. The cost of a term is
-//! measured by leaving it out of rollouts, the saving of an omitted one by putting it back.
+//! Scene and robot decide this once before the first step, so that a step need not test flags. The cost of a term is
+//! measured by leaving it out of rollouts. The saving of an omitted term is measured by putting it back.
 
 use super::clock::least_times;
 use super::speed::Subject;
@@ -20,24 +20,25 @@ use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;
 use std::iter::once;
 
-/// Steps of a measured rollout.
+/// The number of steps of a measured rollout.
 const STEPS: usize = 1024;
-/// Rounds of measurements; the shortest time counts, because it is the least disturbed one.
+/// The number of rounds of measurements. The shortest time counts, because it is the least disturbed one.
 const ROUNDS: usize = 15;
-/// The radius of gyration of the section (m) with which bending is put back.
+/// The radius of gyration of bars when bending is put back, m.
 const SOME_BENDING: f64 = 0.01;
-/// A stiffness, a strain or a scale below any rounding but not zero, so that steps compute its term.
+/// A tiny value for a stiffness, a strain or a scale. It changes no result, but because it is not zero, steps compute
+/// its term.
 const LEAST: f64 = 1e-150;
 
-/// A term of a rollout. Times are microseconds per step, and `None` if not measured.
+/// A term of a rollout. Times are in microseconds per step, and `None` if they were not measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Term {
-    /// Its name.
+    /// The name of the term.
     #[serde(rename = "term")]
     pub name: &'static str,
     /// True if every step computes it.
     pub kept: bool,
-    /// The reason.
+    /// The reason why it is computed or omitted.
     pub why: String,
     /// The time that leaving out a kept term saves.
     pub cost: Option<f64>,
@@ -72,7 +73,8 @@ impl Plan {
         }
     }
 
-    /// The plan with the times of all terms that can be put in or left out. The gradients are of `loss`.
+    /// The plan, with the times of all terms that can be put in or left out. Gradients are measured with the loss
+    /// `loss`.
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
         let body = case.body();
         let rows = rows(case, &body);
@@ -99,7 +101,7 @@ impl Plan {
             terms,
             step: Some(step),
         };
-        // A robot without outputs has no policy, so leaving them out saved the output layer too.
+        // Without outputs there is no policy, so the measured saving includes the output layer.
         let output = plan.term(OUTPUT).cost;
         let (name, _) = before_outputs(case);
         let hidden = &mut plan.term(name).cost;
@@ -118,7 +120,7 @@ impl Plan {
         term.expect("a plan has every term")
     }
 
-    /// Adds the costs of the gradients that an update does not compute.
+    /// Adds the times of the gradients that an update does not compute.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
         let both = [DESIGN, CONTROLLER].concat();
@@ -131,17 +133,17 @@ impl Plan {
     }
 }
 
-/// The settings and the body of a rollout.
+/// The settings and the body of a rollout, which a change may modify.
 struct Parts {
     physics: PhysicsSettings,
     sight: ControllerSettings,
     body: Body<f64>,
 }
 
-/// A change of the planned rollout.
+/// A change that puts a term into the planned rollout, or leaves it out.
 type Change<'f> = dyn Fn(&mut Parts) + 'f;
 
-/// The rollout of [`STEPS`] steps with a change.
+/// A rollout of [`STEPS`] steps to which a change is applied.
 fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f64>) {
     let mut parts = Parts {
         physics: case.physics.clone(),
@@ -154,8 +156,7 @@ fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f
     (simulator, parts.body)
 }
 
-/// A term, and the change by which a rollout computes it if the planned one does not, or the other way
-/// round.
+/// A term, and a change that puts the term into the rollout if the plan omits it, or leaves it out otherwise.
 struct Row<'f> {
     term: Term,
     other: Option<Box<Change<'f>>>,
@@ -174,7 +175,7 @@ fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
 }
 
 impl<'f> Row<'f> {
-    /// Adds the change, if the condition holds.
+    /// Adds the change to the row if `holds` is true.
     fn or(mut self, holds: bool, other: impl Fn(&mut Parts) + 'f) -> Self {
         if holds {
             self.other = Some(Box::new(other));
@@ -183,12 +184,13 @@ impl<'f> Row<'f> {
     }
 }
 
-/// All terms of a case's rollout.
+/// The rows of all terms of a case's rollout.
 fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let mut rows = controller_rows(case, body);
     rows.extend(force_rows(case, body));
     rows.extend(ground_rows(case));
-    let why = "not in updates of the design, which compute the gradient by the design alone";
+    let why =
+        "not in updates of the design, which only need the gradient with respect to the design";
     rows.push(row(BY_WEIGHTS, false, why));
     let why = match case.design {
         Design::Layout(_) => "the layout is frozen",
@@ -198,7 +200,7 @@ fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
-/// The name and the size of the part of a policy that computes the inputs of its outputs.
+/// The name and a description of the part of a policy before its output layer.
 fn before_outputs(case: &Case) -> (&'static str, String) {
     match Network::of(&case.controller) {
         Some(network) => {
@@ -213,7 +215,7 @@ fn before_outputs(case: &Case) -> (&'static str, String) {
 }
 
 fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
-    // An edge without stiffness pulls on nothing, strained or not.
+    // An edge without stiffness does not pull, so its strain has no effect.
     let edges = body.strain.iter().zip(&body.stiffness);
     let straining = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);
     let (some, all) = (straining.count(), body.strain.len());
@@ -289,7 +291,7 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
-/// The void edges of a layout, which steps leave out if the scene drops them or they have no stiffness.
+/// The row of void edges. Steps leave out the void edges of a layout if the scene drops them or they have no stiffness.
 fn void_row(case: &Case) -> Row<'_> {
     let Some(materials) = case.design.layout() else {
         return row("void edges", true, "no edge of a mixture is void");
@@ -363,14 +365,14 @@ fn ground_rows(case: &Case) -> [Row<'_>; 4] {
     ]
 }
 
-/// Replaces zeros by numbers that change nothing, so that steps compute all edges.
+/// Replaces zeros by numbers too small to change a result, so that steps compute all edges.
 fn keep_all(numbers: &mut [f64]) {
     for number in numbers.iter_mut().filter(|number| **number == 0.0) {
         *number = LEAST;
     }
 }
 
-/// Keeps the first edge that strains, and no other.
+/// Keeps the strain of the first edge that strains, and sets all others to zero.
 fn keep_first(strains: &mut [f64]) {
     let first = strains.iter().position(|strain| *strain != 0.0);
     for (edge, strain) in strains.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! A case that is run and differentiated repeatedly, in any number type; small functions on numbers.
+//! Runs and differentiates a case repeatedly, in any number type. Also small functions on vectors.
 
 use autodiff::{Real, Var};
 
@@ -15,16 +15,16 @@ use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::Task;
 
-/// The distance by which the coordinates of neighbouring starts are moved, m.
+/// The distance by which every coordinate of a start is moved to get neighbouring starts, m.
 pub(super) const MOVED: f64 = 1e-9;
 
-/// The robot of a case in its world.
+/// The robot of a case in its world, ready to run in any number type.
 #[derive(Clone)]
 pub(super) struct Probe<'a> {
     pub(super) case: &'a Case,
     pub(super) task: Task,
     pub(super) inputs: Inputs<f64>,
-    /// Computed in f64 and then lifted, so that every number type runs the same robot.
+    /// The design, computed in f64 and then converted, so that every number type runs the same robot.
     design: Design<Mixture<f64>>,
 }
 
@@ -38,7 +38,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The states after some steps of a rollout from the case's start, rounded to f64.
+    /// The states of a rollout from the case's start after the numbers of steps in `observed`, rounded to f64.
     pub(super) fn run<R: Real + Into<f64>>(&self, observed: &[usize]) -> Vec<State<f64>> {
         let (design, inputs) = (self.design.lift(), self.inputs.lift::<R>());
         let span = Span::from_start(observed.to_vec());
@@ -46,7 +46,7 @@ impl<'a> Probe<'a> {
         seen.states.iter().map(|state| state.map(R::into)).collect()
     }
 
-    /// The states after some steps of rollouts from several starts, in f64.
+    /// For each of several starts, the states of its rollout in f64 after the observed numbers of steps.
     pub(super) fn run_batch(
         &self,
         starts: &[State<f64>],
@@ -57,15 +57,15 @@ impl<'a> Probe<'a> {
         seen.into_iter().map(|seen| seen.states).collect()
     }
 
-    /// Starts with every coordinate moved by [`MOVED`], up or down. Cases of equal size get equal
-    /// moves.
+    /// Copies of the case's start, in which every coordinate is moved by plus or minus [`MOVED`] at random. Cases of
+    /// equal size get equal moves.
     pub(super) fn moved_starts(&self, count: usize) -> Vec<State<f64>> {
         let mut stream = stream(0, Purpose::Verification);
         let mut start = || perturbed(&self.case.start, MOVED, &mut stream);
         (0..count).map(|_| start()).collect()
     }
 
-    /// A loss and its gradient by some blocks of the inputs, in reverse mode.
+    /// A loss and its gradient with respect to some blocks of the inputs, in reverse mode.
     pub(super) fn reverse<R: Real>(
         &self,
         blocks: &[Block],
@@ -75,8 +75,8 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// The largest frequency of a case's robot with its nodes at some positions, the bound over the edges on
-/// it, and the rate at which forces dampen a vibration at most, 1/s.
+/// Three numbers for a case's robot with its nodes at `positions`, 1/s: its largest frequency, the bound on that
+/// frequency over the edges, and the largest rate at which forces damp a vibration.
 pub fn frequencies(case: &Case, positions: &[Vector<f64>]) -> [f64; 3] {
     let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
@@ -87,35 +87,35 @@ pub fn frequencies(case: &Case, positions: &[Vector<f64>]) -> [f64; 3] {
     ]
 }
 
-/// The largest distance between the nodes of two states, m; NaN if any is NaN.
+/// The largest distance between a node's positions in two states, m; NaN if any distance is NaN.
 pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
     most(pairs.map(|(a, b)| a.distance(*b)))
 }
 
-/// The largest of 0 and some numbers; NaN, which `f64::max` would drop, if any is NaN.
+/// The largest of 0 and some numbers; NaN if any number is NaN, which `f64::max` would ignore.
 pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
-/// The scalar product.
+/// The scalar product of two vectors.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The length of a vector.
+/// The Euclidean norm of a vector.
 pub(super) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
-/// The length of the difference of two vectors, relative to the length of the second vector unless that is zero.
+/// The norm of the difference of two vectors, divided by the norm of the second vector unless that is zero.
 pub(super) fn relative_error(got: &[f64], right: &[f64]) -> f64 {
     let off: Vec<f64> = got.iter().zip(right).map(|(a, b)| a - b).collect();
     let size = norm(right);
     norm(&off) / if size > 0.0 { size } else { 1.0 }
 }
 
-/// A case of `size` columns and rows with 2 hidden units; `change` edits its scene.
+/// A small case for tests with 2 hidden units. `size` is the number of columns and rows; `change` edits the scene.
 #[cfg(test)]
 pub(super) fn small(size: [usize; 2], change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();

@@ -1,4 +1,4 @@
-//! The cost of a step on this machine, in processor time of one thread.
+//! Measures the cost of a step on this machine, in processor time of one thread.
 
 use std::hint::black_box;
 
@@ -16,32 +16,32 @@ use cosmic::simulator::Span;
 use cosmic::task::Horizon;
 use serde::Serialize;
 
-/// Steps of a measured rollout, unless the case has fewer.
+/// The number of steps of a measured rollout, unless the case has fewer.
 pub const MEASURED_STEPS: usize = 4096;
-/// Repeats of each measurement; the shortest time counts, because it is the least disturbed one.
+/// How often each measurement is repeated. The shortest time counts, because it is the least disturbed one.
 const REPEATS: usize = 25;
 
 /// The costs of a step in microseconds of processor time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Speed {
-    /// Steps of the measured rollouts.
+    /// The number of steps of the measured rollouts.
     pub steps: usize,
-    /// A plain rollout.
+    /// A rollout without a gradient.
     pub rollout: f64,
-    /// The value and the gradient by the design vectors.
+    /// The loss and its gradient with respect to the design vectors.
     pub value_and_design_gradient: f64,
-    /// The value and the gradient by the controller's weights.
+    /// The loss and its gradient with respect to the controller's weights.
     pub value_and_controller_gradient: f64,
-    /// The controller's two matrix-vector products alone: the yardstick.
+    /// The two matrix-vector products of the controller alone, for comparison.
     pub two_matvecs: f64,
 }
 
-/// Measures a case with a scene's loss. The plan of the rollout and its sine table, which are made once, are
-/// left out.
+/// Measures a case with the loss `loss`. The times do not include the plan of the rollout and its sine table, which are
+/// made once.
 pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
     let (subject, matvecs) = (Subject::new(case, loss), TwoMatvecs::new(case));
     let steps = subject.steps();
-    // The works take turns: a disturbance of the machine affects all of them.
+    // The measurements take turns, so that a disturbance of the machine affects all of them.
     let works: [&dyn Fn(); 4] = [
         &|| _ = black_box(subject.rollout::<f64>()),
         &|| _ = black_box(subject.gradient::<f64>(DESIGN)),
@@ -59,7 +59,7 @@ pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
     }
 }
 
-/// A benchmark case: a rollout and its gradients.
+/// A case prepared for benchmarks: a rollout and its gradients.
 #[derive(Clone)]
 pub struct Subject<'a> {
     probe: Probe<'a>,
@@ -68,7 +68,7 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// Plans rollouts of a case: [`MEASURED_STEPS`] steps, or as many as it has, but at least one.
+    /// Plans rollouts of a case. They have [`MEASURED_STEPS`] steps, or fewer if the case has fewer, but at least one.
     pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
         let mut moving = case.clone();
         moving.physics.steps = case.physics.steps.max(1);
@@ -84,7 +84,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// This case with a budget for what a gradient keeps of the steps of its rollout.
+    /// This case with another memory budget for the steps that a gradient stores.
     #[must_use]
     pub fn with_memory(&self, memory: Memory) -> Self {
         let mut other = self.clone();
@@ -92,12 +92,12 @@ impl<'a> Subject<'a> {
         other
     }
 
-    /// Steps of a rollout.
+    /// The number of steps of a rollout.
     pub fn steps(&self) -> usize {
         self.horizon.steps
     }
 
-    /// The loss of a plain rollout.
+    /// The loss, without its gradient.
     pub fn rollout<R: Real>(&self) -> R {
         let Probe { case, task, .. } = &self.probe;
         let inputs = self.probe.inputs.lift::<R>();
@@ -114,8 +114,8 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its mixtures.
+    /// The loss and its gradient with respect to some blocks of the inputs, such as [`DESIGN`] or [`CONTROLLER`]. For a
+    /// layout, the gradient with respect to the design is with respect to its mixtures.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         self.probe.reverse(blocks, |inputs| {
             let design = self.design(blocks, inputs);
@@ -123,8 +123,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The losses in the performance and in the stability projection, each with its gradient by the
-    /// design vectors, side by side as an optimisation computes them on one thread.
+    /// The losses in the performance projection and in the stability projection, each with its gradient with respect to
+    /// the design vectors. Both are computed together, as in an optimisation on one thread.
     pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
         let Probe {
             case, task, inputs, ..
@@ -138,7 +138,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The design to differentiate by some blocks. The design vectors of a layout are its mixtures.
+    /// The design to use when differentiating with respect to some blocks. The design vectors of a layout are its
+    /// mixtures.
     fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
         let case = self.probe.case;
         match case.design {
@@ -148,8 +149,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// `W2 (W1 x)`, of the shapes that a controller runs with: all positions and velocities to
-/// hidden units to edges.
+/// The two products `W2 (W1 x)` with the shapes of a controller: from all positions and velocities to hidden units, and
+/// from there to edges.
 #[derive(Clone, Copy, Debug)]
 pub struct TwoMatvecs {
     inputs: usize,
@@ -158,7 +159,7 @@ pub struct TwoMatvecs {
 }
 
 impl TwoMatvecs {
-    /// The mat-vecs of a case's controller.
+    /// The products with the shapes of a case's controller.
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
@@ -167,7 +168,7 @@ impl TwoMatvecs {
         }
     }
 
-    /// Computes them `steps` times; returns the input vector.
+    /// Computes the products `steps` times; returns the input vector.
     pub fn run(self, steps: usize) -> Vec<f64> {
         let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);

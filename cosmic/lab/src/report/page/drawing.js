@@ -1,14 +1,14 @@
 "use strict";
-// Draws robots, curves and mixtures on canvases. Reports, comparisons and the page in the browser use this one file.
+// Draws robots, curves and mixtures on canvases, for reports, comparisons and the page in the folder `web`.
 
 const FONT = 'system-ui, "Segoe UI", Helvetica, Arial, sans-serif';
 const MATERIALS = ["void", "skeleton", "actuator"];
-// A bar with a smaller share of solid material does not connect its nodes.
+// A bar with a smaller fraction of solid material does not count as a connection of its nodes.
 const HOLDS = 0.3;
-// A bar with a smaller share of solid material is drawn as void.
+// A bar with a smaller fraction of solid material is drawn as void.
 const SEEN = 0.02;
 
-// A canvas as sharp as the screen and as large as its element.
+// A canvas that has the resolution of the screen and the size of its element.
 class Drawing {
   #scene = null;
   #colours = new Map();
@@ -33,8 +33,8 @@ class Drawing {
     });
   }
 
-  // Draws a scene by `paint`, which each kind of drawing has. The scene is drawn again when the canvas comes into view
-  // and when size or colours change.
+  // Draws `scene`, the data of what is shown, with the method `paint` of each kind of drawing. The scene is drawn again
+  // when the canvas comes into view, and when size or colours change.
   draw(scene) {
     this.#scene = scene;
     const [width, height] = this.#size;
@@ -55,7 +55,7 @@ class Drawing {
     if (this.#scene !== null) this.draw(this.#scene);
   }
 
-  // A colour of `theme.css` by its name.
+  // The colour of `theme.css` with this name.
   colour(name) {
     return this.#kept(name, () => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
   }
@@ -65,7 +65,7 @@ class Drawing {
     return this.#colours.get(name);
   }
 
-  // The colour of a share from -1 to 1: from `--shorter` over `--rest` to `--longer`, in 33 shades.
+  // The colour for a number from -1 to 1, in 33 shades: `--shorter` at -1, `--rest` at 0, `--longer` at 1.
   shade(share) {
     const k = Math.round(16 * share);
     return this.#kept(k, () => {
@@ -113,14 +113,14 @@ class Drawing {
     pen.fillText(text, x, y);
   }
 
-  // The width of a text of 12 pixels.
+  // The width of a text in the font of 12 pixels.
   measure(text) {
     this.pen.font = `12px ${FONT}`;
     return this.pen.measureText(text).width;
   }
 
-  // The edge that is nearest to a point of the window, at most 12 pixels away, or null. `marks` are [edge, distance],
-  // with the distance as a function of a place on the canvas.
+  // The edge that is nearest to a point of the window and at most 12 pixels away, or null. `marks` is a list of
+  // [edge, distance], where `distance` is a function of a place on the canvas.
   nearest(clientX, clientY, marks) {
     const box = this.canvas.getBoundingClientRect();
     let [least, nearest] = [12, null];
@@ -132,7 +132,7 @@ class Drawing {
   }
 }
 
-// The height of a ground with corners [[x, y], …] at an x. It is level before the first corner and after the last.
+// The height at `x` of ground with the corners [[x, y], …]. It is level before the first corner and after the last.
 function levelAt(ground, x) {
   const ahead = ground.findIndex(corner => corner[0] > x);
   if (ahead <= 0) return (ahead === 0 ? ground[0] : ground[ground.length - 1] ?? [0, 0])[1];
@@ -140,17 +140,18 @@ function levelAt(ground, x) {
   return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
-// The mean height of a ground over a width around an x, for a camera that does not jump at every step.
+// The mean height of ground over `width` around `x`. A camera that follows it does not jump where the ground has a
+// step.
 function levelAround(ground, x, width) {
   const levels = Array.from({ length: 17 }, (_, k) => levelAt(ground, x + width * (k / 16 - 0.5)));
   return levels.reduce((sum, level) => sum + level, 0) / levels.length;
 }
 
-// Calls `tick(seconds)` for every frame of the screen, with the time since the last frame.
+// Calls `tick(seconds)` for every frame of the screen. `seconds` is the time since the last frame.
 function everyFrame(tick) {
   let last = null;
   const frame = stamp => {
-    // A page that was out of sight does not jump.
+    // Limited, so that a page that was hidden does not jump ahead.
     tick(last === null ? 0 : Math.min(0.1, (stamp - last) / 1000));
     last = stamp;
     requestAnimationFrame(frame);
@@ -158,7 +159,7 @@ function everyFrame(tick) {
   requestAnimationFrame(frame);
 }
 
-// Calls `toggle` when the space bar is pressed, wherever the focus is except in text. The bar does nothing else then.
+// Calls `toggle` when the space bar is pressed, unless the focus is in a text field. The bar then has no other effect.
 function playBySpace(toggle) {
   for (const kind of ["keydown", "keyup"]) {
     addEventListener(kind, event => {
@@ -172,7 +173,7 @@ function playBySpace(toggle) {
 
 const startsPlaying = () => !matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-// A number with a minus sign that is as wide as a plus sign.
+// A number with `digits` decimals and a typographic minus sign.
 const decimals = (x, digits) => x.toFixed(digits).replace("-", "\u2212");
 
 // The smallest of 1, 2 and 5 times a power of ten that is at least `least`.
@@ -181,7 +182,7 @@ function roundStep(least) {
   return [1, 2, 5, 10].find(k => k * decade >= least * (1 - 1e-9)) * decade;
 }
 
-// The decimals that multiples of a step need.
+// The number of decimals that multiples of a step need.
 const digitsOf = step => Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
 
 // A robot on its ground. Lengths are metres in the frame of the world.
@@ -189,9 +190,10 @@ class Stage extends Drawing {
   #world;
   #drawn = [];
 
-  // `world`: `width` of what a canvas shows that is 2.4 times as wide as high; `ground` as corners [[x, y], …] from
-  // left to right; `cos` of its incline; `limit` of an actuator's strain. Optional: `payloads`, the nodes that carry
-  // one ([0]), and `origin`, the x at which marks along the ground begin (0).
+  // `world` has: `width`, how much of the world a canvas shows that is 2.4 times as wide as high; `ground`, its corners
+  // [[x, y], …] from left to right; `cos`, the cosine of its incline; `limit`, the strain at which actuators have their
+  // full colour. Optional: `payloads`, the nodes that carry one (default [0]); `origin`, the x at which marks along the
+  // ground begin (default 0).
   constructor(canvas, world) {
     super(canvas);
     this.world = world;
@@ -201,11 +203,12 @@ class Stage extends Drawing {
     this.#world = { payloads: [0], origin: 0, ...world };
   }
 
-  // A moment: `positions` [x0, y0, x1, y1, …]; `edges` as [i, j, rest length, material, edge, weight], where the
-  // material is 0 (void, faint), 1 (skeleton) or 2 (actuator), and a weight below 1 makes a bar thinner and fainter;
-  // `camera` [x, y], which is in the middle above the lower edge. Optional: `trail` of the payload [x, y, …];
-  // `highlight`, an edge; `label` in the upper left corner; `shape`, positions that strains are taken from; `colours`
-  // by edge instead of materials and strains.
+  // Paints one moment. `positions`: [x0, y0, x1, y1, …]. `edges`: a list of [i, j, rest length, material, edge,
+  // weight], where the material is 0 (void, drawn faint), 1 (skeleton) or 2 (actuator), and a weight below 1 makes a
+  // bar thinner and fainter. `camera`: the point [x, y] that is in the middle of the drawing, above its lower edge.
+  // Optional: `trail`, the path of the payload [x, y, …]; `highlight`, an edge; `label`, a text for the upper left
+  // corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
+  // materials and strains.
   paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null }, width, height) {
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
     const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - camera[1]) * scale];
@@ -242,13 +245,13 @@ class Stage extends Drawing {
     this.line([from, to], colour, thick * [0.5, 1, 1.45][material] * (0.4 + 0.6 * weight));
   }
 
-  // The colour of an actuator's strain, with a colour for strains beyond the limit.
+  // The colour for an actuator's strain. Strains beyond the limit have a special colour.
   strainColour(strain) {
     const share = strain / this.#world.limit;
     return Math.abs(share) > 1 ? this.colour("beyond") : this.shade(share);
   }
 
-  // The ground, and marks at distances along it, as displacements are measured.
+  // Paints the ground, and marks at equal distances along it. Displacements are measured along the ground too.
   #paintGround(place, middle, half, scale, height) {
     const { ground, cos, origin } = this.#world;
     const [left, right] = [middle - half, middle + half];
@@ -282,9 +285,10 @@ class Stage extends Drawing {
 class Walker {
   #unpacked = null;
 
-  // `robot`: `edges` [[i, j], …], their lengths at `rest` (m), `start` positions [x0, y0, …] (m) and `payloads`;
-  // `world` of a `Stage`, with `sin`; `mixtures`: shares of void, skeleton and actuator of every edge, in thousandths;
-  // `walk`, or null: `counts` of `unit` (m) by which the nodes move between two frames, which are `every` seconds apart.
+  // `robot` has: `edges` [[i, j], …]; `rest`, their rest lengths (m); `start`, the positions at the start [x0, y0, …]
+  // (m); and `payloads`. `world` is that of a `Stage`, and also has `sin`, the sine of its incline. `mixtures`: void,
+  // skeleton and actuator of every edge, in thousandths. `walk`, which may be null, has: `every`, the seconds between
+  // two frames; and `counts`, how far the nodes move between two frames, in multiples of `unit` (m).
   constructor(robot, world, mixtures, walk) {
     Object.assign(this, { robot, world, walk });
     this.mixtures = mixtures.map(shares => shares.map(share => share / 1000));
@@ -308,7 +312,7 @@ class Walker {
     return body;
   }
 
-  // Seconds of the walk.
+  // The duration of the walk in seconds.
   get duration() {
     return this.walk ? this.walk.every * (this.walk.counts.length - 1) : 0;
   }
@@ -330,7 +334,8 @@ class Walker {
     return { places, trail, cameras: this.#follow(places) };
   }
 
-  // The middle of the body averaged over a second, so that the camera does not shake, and the ground around it.
+  // The path of the camera: the middle of the body and the ground around it, averaged over a second so that the picture
+  // does not shake.
   #follow(places) {
     const middles = places.map(frame => {
       const along = [...this.body].map(node => frame[2 * node]);
@@ -345,7 +350,7 @@ class Walker {
     });
   }
 
-  // The moment of a time for a `Stage`, and the metres that the payload moved along the ground.
+  // What a `Stage` paints at a time, and how far the payload has moved along the ground by then, in metres.
   at(time) {
     const { places, trail, cameras } = this.#frames;
     const place = this.walk ? Math.min(time / this.walk.every, places.length - 1) : 0;
@@ -362,12 +367,12 @@ class Walker {
   }
 }
 
-// Lines over iterations or over time, with a cursor that a click, a drag or the arrow keys move.
+// A chart with lines over iterations or over time. A click, a drag and the arrow keys move its cursor.
 class Curve extends Drawing {
   #axes = null;
 
-  // `seek(x)` is called with the place that the reader asks for. Without it the drawing is only a picture. `step` is
-  // the way of an arrow key.
+  // `seek(x)` is called when the user moves the cursor to `x`. Without `seek`, the chart has no controls. `step` is how
+  // far an arrow key moves the cursor.
   constructor(canvas, seek = null, step = 1) {
     super(canvas);
     if (!seek) return;
@@ -397,10 +402,11 @@ class Curve extends Drawing {
     canvas.style.cursor = "crosshair";
   }
 
-  // `series`: {name, colour, points: [[x, y], …]} with the name of a colour. A y that is not a number makes a gap, and
-  // a string is shown as the reading. `x`: the range along; `unit`: of x. Optional: `title`; `cursor`; `digits` of
-  // readings after the point (2); `levels`, numbers with dashed lines; `phases`, bands {name, from, to}; `log` for a
-  // logarithmic vertical axis.
+  // `series`: a list of {name, colour, points: [[x, y], …]}, where `colour` is the name of a colour. If y is not a
+  // number, the line has a gap there; if it is a string, that is shown instead of a number. `x`: the range of the
+  // horizontal axis. `unit`: the unit of x. Optional: `title`; `cursor`; `digits`, the decimals of numbers at the
+  // cursor (default 2); `levels`, numbers at which dashed lines are drawn; `phases`, bands {name, from, to}; `log`,
+  // true for a logarithmic vertical axis.
   paint({ series, x, unit, title = "", cursor = null, digits = 2, levels = [], phases = [], log = false }, width, height) {
     const up = log ? Math.log10 : y => y;
     const seen = series.flatMap(line => line.points.map(point => point[1])).filter(y => Number.isFinite(y) && (!log || y > 0));
@@ -426,7 +432,7 @@ class Curve extends Drawing {
     if (cursor !== null) this.#tell(series, cursor, digits, unit, log);
   }
 
-  // From zero, or from below the least number if that is negative.
+  // The range of the vertical axis. It begins at zero, or below the least number if that is negative.
   #range(numbers, log) {
     if (numbers.length === 0) return log ? [0.1, 10] : [0, 1];
     const [low, high] = numbers.reduce(([a, b], y) => [Math.min(a, y), Math.max(b, y)], log ? [Infinity, 0] : [0, 0]);
@@ -478,7 +484,7 @@ class Curve extends Drawing {
     this.pen.setLineDash([]);
   }
 
-  // The last point at or before the cursor, or the first.
+  // The last point at or before the cursor, or else the first point.
   #at(points, cursor) {
     const after = points.findIndex(point => point[0] > cursor + 1e-9);
     return points[after < 0 ? points.length - 1 : Math.max(0, after - 1)];
@@ -491,7 +497,7 @@ class Curve extends Drawing {
     return log ? point[1].toExponential(1).replace("-", "\u2212") : decimals(point[1], digits);
   }
 
-  // Names with their numbers at the cursor, in lines that fit into the drawing.
+  // Writes the names of the series with their numbers at the cursor, in lines that fit into the drawing.
   #readings(series, cursor, digits, log, width) {
     let [at, line] = [0, 0];
     return series.map(({ name, colour, points }) => {
@@ -503,7 +509,7 @@ class Curve extends Drawing {
     });
   }
 
-  // The readings for screen readers.
+  // Tells screen readers the numbers at the cursor.
   #tell(series, cursor, digits, unit, log) {
     const canvas = this.canvas;
     if (canvas.getAttribute("role") !== "slider") return;
@@ -515,13 +521,13 @@ class Curve extends Drawing {
   }
 }
 
-// The mixtures of edges in a triangle whose corners are void, skeleton and actuator.
+// Draws the mixtures of edges as points of a triangle whose corners are void, skeleton and actuator.
 class Ternary extends Drawing {
   #spots = [];
 
-  // `mixtures`: [void, skeleton, actuator] of every edge; `delivered`: the final material of each edge (0, 1 or 2),
-  // which gives its colour. Optional: `paths`, the mixtures of an edge over the iterations, for edges that have them;
-  // `highlight`, an edge.
+  // `mixtures`: [void, skeleton, actuator] of every edge. `delivered`: the final material of each edge (0, 1 or 2),
+  // which determines its colour. Optional: `paths`, for each edge the list of its mixtures over the iterations, if it
+  // has one; `highlight`, an edge.
   paint({ mixtures, delivered, paths = [], highlight = null }, width, height) {
     const side = Math.min(width - 88, (height - 104) / Math.sqrt(0.75));
     const [middle, bottom] = [width / 2, height / 2 + side * Math.sqrt(0.1875) + 2];
@@ -540,7 +546,7 @@ class Ternary extends Drawing {
     };
     const moved = Object.keys(paths).filter(e => paths[e]);
     for (const e of moved) path(e, 0.13, 1);
-    // One ring for all edges of a material that end at one spot.
+    // Draw a single ring for all edges of one material that end at the same spot.
     const ends = new Map(moved.map(e => [`${place(paths[e][paths[e].length - 1]).map(Math.round)},${delivered[e]}`, e]));
     for (const e of ends.values()) ring(e, 0.5);
     this.pen.globalAlpha = 1;
@@ -566,7 +572,7 @@ class Ternary extends Drawing {
     MATERIALS.forEach((name, k) => this.text(name, corners[k][0], corners[k][1] + [46, 46, -36][k], "ink", "center", "13px"));
   }
 
-  // Points at one spot are laid out around it like the seeds of a sunflower, so that each can be seen.
+  // Moves points that are at the same spot apart, like the seeds of a sunflower, so that each can be seen.
   #spread(points, apart) {
     const met = new Map();
     return points.map(([x, y]) => {

@@ -1,8 +1,8 @@
 // Diagrams of a gait: feet on the ground, target strains and strains of actuators, peaks of the forces in bars.
 
-// A diagram over some seconds, with a line at each period of the clock and at the time that is shown.
+// A diagram over time. Lines mark the periods of the clock and the current time.
 class OverTime extends Drawing {
-  // The width of a sample's column, and the function from a time to its place, between two edges of the drawing.
+  // Returns the width of a sample's column, and the function from a time to its place between `left` and `right`.
   along(times, left, right) {
     const step = times.length > 1 ? (times[times.length - 1] - times[0]) / (times.length - 1) : 1;
     const [from, to] = [times[0], times[times.length - 1] + step];
@@ -74,9 +74,9 @@ class Heat extends OverTime {
   }
 }
 
-// The largest push and pull in every bar, and a mark at the force that is shown.
+// The largest push and pull in every bar, with a mark at the current force.
 class Peaks extends Drawing {
-  // `bars`: {edge, push, pull, now}: the largest push and pull (N, both positive), and the force now.
+  // `bars` is a list of {edge, push, pull, now}: the largest push and pull (N, both positive) and the current force.
   paint({ bars, highlight }, width, height) {
     const most = side => Math.max(1e-9, ...bars.map(bar => bar[side]));
     const [left, top] = [48, 10];

@@ -1,6 +1,6 @@
-// The page of a run: one time, one iteration and one chosen edge for all of its drawings.
+// The page of a run. All of its drawings show the same time, the same iteration and the same chosen edge.
 
-// A test finds the error in the document.
+// Tests look for errors in this attribute of the document.
 addEventListener("error", event => { document.body.dataset.error = event.message; });
 
 const data = JSON.parse(document.getElementById("data").textContent);
@@ -13,7 +13,8 @@ const view = { now: 0, playing: startsPlaying(), shown: last, chosen: null, hove
 const percent = share => `${share > 0 ? "+" : ""}${decimals(100 * share, 1)}\u00a0%`;
 const newton = force => `${decimals(force, Math.abs(force) < 10 ? 2 : 1)}\u00a0N`;
 
-// `moving` draws every moment; `still` draws only when the iteration or the chosen edge changes.
+// Functions that draw: those in `moving` are called for every frame, those in `still` only when the iteration or the
+// chosen edge changes.
 const moving = [], still = [];
 const drawStill = () => still.forEach(draw => draw());
 const walker = () => walkers[view.shown];
@@ -49,7 +50,7 @@ function seek(time) {
   view.now = Math.min(time, walker().duration);
 }
 
-// Shows another iteration. The time stays if its walk is long enough.
+// Shows another iteration, at the same time if its walk is long enough.
 function show(index) {
   view.shown = index;
   if (view.now > walker().duration) view.now = 0;
@@ -191,7 +192,7 @@ function actuators(stage) {
   still.push(() => buttons.forEach((button, k) => button.setAttribute("aria-pressed", gait.actuators[k] === highlight())));
 }
 
-// The time of the delivered robot. For another robot, a time outside all diagrams.
+// The current time if the delivered robot is shown, otherwise a time outside all diagrams.
 const cursor = () => (view.shown === last ? view.now : -1);
 
 function goTo(time) {
@@ -233,7 +234,7 @@ function convergence() {
   const x = [first - 1, first - 1 + count];
   const colours = ["accent", "second", "third", "fourth"];
   const line = ({ name, colour, numbers }) => ({ name, colour: colours[colour], points: numbers.flatMap((y, k) => (y === null ? [] : [[first + k, y]])) });
-  // Shows the recorded design that is nearest to an iteration.
+  // Shows the recorded design whose iteration is nearest.
   const toIteration = iteration => {
     view.evolving = false;
     if (last > 0) show(walkers.reduce((best, { iteration: at }, k) => (Math.abs(at - iteration) <= Math.abs(walkers[best].iteration - iteration) && k < last ? k : best), 0));

@@ -1,4 +1,4 @@
-// Robots of several runs in lanes, one above the other: one ground, one clock, one scale.
+// Robots of several runs in lanes, one above the other, all on the same ground, at the same time and to the same scale.
 
 addEventListener("error", event => { document.body.dataset.error = event.message; });
 
@@ -35,7 +35,7 @@ everyFrame(seconds => {
   if (race.playing) race.now += seconds * Number(part("speed").value);
   if (race.now > duration) race.now = 0;
   const moments = lanes.map(({ walker }) => walker.at(Math.min(race.now, walker.duration)));
-  // All robots are in view, and none is higher than its lane.
+  // Choose the scale such that all robots are in view and none is higher than its lane.
   const places = moments.map(({ camera }) => camera[0]);
   const [last, first] = [Math.min(...places), Math.max(...places)];
   const { clientWidth: width, clientHeight: height } = lanes[0].canvas;

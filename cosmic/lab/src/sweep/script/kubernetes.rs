@@ -1,8 +1,8 @@
-//! The manifest of a Job of Kubernetes.
+//! The manifest of a Kubernetes Job.
 
 use super::task::{GRACE, HandOver, Tasks, index, limited, title};
 
-/// Spaces before a line of the container's script.
+/// The line break and the spaces before a line of the container's script.
 const DEEP: &str = "\n              ";
 
 pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {
@@ -29,7 +29,7 @@ pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {
 # folder is {sweep}, relative to the volume's root unless the path is absolute.
 # Start it with:  kubectl apply -f FILE
 #
-# A pod that receives a signal saves its runs. Its exit code is then 75, and another pod continues.
+# A pod that receives a signal saves its runs and ends with exit code 75. Then another pod continues them.
 apiVersion: batch/v1
 kind: Job
 metadata:
@@ -68,7 +68,7 @@ spec:
           command: ["/bin/sh", "-c"]
           args:
             - |
-              # The task of this pod: the one of that number in the ranges.
+              # The task of this pod: the one at position JOB_COMPLETION_INDEX in the ranges.
               number=$JOB_COMPLETION_INDEX
               for range in {ranges}; do
                 first=${{range%-*}}

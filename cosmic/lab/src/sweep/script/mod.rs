@@ -1,7 +1,7 @@
-//! Scripts and a manifest that hand the unfinished runs to a cluster's scheduler, simple enough to edit.
+//! Scripts and a manifest that hand the unfinished runs to a cluster's scheduler. They are simple enough to be edited.
 //!
-//! A task does one run, or several consecutive runs. Before the time of a task is up, the scheduler sends a
-//! signal, and the runs are saved. The exit code is then 75, and the task queues again.
+//! A task does one run, or several consecutive runs. Before the time of a task is up, the scheduler sends a signal. The
+//! task then saves its runs and ends with exit code 75, and the scheduler queues it again.
 
 mod task;
 mod slurm;
@@ -14,19 +14,19 @@ use task::Tasks;
 
 pub use task::HandOver;
 
-/// A program that runs tasks.
+/// A program that runs the tasks of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheduler {
-    /// Slurm, by an array of tasks.
+    /// Slurm, which runs an array of tasks.
     Slurm,
     /// GNU parallel, on one machine.
     Parallel,
-    /// Kubernetes, by an indexed Job.
+    /// Kubernetes, which runs an indexed Job.
     Kubernetes,
 }
 
 impl HandOver<'_> {
-    /// The script or manifest. Makes the folder of the logs, which Slurm expects.
+    /// Returns the script or the manifest. Also creates the folder of the logs, which Slurm expects to exist.
     ///
     /// # Errors
     /// [`Error::Usage`] if the script cannot contain the name of the sweep's folder; [`Error::Write`] if the

@@ -9,7 +9,7 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
         limited(hand_over, tasks),
     );
     let sweep = &tasks.sweep;
-    // Ranges in shell syntax: {3..17} 40.
+    // Ranges in shell syntax, such as {3..17} 40.
     let in_braces = |range: &&str| match range.split_once('-') {
         None => (*range).to_owned(),
         Some((first, last)) => format!("{{{first}..{last}}}"),
@@ -26,7 +26,7 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
 {title}#
 # Start it with:  bash FILE
 # in the folder that this script was written in. If runs remain unfinished, start it again: finished runs are not
-# repeated. Ctrl-C ends it; runs are saved.
+# repeated. Ctrl-C saves the runs and ends the script.
 
 task() {{
   task=$1

@@ -3,15 +3,15 @@
 use super::task::{GRACE, HandOver, Tasks, command, index, title};
 use cosmic::error::in_shell;
 
-/// Where the output of a task goes.
+/// The file that receives the output of a task.
 struct Output {
     file: String,
-    /// The script lines that redirect the output if Slurm cannot use the file.
+    /// The script lines that redirect the output if a directive cannot name the file.
     redirect: String,
 }
 
-/// The output of tasks. Slurm gives a special meaning to backslashes and to its words for heterogeneous jobs, and
-/// a directive ends at the end of its line.
+/// Decides how the output of tasks reaches its file. A directive cannot name every file: Slurm gives a special meaning
+/// to backslashes and to its words for heterogeneous jobs, and a directive ends at the end of its line.
 fn output(hand_over: &HandOver, tasks: &Tasks) -> Output {
     let sweep = hand_over.sweep.display().to_string();
     let lower = sweep.to_ascii_lowercase();
@@ -63,7 +63,7 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
 # in the folder that this script was written in. If the array is too large (MaxArraySize of
 # `scontrol show config`), write the script with more --seeds-per-task.
 #
-# {GRACE} seconds before its time is up, a task saves its runs. Its exit code is then 75, and it queues again.
+# {GRACE} seconds before its time is up, a task saves its runs, ends with exit code 75, and is queued again.
 # If runs remain unfinished, start the script again: finished runs are not repeated.
 #SBATCH --job-name={name}
 #SBATCH --array={numbers}{throttle}

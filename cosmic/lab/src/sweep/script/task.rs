@@ -1,14 +1,14 @@
-//! The tasks that are handed over: their numbers, and the lines that all scripts share.
+//! The tasks that are handed to a scheduler: their numbers, and the lines that all scripts share.
 
 use crate::sweep::in_ranges;
 use cosmic::error::in_shell;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Seconds between the signal and the end of a task's time.
+/// How long before the end of its time a task receives the signal, s.
 pub(super) const GRACE: u64 = 60;
 
-/// The runs that are handed over, and the options of their tasks.
+/// The runs that are handed to a scheduler, and the options of their tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct HandOver<'s> {
     /// The sweep's folder, as the tasks find it.
@@ -17,25 +17,25 @@ pub struct HandOver<'s> {
     pub runs: usize,
     /// The unfinished runs, at least one.
     pub left: &'s [usize],
-    /// Runs per task.
+    /// The number of runs per task.
     pub per_task: NonZeroUsize,
-    /// Cores per task, with a run on each.
+    /// The number of cores per task. Each core does one run at a time.
     pub cores: NonZeroUsize,
-    /// The most tasks at a time.
+    /// The largest number of tasks that run at the same time.
     pub throttle: Option<NonZeroUsize>,
-    /// The time limit of a task.
+    /// The time limit of a task, in minutes.
     pub minutes: Option<u64>,
 }
 
-/// The tasks with unfinished runs. Task k has the runs from `k * per_task` on.
+/// The tasks that have unfinished runs. Task k has `per_task` runs, from number `k * per_task` on.
 #[derive(Clone)]
 pub(super) struct Tasks {
-    /// Their numbers as ranges, `3-17,40`.
+    /// The numbers of the tasks as ranges, such as `3-17,40`.
     pub(super) numbers: String,
     pub(super) count: usize,
     /// The sweep's folder, quoted for a shell.
     pub(super) sweep: String,
-    /// The name of the sweep's folder, of letters, digits and dashes.
+    /// The name of the sweep's folder, reduced to letters, digits and dashes.
     pub(super) name: String,
 }
 
@@ -56,13 +56,13 @@ impl Tasks {
         }
     }
 
-    /// The ranges, one by one.
+    /// The ranges of task numbers, one text each.
     pub(super) fn ranges(&self) -> Vec<&str> {
         self.numbers.split(',').collect()
     }
 }
 
-/// A name that every scheduler accepts.
+/// Turns a name into one that every scheduler accepts.
 fn label(name: &str) -> String {
     let letters = name.chars().map(|c| {
         let c = c.to_ascii_lowercase();
@@ -72,7 +72,7 @@ fn label(name: &str) -> String {
     name.trim_end_matches('-').to_owned()
 }
 
-/// The first comment of a script.
+/// The comment at the top of a script.
 pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let HandOver { runs, left, .. } = hand_over;
     let sweep: String = hand_over.sweep.display().to_string();
@@ -85,7 +85,7 @@ pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     )
 }
 
-/// The lines that turn `$task` into `$index`, the runs of the task.
+/// The shell lines that compute `$index`, the numbers of the task's runs, from `$task`.
 pub(super) fn index(hand_over: &HandOver) -> String {
     let (per_task, runs) = (hand_over.per_task.get(), hand_over.runs);
     if per_task == 1 {
@@ -106,7 +106,7 @@ pub(super) fn command(hand_over: &HandOver, tasks: &Tasks) -> String {
     format!("cosmic sweep run {sweep} --index \"$index\" --threads {cores}")
 }
 
-/// The command within the time limit, if there is one. A signal before the end lets the runs be saved.
+/// The command of a task with its time limit, if there is one. A signal is sent before the end, so that runs are saved.
 pub(super) fn limited(hand_over: &HandOver, tasks: &Tasks) -> String {
     let command = command(hand_over, tasks);
     match hand_over.minutes {

@@ -17,7 +17,8 @@ fn falling() -> Case {
     case
 }
 
-/// Every run that is sound is a point of a figure, unless its error is not resolved.
+/// The rounding of a run is as large as expected for its number type. Figures have a point for every run whose error is
+/// resolved and comes from its time step.
 #[test]
 fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     let case = falling();
@@ -27,7 +28,7 @@ fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     assert!(failures.is_empty(), "{failures:?}");
     for run in &mut accuracy.runs {
         assert!(run.time > 0.0);
-        // Hundreds of steps, each with some ten roundings of numbers near 1.
+        // In each of hundreds of steps, some ten numbers near 1 are rounded.
         let rounding = [1e-9..1e-3, 0.0..1e-12, 0.0..f64::MIN_POSITIVE];
         assert!(
             rounding[run.precision].contains(&run.rounding[3]),
@@ -43,12 +44,12 @@ fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     assert!(section.failures.is_empty());
 }
 
-/// A run that diverges is a failure only if it was expected to stay finite. No figure shows its error,
-/// which tells nothing about the time step.
+/// A run that diverges is a failure only if it was expected to stay finite. No figure shows its error, which says
+/// nothing about the time step.
 #[test]
 fn diverged_runs_are_failures_unless_they_were_expected() {
-    // Too stiff for any of the time steps except the shortest ones; stable with the substeps of the
-    // scene only; unstable without them.
+    // The first case is stable only with the shortest time steps, the second only with substeps. The third is the
+    // second without substeps, so it is unstable.
     for (stiffness, substeps) in [(4e6, 1), (1e4, 16), (1e4, 1)] {
         let mut case = falling();
         (case.materials.stiffness, case.physics.substeps) = ([stiffness; 3], substeps);
@@ -74,12 +75,12 @@ fn diverged_runs_are_failures_unless_they_were_expected() {
     }
 }
 
-/// All rows are compared with the same motion. A run of the row's own method with steps 64 times shorter
-/// would differ from row to row after contacts, and hide the error of a long step.
+/// All rows are compared with the same motion. If each row had its own reference, by its own method with steps 64 times
+/// shorter, the references would differ after contacts and hide the error of a long step.
 #[test]
 fn all_rows_are_compared_with_one_motion() {
     let mut case = falling();
-    // From 0.01 m it lands before the last of the times.
+    // From a height of 0.01 m, the robot lands before the last of the times.
     case.start.x.iter_mut().for_each(|x| x[1] -= 0.99);
     let accuracy = Accuracy::of(&case);
     let states = |method: Method, fraction: f64| {
@@ -94,8 +95,8 @@ fn all_rows_are_compared_with_one_motion() {
     for run in accuracy.runs.iter().filter(|run| run.precision == DOUBLE) {
         let states = states(run.method, run.fraction);
         for (k, error) in errors(&states, &truth).into_iter().enumerate() {
-            // The uncertainty of the reference, and as much for the other run, whose steps are as
-            // short. An unresolved error is below three times the uncertainty.
+            // Twice the uncertainty: once for the reference, and once for the other run, whose steps are as short. An
+            // unresolved error is below three times the uncertainty.
             let one = accuracy.reference.uncertainty[k];
             match run.error[k] {
                 Some(found) => assert!((found - error).abs() < 2.0 * one, "{k}: {run:?}"),
@@ -108,7 +109,7 @@ fn all_rows_are_compared_with_one_motion() {
 
 #[test]
 fn errors_are_at_least_three_uncertainties() {
-    // One node at a distance for each of the times.
+    // States of a single node, with its position at each of the times.
     let along = |x: [f64; 4]| {
         x.map(|x| State::new(vec![[x, 0.0]], vec![[0.0; 2]]))
             .to_vec()
@@ -117,11 +118,11 @@ fn errors_are_at_least_three_uncertainties() {
         uncertainty: [1.0, 1.0, 1.0, 0.0],
         states: along([0.0; 4]),
     };
-    // A row that diverged is wrong by any measure.
+    // If a run diverged, its NaN counts as an error.
     let found = reference.errors(&along([2.5, 3.0, f64::NAN, 0.0]));
     assert!(found[2].is_some_and(f64::is_nan));
     assert_eq!([found[0], found[1], found[3]], [None, Some(3.0), Some(0.0)]);
-    // Against a reference that diverged, the error of no row is known.
+    // If the reference diverged, no error is known.
     reference.uncertainty = [f64::INFINITY; 4];
     let found = reference.errors(&along([9.0, 9.0, f64::NAN, 0.0]));
     assert_eq!(found, [None; 4]);

@@ -1,4 +1,4 @@
-//! The gradient of a robot's loss against finite differences and forward mode.
+//! Checks the gradient of a robot's loss against finite differences and forward mode.
 
 mod table;
 
@@ -16,43 +16,43 @@ use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
-/// The height above the ground, m, to which a robot's lowest node is lifted off a kink.
+/// The height to which a robot's lowest node is lifted, m, because a node exactly on the ground is at a kink.
 const LIFT: f64 = 1e-3;
-/// The relative rounding of the slopes that a check accepts without a note.
+/// The largest relative rounding of the slopes that is not mentioned in the output.
 const WORN: f64 = 1e-6;
-/// [`GradientCheck::rounding`] is an estimate; this many times it is a bound.
+/// [`GradientCheck::rounding`] is an estimate. Multiplied by this factor, it is a bound.
 const SAFETY: f64 = 64.0;
-/// The rounding of heights in the frame of an incline, m.
+/// A bound on the rounding of heights in the frame of an incline, m.
 const ON_LINE: f64 = 1e-12;
 
 /// The check of one group of parameters.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// The name of its block of the inputs.
+    /// The name of the group's block of the inputs.
     pub name: String,
-    /// The number of its parameters.
+    /// The number of parameters in the group.
     pub numbers: usize,
-    /// The length of the gradient by them.
+    /// The norm of the gradient with respect to the group.
     pub norm: f64,
-    /// Slopes along random directions.
+    /// The comparison of slopes along random directions.
     pub report: Report,
-    /// True if the slopes belong to a robot lifted off the ground; see [`check_gradients_of`].
+    /// True if the slopes are those of the robot lifted off the ground; see [`check_gradients_of`].
     pub lifted: bool,
-    /// The report's verdict, or a kink if the robot was lifted and the report is better.
+    /// The verdict of the report. For a lifted robot it is at best a kink.
     pub verdict: Verdict,
 }
 
 impl Group {
-    /// True if the loss does not depend on the group by forward and reverse mode, and differences do not contradict
-    /// that. Such a row compares zeros with zeros.
+    /// True if forward and reverse mode both say that the loss does not depend on the group, and differences do not
+    /// contradict that. Such a check compares zeros with zeros.
     fn is_zero(&self) -> bool {
         let still = |direction: &Direction| direction.forward == Some(0.0);
         let agreed = self.verdict != Verdict::Wrong;
         agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
     }
 
-    /// The verdict on this gradient made wrong; `None` unless the gradient is smooth, because otherwise it cannot be
-    /// distinguished from a wrong one.
+    /// The verdict on a wrong version of this gradient. `None` if the gradient is not smooth, because then the check
+    /// cannot tell a wrong gradient from the right one.
     fn control(&self) -> Option<NegativeControl> {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
@@ -63,31 +63,31 @@ impl Group {
     }
 }
 
-/// A gradient that is wrong on purpose. A check that does not find it proves nothing.
+/// A check of a gradient that is wrong on purpose. If the check accepts it, the other checks prove nothing.
 #[derive(Clone, Debug)]
 pub struct NegativeControl {
-    /// The group whose gradient was made wrong.
+    /// The name of the group whose gradient was made wrong.
     pub group: String,
     /// The verdict of the check.
     pub verdict: Verdict,
 }
 
-/// The checks of all groups, and the check of the check itself.
+/// The checks of all groups, and a negative control that tests the check itself.
 #[derive(Clone, Debug)]
 pub struct GradientCheck {
-    /// Steps of the rollout.
+    /// The number of steps of the rollout.
     pub steps: usize,
-    /// One per block of the inputs.
+    /// One check for each block of the inputs.
     pub groups: Vec<Group>,
-    /// `None` if no group has a smooth gradient that is neither zero nor below the displacement's rounding.
+    /// The negative control; `None` if no group has a smooth gradient that exceeds the rounding of the displacement.
     pub control: Option<NegativeControl>,
-    /// An estimate of the relative rounding of the slopes: every step rounds the state, and the motion magnifies
-    /// that like a change of the start.
+    /// An estimate of the relative rounding error of the slopes. Every step rounds the state, and the motion magnifies
+    /// that as it magnifies a change of the start.
     pub rounding: f64,
 }
 
 impl GradientCheck {
-    /// The failed checks: groups with a wrong gradient, and a negative control that was accepted.
+    /// The names of the failed checks: groups with a wrong gradient, and the negative control if it was accepted.
     pub fn failures(&self) -> Vec<String> {
         let wrong = |group: &&Group| group.verdict == Verdict::Wrong;
         let groups = self.groups.iter().filter(wrong).map(|g| g.name.to_owned());
@@ -102,8 +102,8 @@ impl GradientCheck {
     }
 }
 
-/// Checks the gradient of a scene's loss for a case; without a scene, that of the paper's loss `-(s . x_0(T))`. See
-/// [`check_gradients_of`].
+/// Checks the gradient of a loss for a case: the loss of a scene, or without a scene the paper's loss `-(s . x_0(T))`.
+/// See [`check_gradients_of`].
 pub fn check_gradients(
     case: &Case,
     scene: Option<&Scene>,
@@ -119,18 +119,19 @@ pub fn check_gradients(
     }
 }
 
-/// Checks the gradient of a loss by every block of a case's inputs. The case is cut to `steps` steps.
-/// Use few steps: a robot's motion is chaotic, and over thousands of steps finite differences mean nothing.
+/// Checks the gradient of a loss with respect to every block of a case's inputs, over the first `steps` steps. Use few
+/// steps: a robot's motion is chaotic, and over thousands of steps finite differences mean nothing.
 ///
-/// A node exactly on the ground line is at a kink of the positions: its derivative upwards differs from
-/// its derivative downwards. With several such nodes, differences along a line cannot show the derivative.
-/// The derivatives by the positions are then checked for a robot that is lifted until its lowest node is
-/// 1 mm above the ground. The derivatives by the velocities have a kink if a node starts on or below the
-/// ground line and its velocity decides whether it touches: with leapfrog, whose first drift comes before
-/// any force, or without gravity. They are then checked for the lifted robot too.
+/// If a node starts exactly on the ground line, the loss has a kink with respect to the positions: moving the node up
+/// gives another slope than moving it down. Differences then cannot show the derivative. So the gradient with respect
+/// to the positions is checked for a lifted robot, whose lowest node is 1 mm above the ground.
 ///
-/// If the motion magnifies rounding so that it shows in the slopes, differences that disagree prove
-/// nothing. The verdict is then a kink, unless forward mode disagrees by more than rounding explains.
+/// The loss has a kink with respect to the velocities if a node starts on or below the ground line and its velocity
+/// decides whether it touches. This happens with leapfrog, whose first drift comes before any force, and without
+/// gravity. The gradient with respect to the velocities is then checked for the lifted robot too.
+///
+/// If the motion magnifies rounding so much that it shows in the slopes, differences that disagree prove nothing. The
+/// verdict is then a kink, unless forward mode disagrees by more than rounding explains.
 pub fn check_gradients_of(
     loss: &dyn AnyLoss,
     case: &Case,
@@ -144,11 +145,11 @@ pub fn check_gradients_of(
     let lifted = touches.then(|| lifted(&case));
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
-    // The roundings of steps are random.
+    // The roundings of steps are random, so their sum grows with the square root of their number.
     let steps_taken = case.physics.steps as f64;
     let options = &Options {
         noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
-        // Names of inputs differ from block to block.
+        // Names of inputs are left out, because they differ from block to block.
         names: Vec::new(),
         ..options.clone()
     };
@@ -176,7 +177,7 @@ pub fn check_gradients_of(
     }
 }
 
-/// True if rounding explains the difference of forward and reverse mode.
+/// True if rounding explains the difference between forward and reverse mode.
 fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     report.directions.iter().all(|direction| {
         let forward = direction.forward.unwrap_or(direction.gradient);
@@ -185,7 +186,7 @@ fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     })
 }
 
-/// Whether a node starts on the ground line, and whether one starts on or below it.
+/// Two answers: whether a node starts on the ground line, and whether a node starts on or below it.
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
         case.physics.contact != ContactLaw::none() && heights(case).into_iter().any(is)
@@ -193,7 +194,7 @@ fn stands_and_touches(case: &Case) -> [bool; 2] {
     [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
 }
 
-/// The heights of all nodes above the ground and its profile, m.
+/// The heights of all nodes above the terrain, m.
 fn heights(case: &Case) -> Vec<f64> {
     let state = case.start.to_ground(&Ground::from(&case.physics));
     let profile = case.physics.ground.resolved();
@@ -214,9 +215,9 @@ fn lifted(case: &Case) -> Case {
 struct CaseLoss<'a> {
     probe: Probe<'a>,
     of: &'a dyn AnyLoss,
-    /// The case with the softer stability projection, which has the derivative.
+    /// The case with the softer projection, from which the derivative of the stability projection is taken.
     softer: Case,
-    /// The gradient that is checked, each number in the place of its input.
+    /// The gradient to check. Each derivative is in the place of its input.
     gradient: Inputs<f64>,
 }
 
@@ -235,7 +236,7 @@ impl<'a> CaseLoss<'a> {
         subject
     }
 
-    /// See [`GradientCheck::rounding`].
+    /// Estimates [`GradientCheck::rounding`].
     fn rounding(&self) -> f64 {
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let steps = self.probe.case.physics.steps as f64;
@@ -243,7 +244,7 @@ impl<'a> CaseLoss<'a> {
         f64::EPSILON * steps * norm(&self.gradient.block(Block::X0)) * start
     }
 
-    /// Checks the gradient by a part of the numbers.
+    /// Checks the gradient with respect to one block of the inputs.
     fn group(&self, part: &Part, options: &Options, rounding: f64) -> Group {
         let (x, gradient) = (self.probe.inputs.part(part), self.gradient.part(part));
         let forward = |direction: &[f64]| {
@@ -268,8 +269,7 @@ impl<'a> CaseLoss<'a> {
         };
         let (report, norm) = (check_directions(value, &claim, options), norm(&gradient));
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
-        // If the norm is below the rounding, a unit change of the parameters moves the robot less than rounding
-        // does.
+        // If the norm is below the rounding, a change of the parameters by 1 moves the robot less than rounding does.
         let mut verdict = report.verdict;
         if magnified || norm < rounding {
             verdict = verdict.min(Verdict::Kink);
@@ -284,7 +284,7 @@ impl<'a> CaseLoss<'a> {
         }
     }
 
-    /// The function whose gradient is checked.
+    /// The loss as a function of the inputs, whose gradient is checked.
     fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R
     where
         dyn AnyLoss + 'a: LossOf<R>,
@@ -293,8 +293,9 @@ impl<'a> CaseLoss<'a> {
         self.loss_of(&case.projected(case.projection, &inputs.z), inputs)
     }
 
-    /// The function for the differences. The stability projection has the derivative of a softer projection, so the
-    /// differences use the change of the soft projection on top of the sharp value.
+    /// The loss as a function from which differences are taken. The derivative of the stability projection is by design
+    /// that of a softer projection. So inputs are changed in the softer projection, and the change is added to the
+    /// sharp value.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
         let case = self.probe.case;
         let at = &self.probe.inputs.z;

@@ -1,4 +1,4 @@
-//! The check of a gradient as text.
+//! The text of a gradient check.
 
 use std::fmt;
 
@@ -8,35 +8,39 @@ use super::{GradientCheck, Group, LIFT, NegativeControl, WORN};
 use crate::table::Table;
 
 impl Group {
-    /// The direction with the worst verdict and error.
+    /// The direction with the worst verdict, and among these the largest error.
     fn worst(&self) -> &Direction {
         let rank = |row: &&Direction| (row.verdict, row.error);
-        // An error that is NaN is not less than any other.
+        // An error of NaN counts as the worst.
         let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
         let directions = self.report.directions.iter();
         directions.reduce(worse).expect("a check has a direction")
     }
 }
 
-/// A table with a row per group, for the direction with the worst verdict and error.
+/// A table with a row for each group, which shows the group's worst direction.
 impl fmt::Display for GradientCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let slope = |x: f64| format!("{x:.9e}");
         let forward = |group: &Group| group.worst().forward.unwrap_or(f64::NAN);
         let table = Table::of("gradcheck", "", &self.groups)
             .column("group", "a block of the inputs", |group| group.name.clone())
-            .column("numbers", "how many", |group| group.numbers)
-            .column("|gradient|", "its length", |g| format!("{:.4e}", g.norm))
+            .column("numbers", "the number of parameters", |group| group.numbers)
+            .column("|gradient|", "the norm of the gradient", |g| {
+                format!("{:.4e}", g.norm)
+            })
             .column("reverse", "slope", |g| slope(g.worst().gradient))
             .column("forward", "slope", |g| slope(forward(g)))
             .column("differences", "slope", |g| slope(g.worst().central))
-            .column("step", "of the differences", |g| {
+            .column("step", "the step of the differences", |g| {
                 format!("{:.1e}", g.worst().step)
             })
             .column("error", "relative", |g| format!("{:.1e}", g.worst().error))
-            .column("verdict", "on the group", |group| match group.is_zero() {
-                true => "both zero".to_owned(),
-                false => group.verdict.to_string(),
+            .column("verdict", "the verdict on the group", |group| {
+                match group.is_zero() {
+                    true => "both zero".to_owned(),
+                    false => group.verdict.to_string(),
+                }
             });
         write!(out, "{}", table.done().to_text())?;
         let names = |is: fn(&Group) -> bool| -> Vec<&str> {
@@ -47,7 +51,7 @@ impl fmt::Display for GradientCheck {
         if !lifted.is_empty() {
             writeln!(
                 out,
-                "{}: nodes rest on the ground, a kink; the slopes belong to a robot lifted by {LIFT} m",
+                "{}: nodes start on the ground, which is a kink; the slopes are those of a robot lifted by {LIFT} m",
                 lifted.join(", ")
             )?;
         }
@@ -62,19 +66,19 @@ impl fmt::Display for GradientCheck {
         if self.rounding > WORN {
             writeln!(
                 out,
-                "the motion magnifies rounding to about {:.0e} of the slopes: take fewer steps",
+                "the motion magnifies rounding to about {:.0e} of the slopes: use fewer steps",
                 self.rounding
             )?;
         }
         match &self.control {
             Some(NegativeControl { group, verdict }) => write!(
                 out,
-                "negative control: the gradient by {group}, made wrong by {} %, is called {verdict}",
+                "negative control: the gradient with respect to {group}, made wrong by {} %, is called {verdict}",
                 100.0 * WRONG_BY
             ),
             None => write!(
                 out,
-                "negative control: none, because no group is smooth and steep enough for differences"
+                "negative control: none, because no group has a smooth gradient that is large enough for differences"
             ),
         }
     }

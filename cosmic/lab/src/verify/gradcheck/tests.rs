@@ -5,7 +5,7 @@ use crate::verify::probe::small;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene};
 
-/// A check without failures.
+/// Checks the gradients of a case, and asserts that there are no failures.
 fn passed(case: &Case, steps: usize) -> GradientCheck {
     let check = check_gradients(case, None, steps, &Options::default());
     assert!(check.failures().is_empty(), "{check}");
@@ -22,8 +22,9 @@ fn wrong_groups_and_accepted_controls_are_failures() {
     assert_eq!(check.failures(), ["b1", "the negative control"]);
 }
 
-/// The controller barely moves a slack robot, and only the last digits of a falling robot without strokes depend on
-/// its design. Such slopes are neither called wrong nor used as a control.
+/// Slopes below the rounding of the displacement are neither judged wrong nor used as a negative control. The
+/// controller barely moves a slack robot; and a falling robot without strokes depends on its design only in the last
+/// digits.
 #[test]
 fn slopes_below_the_displacement_s_rounding_do_not_fail() {
     let slack = &small([2, 2], |scene| {
@@ -60,8 +61,8 @@ fn an_infinite_slope_is_not_explained_by_rounding() {
     assert!(!is_rounding(&report, 2.0, 1e-5), "{report}");
 }
 
-/// With light nodes and large strains, a change of the start grows beyond the range of floats, and the check is
-/// inconclusive.
+/// With light nodes and large strains, a change of the start grows beyond the range of floats. Such a check is
+/// inconclusive; it must not call the gradient wrong.
 #[test]
 fn slopes_that_consist_of_rounding_are_not_called_wrong() {
     let case = small([3, 3], |scene| {
@@ -74,14 +75,14 @@ fn slopes_that_consist_of_rounding_are_not_called_wrong() {
         scene.controller.velocity_scale = 0.5;
     });
     let check = passed(&case, 200);
-    let warns = check.to_string().contains("take fewer steps");
+    let warns = check.to_string().contains("use fewer steps");
     assert!(check.rounding > 1.0 && warns, "{check}");
     let check = passed(&case, 32);
     assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");
 }
 
-/// If a robot stands on the ground, leapfrog has a kink of the velocities too, and so has a world without gravity.
-/// Without ground there is no kink.
+/// If a robot stands on the ground, the positions are at a kink. With leapfrog or without gravity, the velocities are
+/// too. Without ground there is no kink.
 #[test]
 fn robots_that_stand_are_lifted_off_their_kinks() {
     type Change = fn(&mut Scene);
@@ -90,7 +91,7 @@ fn robots_that_stand_are_lifted_off_their_kinks() {
         (s.physics.integrator, s.physics.substeps) = (Integrator::Leapfrog, 2);
         s.physics.contact = ContactLaw::coulomb();
     };
-    // If nodes rest below the line, only their velocities have a kink.
+    // If nodes start below the line, only the velocities are at a kink.
     let sunk: Change = |s| {
         (s.physics.integrator, s.lattice.drop) = (Integrator::Leapfrog, -0.003);
     };

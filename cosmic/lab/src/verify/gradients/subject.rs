@@ -1,4 +1,4 @@
-//! The displacement of a case as a function of design and controller, and all ways to its gradient.
+//! The displacement of a case as a function of design and controller, and all ways to compute its gradient.
 
 use autodiff::{DoubleDouble, Dual, Real, Var};
 use rand::RngExt;
@@ -14,17 +14,18 @@ use cosmic::scene::HorizonMode;
 use cosmic::simulator::{Simulator, Span};
 use cosmic::task::Horizon;
 
-/// Directions along which slopes are compared.
+/// The number of directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
 
-/// Slopes along the directions.
+/// The slope along each direction.
 pub(super) type Slopes = [f64; DIRECTIONS];
 
-/// A case with random directions of its design vectors and weights; of the weights alone for a layout.
+/// A case, and random directions in the space of its design vectors and weights. If the design is a layout, the space
+/// has only the weights.
 pub(super) struct Subject<'a> {
     probe: Probe<'a>,
     blocks: Vec<Block>,
-    /// Unit vectors.
+    /// The directions, as unit vectors.
     directions: [Vec<f64>; DIRECTIONS],
 }
 
@@ -49,12 +50,12 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The length of the gradient.
+    /// The number of entries of the gradient.
     pub(super) fn numbers(&self) -> usize {
         self.directions[0].len()
     }
 
-    /// Minus the payload's position along the ground after each of `steps`, which must ascend.
+    /// Minus the payload's position along the ground after each number of steps in `steps`, which must ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
         let Probe { case, task, .. } = &self.probe;
         let design = case.projected(case.projection, &inputs.z);
@@ -65,7 +66,8 @@ impl<'a> Subject<'a> {
         states.map(|state| -ground.along(state.x[0])).collect()
     }
 
-    /// The inputs in another number type. `step` maps each number and its part of the direction to the new number.
+    /// The inputs in another number type. `step` computes each new number from the old number and its entry in
+    /// `direction`.
     fn moved<R: Real>(&self, direction: &[f64], step: impl Fn(f64, f64) -> R) -> Inputs<R> {
         let mut inputs = self.probe.inputs.lift();
         let numbers = self.probe.inputs.get(&self.blocks);
@@ -75,13 +77,13 @@ impl<'a> Subject<'a> {
         inputs
     }
 
-    /// Slopes by central differences of this half-width, per step count, on this thread.
+    /// Slopes by central differences with half-width `h`, for each number of steps, on this thread.
     pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
         let along = |direction: &Vec<f64>| self.differences_along::<f64>(direction, h, steps);
         by_steps(self.directions.iter().map(along).collect())
     }
 
-    /// Slopes by central differences in double-double, per step count, on all threads.
+    /// Slopes by central differences in double-double, for each number of steps, on all threads.
     pub(super) fn truth(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
         let along =
             |direction: &Vec<f64>| self.differences_along::<DoubleDouble>(direction, h, steps);
@@ -103,7 +105,7 @@ impl<'a> Subject<'a> {
         slopes.map(R::into).collect()
     }
 
-    /// Slopes by duals along one direction after the other.
+    /// Slopes by dual numbers, one direction after the other.
     pub(super) fn duals(&self, steps: usize) -> Slopes {
         self.directions.each_ref().map(|direction| {
             let inputs = self.moved(direction, |value, d| Dual {
@@ -114,12 +116,12 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The gradient by the rollout driver.
+    /// The gradient as the rollout driver computes it.
     pub(super) fn driver<R: Real>(&self, steps: usize) -> Vec<R> {
         self.reverse(|inputs| self.losses(inputs, &[steps])[0])
     }
 
-    /// The gradient by a tape of every operation.
+    /// The gradient as computed with a tape of every operation.
     pub(super) fn full_tape(&self, steps: usize) -> Vec<f64> {
         let Probe { case, task, .. } = &self.probe;
         self.reverse(|inputs| {
@@ -131,7 +133,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The driver's gradient over the last `carried` of the steps.
+    /// The driver's gradient, truncated to the last `carried` steps.
     pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
         let mut case = self.probe.case.clone();
         case.physics.steps = steps;
@@ -152,13 +154,13 @@ impl<'a> Subject<'a> {
         self.probe.reverse(&self.blocks, loss).1
     }
 
-    /// A gradient's slopes along the directions.
+    /// The slopes of a gradient along the directions.
     pub(super) fn along(&self, gradient: &[f64]) -> Slopes {
         (self.directions.each_ref()).map(|direction| dot(direction, gradient))
     }
 }
 
-/// Slopes by step count, from lists of a slope per step count, one for each direction.
+/// Transposes lists of slopes: from one list for each direction to one list for each number of steps.
 fn by_steps(by_direction: Vec<Vec<f64>>) -> Vec<Slopes> {
     let slopes = |k: usize| std::array::from_fn(|d| by_direction[d][k]);
     (0..by_direction[0].len()).map(slopes).collect()

@@ -1,4 +1,4 @@
-//! The extremes that are tried: the command prints the outcomes, and tests check them.
+//! The extreme robots to try. The command prints the outcomes, and tests check them.
 
 use super::trial::{Trial, World};
 use crate::verify::probe::most;
@@ -8,17 +8,18 @@ use cosmic::lattice::EdgeVector;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene, StartKind};
 
-/// Steps of a trial: a vibration a twentieth beyond its limit grows a thousandfold in a dozen.
+/// The number of steps of a trial. It is ample: with a time step 5 % above its limit, a vibration grows a thousandfold
+/// in a dozen steps.
 const STEPS: usize = 512;
-/// The strain up to which frequencies count as those at rest. Their squares change by about as much, and
-/// the nearest trial is a twentieth from the limit.
+/// Up to this strain, frequencies are taken to be those at rest. Squares of frequencies change by about as much as the
+/// strain, while the nearest trial is 5 % from the limit.
 const LINEAR: f64 = 0.01;
-/// The time steps that are tried, as fractions of the limit.
+/// The time steps to try, as multiples of the limit.
 const FRACTIONS: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
-/// A case with its own time step, and its robot with time steps around the limit, whatever the length of
-/// its rollout. A robot that starts far from rest has a limit that holds for its first step alone, and
-/// is tried with its own time step only.
+/// The trials of a case: with its own time step, and with time steps around the limit. They do not depend on the length
+/// of the case's rollout. If the robot starts far from rest, the limit holds only for its first step, so it is tried
+/// only with its own time step.
 pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
     case.physics.steps = STEPS;
@@ -39,18 +40,18 @@ pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     trials
 }
 
-/// A robot with time steps below and above its limit, if there is one.
+/// Trials of a robot with time steps below and above its limit. Empty if the robot has no limit.
 fn around(trial: &Trial) -> Vec<Trial> {
     let fractions = FRACTIONS.iter().filter(|_| trial.limit.is_finite());
     fractions.map(|fraction| trial.at(*fraction)).collect()
 }
 
-/// The trials so far, each of a changed [`robot`].
+/// A list of trials under construction. Each is of a changed [`robot`].
 #[derive(Default)]
 struct Trials(Vec<Trial>);
 
 impl Trials {
-    /// Adds a robot without its world, with time steps around its limit.
+    /// Adds trials of a robot without its world, with time steps around its limit.
     fn free(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(3);
         change(&mut case);
@@ -58,7 +59,7 @@ impl Trials {
         self.0.extend(around(&trial));
     }
 
-    /// Adds a robot in its world, with its own time step.
+    /// Adds the trial of a robot in its world, with its own time step.
     fn own(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(3);
         change(&mut case);
@@ -66,7 +67,7 @@ impl Trials {
     }
 }
 
-/// The trials of every extreme.
+/// All trials of extreme robots.
 pub(super) fn extreme_trials() -> Vec<Trial> {
     let mut trials = Trials::default();
     masses_and_stiffnesses(&mut trials);
@@ -84,7 +85,7 @@ pub(super) fn extreme_trials() -> Vec<Trial> {
     trials.0
 }
 
-/// A robot of the paper's materials, all skeleton.
+/// A square robot of `side` times `side` nodes, all skeleton, with the paper's materials.
 fn robot(side: usize) -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (side, side);
@@ -95,22 +96,22 @@ fn robot(side: usize) -> Case {
     case
 }
 
-/// Sets the material of every edge by its number.
+/// Sets the material of every edge to `material(edge)`.
 fn set_layout(case: &mut Case, material: impl Fn(usize) -> Material) {
     case.design = Design::Layout((0..case.lattice.edges.len()).map(material).collect());
 }
 
-/// Gives every edge equal shares of all materials.
+/// Gives every edge equal fractions of all materials.
 fn set_mixture(case: &mut Case) {
     case.design = Design::Undecided(vec![[1.0 / 3.0; 3]; case.lattice.edges.len()]);
 }
 
-/// Extreme stiffnesses and masses, alone and combined in one robot, without damping.
+/// Adds robots with extreme stiffnesses and masses, alone and combined in one robot, without damping.
 fn masses_and_stiffnesses(trials: &mut Trials) {
     let springs = |case: &mut Case, stiffness| {
         (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
     };
-    // Springs have no mass.
+    // Bars have no mass, so that only the masses set here count.
     let masses = |case: &mut Case, node, payload| {
         (case.materials.density, case.physics.damping) = ([0.0; 3], 0.0);
         (case.physics.node_mass, case.physics.payload_mass) = (node, payload);
@@ -131,8 +132,8 @@ fn masses_and_stiffnesses(trials: &mut Trials) {
     trials.free("ratio", what, |case| masses(case, 1e-6, 1e3));
 }
 
-/// Damping, integrators and laws. The bars that resist bending are slender, or so thick that bending has the highest
-/// frequency.
+/// Adds robots with strong damping, other integrators and other laws. Bars that resist bending are either slender, or
+/// so thick that bending has the highest frequency.
 fn integrators_and_laws(trials: &mut Trials) {
     use Integrator::{Leapfrog, SymplecticEuler};
     for damping in [1.0, 20.0, 1e4] {
@@ -183,7 +184,7 @@ fn layouts_and_controllers(trials: &mut Trials) {
             biases.for_each(|b| *b += bias);
         });
     }
-    /// The node in whose place a node starts.
+    /// A function from a node to the node in whose place it starts.
     type Place = fn(usize) -> usize;
     let places: [(&str, Place); 3] = [
         ("two nodes in one place", |i| if i == 1 { 0 } else { i }),

@@ -1,8 +1,8 @@
-//! Extreme robots: the stable time step, and their motion below and above it.
+//! Tries extreme robots with time steps below and above the largest stable one.
 //!
-//! A row is stable if its time step is below the limit of its largest frequency. Then nothing may grow.
-//! Otherwise the check of the time step must call it unstable, and something must grow. Every number that
-//! is not finite must be announced by a divergence.
+//! Each row is a robot with a time step. It is expected to be stable if the time step is below the limit that follows
+//! from the robot's largest frequency. Then nothing may grow. Otherwise the check of the time step must call it
+//! unstable, and something must grow. If a number is not finite, a divergence must have been reported.
 
 mod extremes;
 mod trial;
@@ -17,7 +17,7 @@ use extremes::{case_trials, extreme_trials};
 use rayon::prelude::*;
 use trial::{Found, Outcome, Trial};
 
-/// Tries a case and all extremes. Every trial is checked, and the case's own time step.
+/// Tries a case and all extreme robots. Checks every trial and the case's own time step.
 pub fn stability(case: &Case) -> Section {
     let trials = [case_trials(case), extreme_trials()].concat();
     let found: Vec<Found> = trials.par_iter().map(Trial::run).collect();
@@ -38,7 +38,8 @@ fn word(stable: bool) -> &'static str {
     if stable { "stable" } else { "unstable" }
 }
 
-/// The stable time steps of a case at its start, for every integrator. The case's own time step is checked.
+/// A table of the largest stable time steps of a case at its start, for every integrator. Checks the case's own time
+/// step.
 fn stable_steps(case: &Case) -> Section {
     let [exact, bound, damping] = frequencies(case, &case.start.x);
     let own = (case.physics.integrator, case.physics.substeps);
@@ -54,7 +55,7 @@ fn stable_steps(case: &Case) -> Section {
         };
         stable_step(&physics, frequency, damping)
     };
-    // A limit that is NaN is not above any step.
+    // If the limit is NaN, no step counts as stable.
     let is_stable = |offer: &_| case.physics.dt < limit(offer, exact);
     let if_finite = |offer: &_, frequency| Cell::if_finite(limit(offer, frequency));
     let integrator = |offer: &(Integrator, usize)| offer.0.name();
@@ -75,7 +76,7 @@ fn stable_steps(case: &Case) -> Section {
         tables: vec![table],
         ..Section::default()
     };
-    let failure = "the scene's time step is beyond the stable one";
+    let failure = "the scene's time step is above the largest stable one";
     section.check(is_stable(&own), failure);
     section
 }
@@ -85,8 +86,8 @@ fn notes(found: &[Found]) -> Vec<String> {
     let silent = found.iter().filter(|f| f.unannounced).count();
     vec![
         format!(
-            "{} robots at the extremes, {unstable} of them with a time step that is expected to be \
-             unstable. Rows with numbers that were neither finite nor announced: {silent}.",
+            "{} extreme robots, {unstable} of them with a time step that is expected to be unstable. \
+             Rows with numbers that were not finite although no divergence was reported: {silent}.",
             found.len()
         ),
         "A row is stable below the limit, the smallest time step with which the fastest vibration \
@@ -106,7 +107,7 @@ fn extremes(found: &[Found]) -> Table {
         Outcome::Grew => "grew".to_owned(),
         Outcome::Diverged(d) => format!("diverged: node {}, {}", d.node, d.term),
     };
-    // The growth of a state that diverged is beyond all numbers, and means nothing.
+    // The growth of a diverged state is meaningless.
     let growth = |f: &Found| (f.outcome == Outcome::Bounded).then_some(f.growth);
     let step = |f: &Found| match &f.outcome {
         Outcome::Diverged(divergence) => divergence.step.into(),
@@ -125,10 +126,18 @@ fn extremes(found: &[Found]) -> Table {
         .column("bound_s", BOUND, |f| Cell::if_finite(f.bound))
         .column("limit_s", LIMIT, |f| Cell::if_finite(f.trial.limit))
         .column("expected", of_expected, expected)
-        .column("said", "of the time step beforehand", said)
+        .column(
+            "said",
+            "what the check of the time step said beforehand",
+            said,
+        )
         .column("outcome", "what happened", outcome)
-        .column("growth", "1 and more is growth", growth)
-        .column("step", "of the divergence, if there was one", step)
+        .column(
+            "growth",
+            "largest value divided by the largest of a stable step; 1 or more is growth",
+            growth,
+        )
+        .column("step", "the step of the divergence, if any", step)
         .column("verdict", "whether all is as expected", verdict)
         .mark(Standing::Default, |f| f.trial.group == "scene")
         .mark(Standing::Failed, |f| !f.is_ok())

@@ -6,19 +6,19 @@ use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
 use rayon::prelude::*;
 
-/// Robots that only tests try, and in how many trials.
+/// Odd robots that are tried only in tests, each with the number of trials that it must get.
 fn odd_robots() -> Vec<(Case, usize)> {
     type Change = fn(&mut Scene);
     let cases: [(Change, usize); 7] = [
         (|scene| scene.physics.steps = 128, 5),
-        // Bars that damp have no energy.
+        // Damping bars have no energy, so their speed is watched.
         (
             |scene| scene.physics = Scene::load("earth").unwrap().physics,
             5,
         ),
         // Without springs every time step is stable, so only the robot's own is tried.
         (|scene| scene.materials.stiffness = [0.0; 3], 1),
-        // Nothing moves.
+        // Here nothing can move.
         (
             |scene| (scene.physics.gravity, scene.materials.max_strain) = (0.0, [0.0; 3]),
             5,
@@ -42,7 +42,7 @@ fn odd_robots() -> Vec<(Case, usize)> {
 #[test]
 fn every_extreme_ends_as_expected() {
     let mut trials = extreme_trials();
-    // The large lattices take minutes of an unoptimised test.
+    // Large lattices are left out, because they take minutes without optimisation.
     trials.retain(|trial| trial.case.lattice.nodes() <= 100);
     for (case, count) in odd_robots() {
         let of_case = case_trials(&case);
@@ -60,7 +60,7 @@ fn every_extreme_ends_as_expected() {
     assert!(count(|f| f.grade == Grade::Close) > 10);
 }
 
-/// A check must notice what is wrong.
+/// If an expectation does not agree with the motion, the trial fails.
 #[test]
 fn a_wrong_expectation_is_found() {
     let [own, .., twice] = &case_trials(&small([3, 2], |_| ()))[..] else {
@@ -68,10 +68,10 @@ fn a_wrong_expectation_is_found() {
     };
     let mut stable = own.run();
     assert!(stable.is_ok() && stable.outcome == Outcome::Bounded);
-    // Below the limit, and called unstable.
+    // The time step is below the limit, but called unstable.
     stable.grade = Grade::Unstable;
     assert!(!stable.is_ok());
-    // Above it, and bounded; NaN that was not announced.
+    // The time step is above the limit, but the motion stays bounded; and a NaN that no divergence reported.
     let unstable = twice.run();
     assert!(unstable.is_ok() && matches!(unstable.outcome, Outcome::Diverged(_)));
     for (outcome, unannounced, ok) in [

@@ -1,4 +1,4 @@
-//! The trial of a robot with a time step.
+//! A trial: a robot is run with a time step, and its energy or speed is watched.
 
 use crate::verify::probe::{frequencies, most};
 use cosmic::case::Case;
@@ -8,33 +8,32 @@ use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
 use cosmic::simulator::{Divergence, Grade, Span, Store};
 
-/// The perturbation of a free robot's nodes at the start, as a fraction of its shortest edge. It is small
-/// relative to the edges, so that springs answer linearly, and large relative to the softening of their
-/// length (D4) and all roundings.
+/// How far the nodes of a free robot are moved at the start, as a fraction of its shortest edge. This is small compared
+/// with the edges, so that springs respond linearly, and large compared with all roundings and with the softening of
+/// lengths (D4).
 const MOVED: f64 = 1e-6;
-/// Growth of a free robot's energy that no stable step shows. A step conserves an energy that differs
-/// from the true one. At the fraction `s` of the limit the true energy swings by `1 / (1 - s^2)`, ten times
-/// at 0.95; the first lengthening of the springs allows for as much again.
+/// If a free robot's energy grows by this factor, the step is unstable. A stable step conserves an energy that is not
+/// quite the true one: with a step of `s` times the limit, the true energy swings by a factor of `1 / (1 - s^2)`, which
+/// is ten at 0.95. The first lengthening of the springs may add another factor of ten.
 const ENERGY: f64 = 1e3;
-/// The speed of a stable robot over that of anything that drives it, at most.
+/// The largest speed of a stable robot, divided by the speed of what drives it.
 const SPEED: f64 = 10.0;
 
 /// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum World {
-    /// No ground, gravity or actuation: the energy of its vibrations is watched, or their speed if they
-    /// have no energy.
+    /// No ground, gravity or actuation. The energy of vibrations is watched, or their speed if a force has no energy.
     Free,
-    /// The world of its case: its speed is watched, relative to the speed of what drives it.
+    /// The world of the case. The speed is watched, relative to the speed of what drives the robot.
     Driven,
 }
 
-/// A robot with a time step.
+/// A robot, its world and a time step to try.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     /// The kind of extreme.
     pub(super) group: &'static str,
-    /// The robot in words.
+    /// A description of the robot.
     pub(super) what: String,
     pub(super) case: Case,
     world: World,
@@ -49,38 +48,37 @@ pub(super) struct Trial {
 pub(super) enum Outcome {
     /// Nothing grew.
     Bounded,
-    /// Its energy, or its speed, grew beyond what a stable step allows.
+    /// The energy or the speed grew more than with a stable step.
     Grew,
-    /// The guard found an absurd state.
+    /// The guard found a state that is not plausible.
     Diverged(Box<Divergence>),
 }
 
-/// A trial's result.
+/// The result of a trial.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     /// The trial.
     pub(super) trial: Trial,
     /// The smallest unstable time step by the bound over the edges, s; infinite if nothing vibrates.
     pub(super) bound: f64,
-    /// The result of the check of the time step beforehand.
+    /// What the check of the time step said beforehand.
     pub(super) grade: Grade,
-    /// The outcome.
+    /// What happened.
     pub(super) outcome: Outcome,
-    /// The largest energy of a free robot, or the largest speed, in units of the largest that a stable step
-    /// allows.
+    /// The largest energy of a free robot, or the largest speed, divided by the largest that a stable step allows.
     pub(super) growth: f64,
-    /// True if a number was not finite although no divergence was found.
+    /// True if a number was not finite although no divergence was reported.
     pub(super) unannounced: bool,
 }
 
 impl Found {
-    /// True if the time step is below the limit.
+    /// True if the trial is expected to be stable: its time step is below the limit.
     pub(super) fn expected_stable(&self) -> bool {
         self.trial.case.physics.dt < self.trial.limit
     }
 
-    /// True if the outcome is as expected: a stable robot stays bounded, and an unstable one grows and
-    /// was called unstable beforehand.
+    /// True if all is as expected: a stable robot stayed bounded; an unstable robot grew, and was called unstable
+    /// beforehand.
     pub(super) fn is_ok(&self) -> bool {
         let unstable = !self.expected_stable();
         let grew = self.outcome != Outcome::Bounded;
@@ -90,10 +88,10 @@ impl Found {
 }
 
 impl Trial {
-    /// A robot with the time step of its case. A free robot is silenced.
+    /// A trial of a case with its own time step. The actuators of a free robot are switched off.
     pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
         if world == World::Free {
-            // Actuators without stroke, which would stretch springs that stiffen.
+            // Actuators get no stroke: it would stretch springs that stiffen.
             case.materials.max_strain = [0.0; 3];
             case.controller = case.controller.map(|_| 0.0);
         }
@@ -108,7 +106,7 @@ impl Trial {
         }
     }
 
-    /// The same robot with a fraction of its limit as its time step.
+    /// A trial of the same robot with the time step `fraction` times its limit.
     pub(super) fn at(&self, fraction: f64) -> Self {
         let mut trial = self.clone();
         trial.what = format!("{}, dt {fraction} of the limit", self.what);
@@ -116,11 +114,11 @@ impl Trial {
         trial
     }
 
-    /// Runs it.
+    /// Runs the trial.
     pub(super) fn run(&self) -> Found {
         let case = self.prepared();
         let (task, design) = (case.task(), case.own_design());
-        // For the lattice at rest, wherever its nodes start.
+        // Check the lattice at rest, even if its nodes start elsewhere.
         let check = task.step_check(&design, &case.lattice.positions, 1.0);
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&design, &case.controller, &case.start, &span);
@@ -144,16 +142,16 @@ impl Trial {
         }
     }
 
-    /// The case as it runs: a free robot is lifted off the ground and given a push.
+    /// The case to run. A free robot is far above the ground, and its nodes are moved a little.
     fn prepared(&self) -> Case {
         let mut case = self.case.clone();
-        // A trial may grow without a bound on speed; only the guard stops it.
+        // Let the speed of a trial grow without a bound, until the guard stops it.
         case.physics.speed_bound = None;
         if self.world == World::Driven {
             return case;
         }
         case.physics.gravity = 0.0;
-        // Far below, but near enough for sums with a height to keep their digits.
+        // Far below the robot, but near enough for heights above the ground to keep their digits.
         case.physics.ground_height = -1e3 * longest_edge(&case);
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
@@ -164,9 +162,9 @@ impl Trial {
         case
     }
 
-    /// The highest speed of any node over its bound: [`SPEED`] times the sum of the speed that gravity adds
-    /// in the whole time and the speed of the fastest vibration, whose amplitude is an actuator's stroke
-    /// plus the edges' largest distance from rest at the start.
+    /// The highest speed of any node, divided by its bound. The bound is [`SPEED`] times the sum of two speeds: what
+    /// gravity adds during the whole trial, and the speed of the fastest vibration. The amplitude of that vibration is
+    /// an actuator's stroke plus the largest distance of an edge from its rest length at the start.
     fn speed_growth(&self, case: &Case, states: &[State<f64>]) -> f64 {
         let physics = &case.physics;
         let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
@@ -194,7 +192,7 @@ fn is_finite(state: &State<f64>) -> bool {
     numbers.all(|c| c.is_finite())
 }
 
-/// The most energy of any state over that of the start, in units of [`ENERGY`]; `None` if a force has no
+/// The largest energy of any state, divided by the energy of the start and by [`ENERGY`]. `None` if a force has no
 /// energy, such as the force of a damper.
 fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
     let body = case.body();
