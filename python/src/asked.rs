@@ -265,7 +265,7 @@ pub(crate) fn in_pool<T: Send>(
             }
         })
     });
-    let done = ended.ok_or_else(|| InternalError::new_err("the work ended without a result"))?;
+    let done = ended.ok_or_else(|| InternalError::new_err("the simulation ended without a result; this is an error of the package, please report it"))?;
     Ok((done, raised))
 }
 

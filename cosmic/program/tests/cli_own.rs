@@ -224,7 +224,7 @@ fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
     let said = |codesign| go_on(codesign).unwrap_err().to_string();
     assert!(said(CoDesign::new(&plan.scene)).contains("loss of its own"));
     let other = CoDesign::with_loss(&Scene::paper(), Lift);
-    assert!(said(other).contains("different scenes"));
+    assert!(said(other).contains("different scene"));
     let own = CoDesign::with_loss(&plan.scene, Lift);
     assert_eq!(go_on(own).unwrap().loss_p50, whole.loss_p50);
     assert_eq!(bench.results("b"), bench.results("whole"));

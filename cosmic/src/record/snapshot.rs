@@ -296,7 +296,7 @@ impl Snapshot {
         let plan = self.plan;
         if *codesign.scene() != plan.scene {
             return Err(Error::Usage(format!(
-                "{}: the optimisation has another scene than the run; it must have the scene of the run",
+                "{}: the run has a different scene from this optimisation; resume it with the scene that it was started with",
                 file.display()
             )));
         }
@@ -323,8 +323,8 @@ impl Snapshot {
             && ((entered != 0 && entered != snap_at) || entered > iteration)
         {
             return Err(Error::Usage(format!(
-                "{file}: `progress.entered`: expected 0 or the iteration of the snap ({snap_at}) and at \
-                 most {iteration}, found {entered}"
+                "{file}: `progress.entered` is {entered}; it must be 0, or {snap_at} (the iteration of the snap) once \
+                 that iteration is reached; this run is at {iteration}"
             )));
         }
         Ok((plan, progress))

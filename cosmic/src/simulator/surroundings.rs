@@ -70,7 +70,7 @@ impl<R: Real> Surroundings<R> {
         let Some(place) = self.iter().position(|(other, _)| other == name) else {
             let names: Vec<&str> = self.iter().map(|(name, _)| name).collect();
             panic!(
-                "the surroundings have no number `{name}`; expected one of {}",
+                "the surroundings have no numeric setting `{name}`; expected one of {}",
                 names.join(", ")
             );
         };

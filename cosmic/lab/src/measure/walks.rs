@@ -99,7 +99,7 @@ impl Walks {
         let printed: Printed = serde_json::from_slice(&printed).map_err(|error| {
             let python = in_shell(python);
             Error::Usage(format!(
-                "{python}: the output of the walks is malformed: {error}"
+                "{python}: the script that simulates the walks wrote malformed output: {error}"
             ))
         })?;
         let design = case.own_design();
