@@ -200,8 +200,9 @@ fn cardinal<R: Real>(value: R, x: R) -> R {
 }
 
 /// Returns the slope of `sin(x) / x` (for `sign` -1) or of `sinh(x) / x` (for `sign` 1). `of_quotient` is the slope
-/// from the quotient rule, whose terms cancel for `|x| < 1`. There the slope is the series `sign x/3 (1 + r/(2 5) (1 +
-/// r/(4 7) (…)))` with `r = sign x^2`. The last term is below 1e-34, which is accurate enough for every type.
+/// from the quotient rule, whose terms cancel for `|x| < 1`. There the slope is the series
+/// `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with `r = sign x^2`. The last term is below 1e-34, which is accurate
+/// enough for every type.
 #[inline(always)]
 fn cardinal_partial<R: Real>(of_quotient: R, x: R, sign: f64) -> R {
     let mut sum = R::one();

@@ -1,4 +1,5 @@
-//! Computes the operations of a recording. A mask is represented by a number: 1 for true, 0 for false.
+//! Computes the operations of a recording, with numbers of any type. A mask is represented by a number: 1 for true, 0
+//! for false.
 
 use super::operation::{Binary, Logic, Unary};
 use crate::elementary::functions;

@@ -133,8 +133,8 @@ impl Known {
         }
     }
 
-    /// Tightens the bounds on the result of `op`. Only valid if an overflow in `op` would make a result of the kernel
-    /// infinite or NaN: wherever the results are finite, there is no overflow.
+    /// Tightens the bounds on the result of `op`. Call this only if an overflow in `op` would make a result of the
+    /// kernel infinite or NaN. Then there is no overflow wherever the results are finite.
     pub(super) fn shown(self, op: Op) -> Self {
         let range = match (self.range, op) {
             (Overflow, Op::Unary(Unary::Recip | Unary::Tanh, _)) => Bounded,

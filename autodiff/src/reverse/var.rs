@@ -188,8 +188,8 @@ pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
     R::Mask::IS_SINGLE && factor.is_zero()
 }
 
-/// Panics because the operands belong to different recordings. It takes no arguments, because passing the two
-/// generations would cost every operation a few instructions.
+/// Panics with the message that the operands belong to different recordings. This function takes no arguments, because
+/// passing the two generations would cost every operation a few instructions.
 #[cold]
 fn mixed() -> ! {
     panic!(

@@ -131,8 +131,8 @@ pub(super) struct Batched<M> {
     pub(super) own: Vec<bool>,
 }
 
-/// A group of starts that run interleaved. The group has a lane for each lane of a register, or two lanes, or one. If
-/// there are fewer starts than lanes, the last start is repeated.
+/// A group of starts that run interleaved, one in each lane. A group has as many lanes as a register, or two, or one.
+/// If there are fewer starts than lanes, the last start is repeated.
 #[derive(Clone)]
 pub(super) struct StartGroup {
     pub(super) starts: Range<usize>,

@@ -44,8 +44,8 @@ pub enum Memory {
     #[default]
     All,
     /// A memory budget: room for as many numbers as this many states have. The sweep then runs parts of the rollout
-    /// again. With a larger budget it repeats less. The smallest possible budget is two states plus the row of one
-    /// step. The row holds the state and the outputs of the step's operations. It is enough for any number of steps.
+    /// again. With a larger budget it repeats less. The smallest possible budget is two states plus the row of one step
+    /// (its state and the outputs of its operations). This budget is enough for any number of steps.
     ///
     /// Ten states are enough if the outputs of a step have at most seven times as many numbers as a state. Outputs are
     /// rounded up to whole registers of up to 16 numbers, so small states need more. A budget that is enough for one

@@ -21,8 +21,8 @@ impl<M: Model> Rollout<M> {
         entries.iter().flat_map(interleaved).collect()
     }
 
-    /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the forward run for
-    /// the reverse sweep. If `keeps` is false, no reverse sweep follows and no steps are kept.
+    /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the forward run that
+    /// the reverse sweep needs. If `keeps` is false, no reverse sweep follows and no steps are kept.
     pub(super) fn recorded<R: Real>(
         &self,
         starts: Starts,

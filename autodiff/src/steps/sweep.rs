@@ -235,9 +235,9 @@ impl<R: Real> Recorded<R> {
         }
     }
 
-    /// Sweeps back from the last step to the first and returns the cotangents of the parameters. Calls `at(step,
-    /// state_bar)` with the cotangent of the state after `step` steps, for every `step` from the last down to 0, which
-    /// stands for the start. `at` may add to the cotangent and clip it.
+    /// Sweeps back from the last step to the first and returns the cotangents of the parameters. Calls
+    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, for every `step` from the last down to
+    /// 0, which stands for the start. `at` may add to the cotangent and clip it.
     pub(super) fn reverse(
         &mut self,
         wanted: &[bool],

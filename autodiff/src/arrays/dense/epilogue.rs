@@ -8,13 +8,13 @@ pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
     /// For each row of the product, the register of `y` that receives it; empty if row `k` goes to register `k`. Only
-    /// used if each lane of a register belongs to another start.
+    /// used if each lane of a register belongs to a different start.
     pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
 
 impl<'a, R: Real> Epilogue<'a, R> {
-    /// Adds the product to `y`, without bias and activation.
+    /// Returns the last steps of a product that is added to `y`, without bias and activation.
     pub(super) fn plain(y: &'a mut [R]) -> Self {
         Self {
             bias: None,

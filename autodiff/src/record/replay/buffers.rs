@@ -26,7 +26,8 @@ pub(super) struct ReplayBuffers<R, L, const W: usize> {
     pub(super) bars: Vec<Block<L, W>>,
     /// The partials of functions of one number, which the forward sweep stores for the reverse sweep.
     pub(super) partials: Vec<Block<L, W>>,
-    /// The own inputs of a layer, their cotangents (`own_bars`), and the rows of the layer, each block by block.
+    /// The own inputs of a layer, their cotangents (`own_bars`), and the rows of the layer. All three are stored block
+    /// by block.
     pub(super) own: Aligned<R>,
     pub(super) own_bars: Aligned<R>,
     pub(super) rows: Aligned<R>,
