@@ -10,13 +10,13 @@ pub struct Array {
     pub(crate) parameter: bool,
     /// The index of the first number, among the parameters or in the row.
     pub(crate) start: usize,
-    /// How many numbers the array has, for all starts together.
+    /// How many numbers the array has, for all starts of a batch together.
     pub(crate) len: usize,
     pub(crate) starts: usize,
 }
 
 impl Array {
-    /// The length of the array: how many numbers it has for each start.
+    /// The length of the array: how many numbers it has for each start (initial state) of a batch.
     pub fn len(self) -> usize {
         self.len / self.starts
     }
@@ -57,7 +57,7 @@ pub(crate) enum Parameter {
     Control(usize),
 }
 
-/// Adds two positions in a row. Panics if the sum is too large, because unchecked reads rely on it.
+/// Adds two positions within a step's row. Panics on overflow, because unchecked reads rely on the sum.
 pub(crate) fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)

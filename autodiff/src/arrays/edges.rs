@@ -13,10 +13,11 @@ use super::uniform::{UniformInputs, UniformKernel};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
-/// The first `C` inputs of the kernel are differences of node values (head minus tail); the others are the arrays given
-/// per edge. Each of the `O` results is added at the tail and subtracted at the head.
+/// An operation that applies a kernel to each edge of a graph. The first `C` inputs of the kernel are differences of
+/// node values (head minus tail). The other inputs come from arrays with one number per edge. Each of the `O` results
+/// is added to a sum at the edge's tail and subtracted from the sum at its head.
 ///
-/// Registers may extend past the edges of a group and past the nodes. A mask discards what they read there.
+/// Registers may extend past the edges of a group and past the nodes. A mask discards the numbers that they read there.
 pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     plan: EdgePlan,
@@ -27,8 +28,8 @@ pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
     /// The output arrays over the nodes, adjacent in memory.
     sums: [Array; O],
     reach: Reach,
-    /// One number per slot: in the forward step the results of the kernel, in the reverse step the cotangents of the
-    /// differences. Each array takes `plan.room` numbers.
+    /// Arrays with one number per slot. The forward step stores the results of the kernel here, and the reverse step
+    /// the cotangents of the differences. Each array takes `plan.room` numbers.
     scratch: Aligned<R>,
 }
 
@@ -38,7 +39,7 @@ struct EdgePlan {
     ends: Vec<LaneOfEnds>,
     /// For each register of nodes, its range in `ends`.
     at_nodes: Vec<Range<usize>>,
-    /// The numbers of nodes and of slots that registers may touch.
+    /// How many nodes and how many slots registers may touch.
     nodes: usize,
     slots: usize,
     /// The length of each array in `scratch`.
@@ -47,8 +48,9 @@ struct EdgePlan {
     width: usize,
 }
 
-/// A register of adjacent slots. The fields are positions: of its first slot in arrays over the slots and in `scratch`,
-/// and of the tail and the head of its first edge in arrays over the nodes.
+/// A register of adjacent slots, described by its first slot. `slot` is the position of the first slot in arrays over
+/// the slots, `scratch` its position in `scratch`. `tail` and `head` are the positions of its two nodes in arrays over
+/// the nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEdges {
     slot: usize,
@@ -72,8 +74,8 @@ struct LaneOfEnds {
 
 impl EdgePlan {
     fn new(graph: &Graph, lanes: usize) -> Self {
-        // The edges that end at a node are read `offset` places further down in `scratch`. It begins with unused room,
-        // so that this position is never negative.
+        // The edges whose head is a node are read from a position in `scratch` that is lower by `offset`. Unused room
+        // at the beginning of `scratch` ensures that this position is never negative.
         let lead = graph.lead().next_multiple_of(WIDEST);
         let mut edges = Vec::new();
         let mut at_nodes = vec![Vec::new(); graph.nodes().div_ceil(lanes)];
@@ -120,7 +122,8 @@ impl EdgePlan {
     }
 
     /// # Panics
-    /// If a register has another number of lanes than planned. A user's number type could change its lanes.
+    /// If a register does not have the planned number of lanes. A number type that is defined by a user could change
+    /// its number of lanes.
     #[inline(always)]
     fn check<R: Real, L: Lane<R>>(&self) {
         assert_eq!(
@@ -131,7 +134,7 @@ impl EdgePlan {
     }
 }
 
-/// The range of each list in the concatenation of all lists.
+/// Returns the range of each list in the concatenation of all lists.
 fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
     let ends = lists.iter().scan(0, |end, list| {
         *end += list.len();
@@ -273,7 +276,7 @@ where
             let uniforms = self.uniforms.load(K::UNIFORMS, values);
             for &lane in &self.plan.edges {
                 // A result was added at the tail and subtracted at the head. So its cotangent is the tail's cotangent
-                // minus the head's, and zero for ghosts.
+                // minus the head's. For ghosts (slots without an edge) it is zero.
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
                     let head: L = load(y_bars[o], lane.head, L::N);
@@ -334,9 +337,9 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
     }
 }
 
-/// For each node, sums the values of its edges: plus where the node is the tail, minus where it is the head. `values`
-/// holds `N` arrays over the slots. Calls `take(array, first_node, count, sums)` for each of these arrays and each
-/// register of nodes.
+/// For each node, sums the values of its edges. A value is added if the node is the edge's tail, and subtracted if it
+/// is the head. `values` holds `N` arrays over the slots. Calls `take(array, first_node, count, sums)` for each of
+/// these arrays and each register of nodes.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &EdgePlan,
@@ -379,7 +382,7 @@ mod tests {
     use crate::simd::{Level, at_most, lanes};
     use crate::{Graph, Kernel, Program};
 
-    /// Returns its input, the difference between an edge's ends.
+    /// A kernel that returns its input: the difference between the values at an edge's head and tail.
     #[derive(Clone)]
     struct Stretch;
 

@@ -23,7 +23,7 @@ struct Moves {
     starts: usize,
 }
 
-/// Where `len` numbers of the output come from (`from`) and go (`to`).
+/// A copy of `len` numbers from the position `from` in the input to the position `to` in the output.
 struct CopyRun {
     from: usize,
     to: usize,
@@ -45,7 +45,7 @@ impl Moves {
                     .take_while(|(k, i)| **i == Some(from + k * by))
                     .count()
             };
-            // From here on, either one element repeats or consecutive elements follow: take the longer run.
+            // A run begins here: either copies of one element, or consecutive elements. Take the longer of the two.
             let (same, rising) = (along(0), along(1));
             let (moves, len) = if same > rising {
                 (&mut spreads, same)
@@ -79,8 +79,8 @@ impl Gather {
     }
 }
 
-/// The number of partial sums over the cotangents of an element's copies. They are independent, so their additions need
-/// not wait for each other.
+/// If an element has several copies, its cotangent is the sum of the cotangents of the copies. This is the number of
+/// partial sums of that sum. Partial sums are independent, so their additions need not wait for each other.
 const SUMS: usize = 4;
 
 impl<R: Real> LaneOperation<R> for Gather {

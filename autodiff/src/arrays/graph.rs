@@ -37,8 +37,8 @@ pub(super) struct OffsetGroup {
     pub(super) first_slot: usize,
     /// The number of slots, a multiple of the lane count of the widest register.
     pub(super) len: usize,
-    /// For each node, whether it is the tail of an edge in this group (then its slot holds that edge), and whether it
-    /// is the head of one.
+    /// For each node, whether it is the tail of an edge in this group. If so, its slot holds that edge. `is_head` says
+    /// for each node whether it is the head of an edge in this group.
     pub(super) is_tail: Bits,
     pub(super) is_head: Bits,
 }
@@ -197,7 +197,7 @@ impl Graph {
     }
 
     /// For each slot, the edge in it or `None` for a ghost. Use it with [`Program::gather`](crate::Program::gather).
-    /// For values that no step changes, call [`to_slots`](Graph::to_slots) once before the rollout instead.
+    /// For values that are the same in all steps, call [`to_slots`](Graph::to_slots) once before the rollout instead.
     pub fn edge_of_slot(&self) -> Vec<Option<usize>> {
         let mut edges = vec![None; self.0.slots];
         for (edge, &slot) in self.0.slot_of_edge.iter().enumerate() {
@@ -206,7 +206,7 @@ impl Graph {
         edges
     }
 
-    /// The number of registers, in numbers of type `R` on this machine, that hold at least one edge.
+    /// The number of registers that hold at least one edge, for numbers of type `R` on this machine.
     pub fn lanes<R: Real>(&self) -> usize {
         let in_use = |group: &OffsetGroup| {
             let words = group.is_tail.by_lanes(lanes::<R>());
@@ -222,7 +222,7 @@ impl Graph {
         groups.find(|group| group.has(slot)).is_some_and(holds)
     }
 
-    /// Moves one value per edge to the slots of the edges. Ghosts get zero.
+    /// Returns an array over the slots: the slot of each edge gets the edge's value, and ghosts get zero.
     ///
     /// # Panics
     /// If `per_edge` does not have one value for each edge.
@@ -259,7 +259,7 @@ impl Graph {
         self.0.groups.iter().flat_map(of_group).collect()
     }
 
-    /// The largest offset. A register may begin this far before the first slot.
+    /// The largest offset of a group. A register may begin this many places before the first slot.
     #[inline(always)]
     pub(crate) fn lead(&self) -> usize {
         self.0.groups.last().map_or(0, |group| group.offset)

@@ -7,9 +7,9 @@ use crate::real::Real;
 
 /// A pure function of `I` numbers with `O` results, such as a spring, a contact or a chemical reaction.
 ///
-/// [`Program::map`](crate::Program::map) maps a kernel over whole arrays in SIMD lanes, so a kernel selects and never
-/// branches. Its constants are fields of the implementing type. The type must own its data, because programs keep the
-/// kernel.
+/// [`Program::map`](crate::Program::map) maps a kernel over whole arrays in SIMD lanes. So a kernel must not branch on
+/// a number; it selects between two results instead. Its constants are fields of the implementing type. The type must
+/// own its data, because programs keep the kernel.
 ///
 /// A number that all elements share, such as gravity, can be a field if it is a constant. It must be an input of a
 /// [`UniformKernel`](super::UniformKernel) if it may differ between the robots of a batch, or if you need derivatives
@@ -28,9 +28,9 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// Returns the results at `x`. Mark it `#[inline(always)]`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
 
-    /// Returns the cotangents of the inputs (VJPs): one row for each row of `at.y_bar`, the cotangents of the results.
-    /// [`Program::map`](crate::Program::map) and [`data::jacobians`](crate::data::jacobians) get all derivatives of a
-    /// kernel from this method.
+    /// Returns the cotangents of the inputs (VJPs). There is one row for each row of `at.y_bar`, which holds cotangents
+    /// of the results. [`Program::map`](crate::Program::map) and [`data::jacobians`](crate::data::jacobians) get all
+    /// derivatives of a kernel from this method.
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
         vjp_by_duals(self, at)
@@ -71,8 +71,8 @@ where
     pulled_back(y, at.y_bar)
 }
 
-/// Converts numbers to duals with zero tangents. Here and below there are loops, because closures might be compiled
-/// without the caller's instruction set.
+/// Converts numbers to duals with zero tangents. The functions from here on use loops, because closures might be
+/// compiled without the caller's instruction set.
 #[inline(always)]
 pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>; L] {
     let mut constants = [Dual::zero(); L];

@@ -109,7 +109,7 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperat
     }
 }
 
-/// Work on several arrays of one length, one register at a time.
+/// Work on several arrays of equal length, one register at a time.
 trait Lanes<R, L: Lane<R>> {
     /// Processes the `n` elements that begin at index `at`.
     ///
@@ -117,8 +117,8 @@ trait Lanes<R, L: Lane<R>> {
     /// All arrays must have these elements, and `n` must be at most `N`.
     unsafe fn lane(&mut self, at: usize, n: usize);
 
-    /// Processes all elements. If elements may be processed `TWICE`, the last register overlaps the one before it. A
-    /// later load of that whole register then need not wait for a masked store.
+    /// Processes all elements. If `TWICE` is true, elements may be processed twice, and the last register overlaps the
+    /// one before it. A later load of that whole register then need not wait for a masked store.
     ///
     /// # Safety
     /// All arrays must have at least `len` elements.
@@ -179,7 +179,7 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     y: &'a [R],
     y_bar: *const R,
     len: usize,
-    /// For each input, a pointer to its cotangents; null if it carries no derivative.
+    /// For each input, a pointer to its cotangents; null if the input carries no derivative.
     x_bar: [*mut R; I],
 }
 

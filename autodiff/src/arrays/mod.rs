@@ -2,7 +2,9 @@
 //! graph, matrix products, and gathers.
 //!
 //! Operations on plain floats run in SIMD lanes. Operations on duals, double-doubles or tape variables process one
-//! number at a time. A [`Program`](crate::Program) is a step made of several operations.
+//! number at a time. A [`Program`](crate::Program) is a step made of several operations. All arrays of a step, except
+//! for the parameters, lie one after the other in the step's **row**. Several rollouts can run at once, each from its
+//! own **start** (initial state). Their numbers are interleaved in each array.
 
 mod kernel;
 mod array;

@@ -22,13 +22,13 @@ pub(crate) trait LaneOperation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     /// See [`Operation::set_active`].
     fn set_active(&mut self, arrays: &[bool]);
-    /// Does [`Operation::forward`] in lanes of type `L`. Mark it `#[inline(always)]`.
+    /// Implements [`Operation::forward`] with lanes of type `L`. Mark it `#[inline(always)]`.
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]);
-    /// Does [`Operation::reverse`] in lanes of type `L`. Mark it `#[inline(always)]`.
+    /// Implements [`Operation::reverse`] with lanes of type `L`. Mark it `#[inline(always)]`.
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>);
 }
 
-/// Runs a [`LaneOperation`] in the widest lanes of its number type.
+/// Runs a [`LaneOperation`] in the widest registers of its number type.
 pub(crate) struct InLanes<T>(pub(crate) T);
 
 impl<R: Real, T: LaneOperation<R>> Operation<R> for InLanes<T> {

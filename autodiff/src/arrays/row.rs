@@ -28,7 +28,7 @@ impl<'a, R: Copy> StepValues<'a, R> {
     pub(crate) fn get(self, array: Array) -> &'a [R] {
         &self.part(array)[array.range()]
     }
-    /// Returns `len` numbers from the start of an array, without a bounds check.
+    /// Returns `len` numbers from the beginning of an array, without a bounds check.
     ///
     /// # Safety
     /// The numbers must be within a [`Reach`] that was checked.
@@ -51,7 +51,8 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Takes the arrays, each with the number of elements that are touched from its start.
+    /// Takes the arrays of an operation. Each comes with the number of elements that the operation may touch, counted
+    /// from the beginning of the array.
     pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
         let mut reach = Self::default();
         for (array, len) in arrays {
@@ -97,8 +98,8 @@ impl<R> Bars<'_, R> {
     }
 }
 
-/// Pointers to the cotangents of a step, so that a loop finds each array only once. With mutable slices, which cannot
-/// be held at the same time, every register would have to find its array again.
+/// Pointers to the cotangents of a step, so that a loop looks up each array only once. Several mutable slices of the
+/// cotangents cannot be held at the same time, so with slices every register would have to look up its array again.
 #[derive(Clone, Copy)]
 pub(super) struct Places<R> {
     parameters: *mut R,
@@ -171,9 +172,9 @@ pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L
 /// How the rows of consecutive steps lie in memory.
 #[derive(Debug, Default)]
 pub(crate) struct RowLayout {
-    /// The distance from the start of a row to the start of the next row.
+    /// The distance from the beginning of a row to the beginning of the next row.
     pub(crate) stride: usize,
-    /// The distance from the start of a row to the end of the new state, which lies in the next row.
+    /// The distance from the beginning of a row to the end of the new state, which lies in the next row.
     pub(crate) reach: usize,
     /// The parts of the state, with adjacent parts joined.
     pub(crate) state: Vec<Array>,
@@ -185,8 +186,8 @@ pub(crate) struct RowLayout {
 impl RowLayout {
     /// Takes the parts of the state, the new value of each part, and the length of a row.
     ///
-    /// Rows overlap if the new state can also serve as the start of the next row. For this it must be at the end of its
-    /// row and in the order of the state.
+    /// Rows overlap if the new state can also serve as the beginning of the next row. For this, its parts must lie at
+    /// the end of the row, in the order of the parts of the state.
     pub(crate) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);

@@ -1,5 +1,5 @@
-//! Kernels with uniform inputs: numbers that all elements share. An operation loads them once. It only computes their
-//! cotangents if they are needed.
+//! Kernels with uniform inputs: numbers that all elements share. An operation loads these numbers once. It computes
+//! their cotangents only if they are needed.
 
 use super::array::Array;
 use super::kernel::{Kernel, Pullback, constants, pulled_back, seeded};
@@ -7,10 +7,10 @@ use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
 
-/// The largest number of uniform inputs of a kernel.
+/// The largest number of uniform inputs that a kernel can have.
 pub const MOST_UNIFORMS: usize = 16;
 
-/// The uniform inputs of a kernel, filled up with zeros.
+/// The uniform inputs of a kernel, followed by zeros up to the length [`MOST_UNIFORMS`].
 pub type Uniforms<R> = [R; MOST_UNIFORMS];
 
 /// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated
@@ -118,7 +118,7 @@ fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
     uniforms
 }
 
-/// Panics if a list does not fit into [`Uniforms`], otherwise returns it.
+/// Returns the list. Panics if it does not fit into [`Uniforms`].
 #[inline(always)]
 pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     assert!(
@@ -143,7 +143,7 @@ where
     pulled_back(y, at.y_bar)
 }
 
-/// Returns what one element adds to the cotangent of uniform input `k`.
+/// Returns the contribution of one element to the cotangent of uniform input `k`.
 #[inline(always)]
 fn by_uniform<R, K, const I: usize, const O: usize>(
     kernel: &K,
@@ -218,8 +218,8 @@ impl UniformInputs {
     }
 
     /// Adds the cotangents of the uniform inputs that carry derivatives, one element at a time. `at` returns an
-    /// element's index, its inputs and the cotangents of its results. This is not done in lanes, because it is rarely
-    /// needed and every kernel would be compiled once more for every width.
+    /// element's index, its inputs and the cotangents of its results. This does not use SIMD lanes: it is rarely
+    /// needed, and every kernel would have to be compiled once more for every register width.
     #[inline(never)]
     pub(super) fn add_bars<R, K, E, const I: usize, const O: usize>(
         &self,
@@ -269,7 +269,8 @@ mod tests {
         }
     }
 
-    /// A step of a node: adds the force and a wind of strength `u[0]`, which depends on the position.
+    /// A kernel that moves a node: it adds to the position the force and a wind of strength `u[0]`, which depends on
+    /// the position.
     #[derive(Clone)]
     struct Move;
 
@@ -282,7 +283,7 @@ mod tests {
         }
     }
 
-    /// More nodes than a register has lanes, and not a multiple of the lanes.
+    /// The number of nodes: more than a register has lanes, and not a multiple of the number of lanes.
     const NODES: usize = 19;
 
     #[derive(Clone)]
@@ -331,7 +332,7 @@ mod tests {
         assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
     }
 
-    /// Batches of 2, 8 and 11 starts run in pairs, in whole registers and alone; every gradient must equal that of
+    /// Batches of 2, 8 and 11 starts run in pairs, in whole registers and alone. Every gradient must equal the one from
     /// single runs.
     #[test]
     fn uniform_inputs_of_a_batch_have_the_bits_of_single_runs() {

@@ -1,4 +1,5 @@
-//! Weighted arrays: each element is multiplied by its weight. Some arrays are first centred at their weighted mean.
+//! Weighted arrays: each element is multiplied by its weight. Some arrays are centred first: their weighted mean is
+//! subtracted.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use smallvec::SmallVec;
@@ -10,8 +11,8 @@ use crate::product::fits_registers;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST};
 
-/// Implements [`Program::weighted`](super::Program::weighted). The number of arrays is known only at run time: one
-/// compiled instance for each number would need half a megabyte of code.
+/// Implements [`Program::weighted`](super::Program::weighted). The number of arrays is a run-time value: compiling one
+/// instance for each number of arrays would need half a megabyte of code.
 pub(crate) struct Weighted {
     weights: Array,
     /// The arrays that are multiplied by the weights: first those that are centred, then the others.
@@ -156,7 +157,8 @@ impl<R: Real> LaneOperation<R> for Weighted {
     }
 }
 
-/// The number of partial sums of each sum. It is the same for all register widths, so the sums have the same bits.
+/// The number of partial sums of each sum. It is the same for all register widths, so that the sums have the same bits
+/// for all of them.
 const PARTS: usize = WIDEST;
 
 /// One number for each start, repeated up to the width of the widest register.
@@ -258,13 +260,13 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
     sums
 }
 
-/// An array that is multiplied by the weights, during the reverse sweep.
+/// Data for the reverse sweep of one array that is multiplied by the weights.
 struct Weighed<'a, R, L> {
     x: &'a [R],
-    /// The weighted mean, for a centred array; otherwise zero. The same holds for `shift`.
+    /// The weighted mean of a centred array; zero for other arrays.
     mean: L,
     y_bar: &'a [R],
-    /// The number that is subtracted from `y_bar`.
+    /// The number that is subtracted from `y_bar`; zero for arrays that are not centred.
     shift: L,
     x_bar: *mut R,
 }

@@ -2,7 +2,8 @@
 //!
 //! A hyperbolic tangent is a chain of twenty operations, each of which waits for the one before. If several tangents
 //! are evaluated one after the other, only few of the chains fit into the window in which a processor reorders
-//! instructions. With this type, the same source code does each operation on all numbers before the next operation.
+//! instructions. With the type `Abreast`, the same source code does each operation on all numbers before the next
+//! operation.
 
 use std::ops::{Add, Div, Mul, Sub};
 

@@ -2,7 +2,7 @@
 
 use super::primitive::Primitive;
 
-/// Computes `a + b` (Knuth, *The Art of Computer Programming* 2, section 4.2.2).
+/// Computes `a + b` and its rounding error (Knuth, *The Art of Computer Programming* 2, section 4.2.2).
 #[inline]
 pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -10,7 +10,8 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - from_b)) + (b - from_b))
 }
 
-/// Computes `a * b` (Dekker 1971, but with a fused multiply-add instead of splitting the factors).
+/// Computes `a * b` and its rounding error (Dekker 1971, but with a fused multiply-add instead of splitting the
+/// factors).
 #[inline]
 pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;

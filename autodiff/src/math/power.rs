@@ -9,9 +9,9 @@ use super::primitive::Primitive;
 /// Up to this exponent, plain products are accurate: each adds at most an error of about an ulp.
 const FEW: u32 = 8;
 
-/// Computes `x^exponent`. Each squaring doubles the relative error so far. For exponents above [`FEW`], numbers are
-/// therefore pairs of floats; the error stays below an ulp of the result up to the largest exponent. If the result or a
-/// factor is subnormal, the error is that of plain products.
+/// Computes `x^exponent`. Each squaring doubles the relative error so far. For exponents above [`FEW`], every number is
+/// therefore a pair of floats. Then the error stays below an ulp of the result up to the largest exponent. If the
+/// result or a factor is subnormal, the error is as large as with plain products.
 #[inline(always)]
 pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     let times = exponent.unsigned_abs();
@@ -68,8 +68,8 @@ fn long_power(x: f64, exponent: i32) -> f64 {
     if power.0 != 0.0 && power.1.is_finite() {
         return power.0;
     }
-    // Out of range, the remainder is NaN or both numbers have lost their sign. Plain products have the right limit: 0,
-    // infinity or NaN.
+    // If the power is out of range, the remainder is NaN, or both numbers of the pair have lost their sign. Plain
+    // products give the right limit: 0, infinity or NaN.
     by_squaring(1.0, base.0, exponent.unsigned_abs())
 }
 

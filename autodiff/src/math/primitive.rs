@@ -19,7 +19,8 @@ pub(crate) trait Primitive:
     type Scalar: Primitive;
     /// The highest power in the series of the exponential; an odd number.
     const EXP_TERMS: usize = Self::Scalar::EXP_TERMS;
-    /// The number of terms after the first in the series of sine and cosine. The last power is `2 SIN_TERMS + 1`.
+    /// The number of terms after the first term in the series of sine and cosine. The last power in the series of the
+    /// sine is `2 SIN_TERMS + 1`.
     const SIN_TERMS: usize = Self::Scalar::SIN_TERMS;
     /// `ln 2` as a sum of floats, the largest first.
     const LN_2: [f64; 2] = Self::Scalar::LN_2;
@@ -119,8 +120,8 @@ pub(crate) fn tanh<P: Primitive>(x: P) -> P {
 /// callers use the system's sine and cosine.
 pub(crate) const SIN_RANGE: f64 = 1e4;
 
-/// Computes `x - n pi/2`. If `n` is zero, the signs make every product a negative zero, because adding that to `x = -0`
-/// keeps its sign.
+/// Computes `x - n pi/2`. The signs are chosen so that for `n = 0` every product is a negative zero. Adding a negative
+/// zero to `x = -0` keeps the sign of `x`.
 #[inline(always)]
 fn reduced_angle<P: Primitive>(mut x: P, n: P) -> P {
     let minus_n = P::constant(0.0) - n;

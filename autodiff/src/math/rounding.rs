@@ -7,8 +7,8 @@ pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())
 }
 
-/// Returns the machine epsilon, the distance from 1 to the next larger number of the type, or nearly so. It is the
-/// rounding error of `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
+/// Returns (nearly) the machine epsilon: the distance from 1 to the next larger number of the type. It is computed as
+/// the rounding error of `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
 pub(crate) fn epsilon<R: Real>() -> R {
     let third = R::lit(4.0) / R::lit(3.0) - R::one();
     (R::lit(3.0) * third - R::one()).abs().detach()
@@ -21,8 +21,8 @@ pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
     x.less(zero) | (at_zero & x.detach().recip().less(zero))
 }
 
-/// Returns the integer part, as a constant. It is built bit by bit, from the highest bit down, so it is exact for any
-/// type.
+/// Returns the integer part as a constant, that is, without a derivative. The integer is built bit by bit, from the
+/// highest bit down, so it is exact for any type.
 pub(crate) fn truncated<R: Real>(x: R) -> R {
     let (zero, size, two, mut bit) = (R::zero(), x.abs().detach(), R::lit(2.0), R::one());
     let (finite, half) = (size.finite(), size / two);
@@ -90,7 +90,7 @@ pub(crate) fn floor<R: Real>(x: R) -> R {
     R::select(x.less(whole), whole - R::one(), whole)
 }
 
-/// Returns the nearest integer, as a constant. Halves are rounded away from zero.
+/// Returns the nearest integer as a constant, that is, without a derivative. Halves are rounded away from zero.
 pub(crate) fn round<R: Real>(x: R) -> R {
     let (whole, zero, one) = (truncated(x), R::zero(), R::one());
     let far = R::lit(0.5).less_equal((x - whole).abs());

@@ -27,8 +27,8 @@ macro_rules! values_and_partials {
         }
     ) => {
         impl Elementary {
-            /// Returns the value, computed with methods of [`Real`]. For implementations of [`Real::elementary`] that
-            /// have no better formula.
+            /// Returns the value, computed with methods of [`Real`]. Implementations of [`Real::elementary`] call this
+            /// if they have no better formula.
             #[inline(always)]
             pub fn value<R: Real>(self, x: R) -> R {
                 match self {
@@ -74,15 +74,15 @@ macro_rules! values_and_partials {
 
 functions!(values_and_partials);
 
-/// Returns the value of an odd function at `x`, given its value at `|x|`. A zero keeps its sign.
+/// Returns the value of an odd function at `x`, given its value at `|x|`. A zero `x` keeps its sign.
 #[inline(always)]
 fn odd<R: Real>(x: R, of_size: R) -> R {
     let signed = R::select(x.less(R::zero()), -of_size, of_size);
     R::select(x.abs().less_equal(R::zero()), x, signed)
 }
 
-/// Computes `e^x - 1`. For small `x` it is `2 t / (1 - t)` with `t = tanh(x/2)`, without cancellation. If `x / 2` is
-/// inexact, as for subnormal numbers, it is `x`.
+/// Computes `e^x - 1`. For small `x` it uses `2 t / (1 - t)` with `t = tanh(x/2)`, in which nothing cancels. If `x / 2`
+/// is inexact, as for subnormal numbers, it returns `x`.
 #[inline(always)]
 fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
@@ -128,13 +128,14 @@ fn cosh<R: Real>(x: R) -> R {
     R::select(power.finite(), value, half_exp(size))
 }
 
-/// Computes `ln(2 x)`, to which the inverse hyperbolic functions tend, for `x` so large that its square overflows.
+/// Computes `ln(2 x)`. For `x` so large that its square overflows, this is the value of `asinh` and `acosh`.
 #[inline(always)]
 fn ln_twice<R: Real>(x: R) -> R {
     x.ln() + R::lit(2.0).ln()
 }
 
-/// Computes `ln(x + sqrt(x^2 + 1))` for `|x|`, so that nothing cancels.
+/// Computes `ln(x + sqrt(x^2 + 1))`. The formula is evaluated at `|x|`, so that nothing cancels, and the result gets
+/// the sign of `x`.
 #[inline(always)]
 fn asinh<R: Real>(x: R) -> R {
     let (one, size) = (R::one(), x.abs());
@@ -171,8 +172,9 @@ fn cbrt<R: Real>(x: R) -> R {
     odd(x, R::select(root.finite(), root, power))
 }
 
-/// Returns the logistic function and its slope, using whichever exponential does not overflow. The slope is
-/// differentiated as a slope of `tanh(x/2)`, because the derivative of `rest * share` cancels near 0.
+/// Returns the logistic function and its slope. Of `e^x` and `e^-x`, it uses the one that does not overflow. Higher
+/// derivatives are computed from the slope of `tanh(x/2)`, because terms in the derivative of `rest * share` cancel
+/// near 0.
 #[inline(always)]
 fn sigmoid<R: Real>(x: R) -> (R, R) {
     let (one, negative) = (R::one(), x.less(R::zero()));
@@ -191,16 +193,16 @@ fn softplus<R: Real>(x: R) -> R {
     above + ln_1p(R::select(negative, x, -x).exp())
 }
 
-/// Returns `value / x`, and 1 at `x = 0`.
+/// Returns a quotient `value / x` like `sin(x) / x`, whose limit at `x = 0` is 1.
 #[inline(always)]
 fn cardinal<R: Real>(value: R, x: R) -> R {
     R::select(x.abs().less_equal(R::zero()), R::one(), value / x)
 }
 
-/// Returns the slope of `sin(x) / x` (for `sign` -1) or of `sinh(x) / x` (for `sign` 1). Elsewhere this is
-/// `of_quotient`, but for `|x| < 1` the terms of that formula cancel. There it is the series
-/// `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with `r = sign x^2`. The last term is below 1e-34, which is enough
-/// for every type.
+/// Returns the slope of `sin(x) / x` (for `sign` -1) or of `sinh(x) / x` (for `sign` 1). `of_quotient` is the slope
+/// from the quotient rule, whose terms cancel for `|x| < 1`. There the slope is the series
+/// `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with `r = sign x^2`. The last term is below 1e-34, which is accurate
+/// enough for every type.
 #[inline(always)]
 fn cardinal_partial<R: Real>(of_quotient: R, x: R, sign: f64) -> R {
     let mut sum = R::one();

@@ -1,4 +1,5 @@
-//! Computes the operations of a recording. A mask is represented by a number: 1 for true, 0 for false.
+//! Computes the operations of a recording, with numbers of any type. A mask is represented by a number: 1 for true, 0
+//! for false.
 
 use super::operation::{Binary, Logic, Unary};
 use crate::elementary::functions;
@@ -31,7 +32,7 @@ pub(crate) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
 
 macro_rules! define {
     (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
-        /// Returns the value without the partial.
+        /// Returns the value of a function of one number, without its partial.
         #[inline(always)]
         pub(crate) fn unary_value<L: Real>(f: Unary, x: L) -> L {
             match f {
@@ -44,7 +45,7 @@ macro_rules! define {
             }
         }
 
-        /// Returns the value and the partial.
+        /// Returns the value of a function of one number and its partial.
         #[inline(always)]
         pub(crate) fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
             match f {
@@ -61,7 +62,7 @@ macro_rules! define {
 
 functions!(define);
 
-/// Returns the value without the partials.
+/// Returns the value of a function of two numbers, without its partials.
 #[inline(always)]
 pub(crate) fn binary_value<L: Real>(f: Binary, a: L, b: L) -> L {
     match f {
@@ -77,7 +78,7 @@ pub(crate) fn binary_value<L: Real>(f: Binary, a: L, b: L) -> L {
     }
 }
 
-/// Returns the value and the partials.
+/// Returns the value of a function of two numbers and its partials.
 #[inline(always)]
 pub(crate) fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
     let one = L::one();

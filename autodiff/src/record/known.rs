@@ -8,8 +8,8 @@ pub(super) struct Known {
     /// The number is at least this large.
     pub(super) least: f64,
     pub(super) range: Range,
-    /// Whether the number cannot be a negative zero. This holds for squares, and for sums with a term that cannot be
-    /// one.
+    /// Whether the number cannot be a negative zero. This holds for squares, and for sums in which one term cannot be a
+    /// negative zero.
     pub(super) unsigned: bool,
 }
 
@@ -29,12 +29,12 @@ pub(super) enum Range {
 
 use Range::{Bounded, Finite, Overflow, Singular};
 
-/// Numbers from here on are safely away from zero: even the cube of the reciprocal, the highest power in a derivative
-/// rule, is finite in f32.
+/// Numbers of at least this size are safely away from zero: even the cube of their reciprocal is finite in f32. No
+/// derivative rule contains a higher power of a reciprocal.
 const CLEAR: f64 = 1e-12;
 
 impl Known {
-    /// A number of unknown sign.
+    /// Returns the bounds on a number of unknown sign.
     pub(super) fn within(range: Range) -> Self {
         Self {
             least: f64::NEG_INFINITY,
@@ -54,7 +54,7 @@ impl Known {
         }
     }
 
-    /// Whether the number must be finite, so that its product with zero is zero.
+    /// Whether the number is known to be finite, so that its product with zero is zero.
     pub(super) fn is_finite(self) -> bool {
         self.range <= Finite
     }
@@ -92,7 +92,7 @@ impl Known {
         }
     }
 
-    /// The bounds on a number that is one of two, such as the result of a select.
+    /// Returns the bounds on a number that equals one of two numbers, such as the result of a select.
     pub(super) fn or(self, other: Self) -> Self {
         Self {
             least: self.least.min(other.least),
@@ -101,7 +101,7 @@ impl Known {
         }
     }
 
-    /// The bounds on `f` of the number.
+    /// Returns the bounds on the result of `f` at this number.
     pub(super) fn through(self, f: Unary) -> Self {
         let inside = if self.least >= CLEAR {
             self.range
@@ -133,8 +133,8 @@ impl Known {
         }
     }
 
-    /// Tightens the bounds on the result of `op`, for an `op` whose overflow would make a result of the kernel
-    /// infinite.
+    /// Tightens the bounds on the result of `op`. Call this only if an overflow in `op` would make a result of the
+    /// kernel infinite or NaN. Then there is no overflow wherever the results are finite.
     pub(super) fn shown(self, op: Op) -> Self {
         let range = match (self.range, op) {
             (Overflow, Op::Unary(Unary::Recip | Unary::Tanh, _)) => Bounded,

@@ -2,7 +2,9 @@
 //!
 //! A `Symbol` is a number that records how it was computed. [`emit`] runs the reverse tape over symbols and prints the
 //! adjoint as Rust code. All other users replay a recording: sums and maps over data (`data`), and kernels in an
-//! [`AnyProgram`](crate::AnyProgram) whose number type is not a float.
+//! [`AnyProgram`](crate::AnyProgram) whose number type is not a float. A replay computes the recorded operations at
+//! many **points** at once. A point is one set of values of the inputs. In addition, there are shared arguments, which
+//! are the same at all points.
 
 pub(crate) mod operation;
 pub(crate) mod arithmetic;

@@ -2,7 +2,8 @@
 
 use crate::elementary::{Elementary, functions};
 
-/// Identifies a number of a recording: one of the arguments that all points share, or the result of an operation.
+/// Identifies a number of a recording: either a shared argument, which is the same at all points, or the result of an
+/// operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Place(u32);
 
@@ -24,7 +25,7 @@ impl Place {
     pub(crate) fn is_shared(self) -> bool {
         self.0 & SHARED != 0
     }
-    /// The index among the shared arguments or among the operations.
+    /// The index among the shared arguments, or among the operations for other places.
     #[inline(always)]
     pub(crate) fn at(self) -> usize {
         (self.0 & !SHARED) as usize
@@ -33,7 +34,7 @@ impl Place {
     pub(super) fn distance(self, later: Self) -> Option<u32> {
         (self.is_shared() == later.is_shared() && self < later).then(|| later.0 - self.0)
     }
-    /// The place that is `steps` further on.
+    /// The place whose index is larger by `steps`.
     #[inline(always)]
     pub(crate) fn plus(self, steps: usize) -> Self {
         Place(self.0 + steps as u32)
@@ -120,7 +121,7 @@ pub(crate) enum Logic {
 /// One operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Op {
-    /// The argument with this number.
+    /// The input with this number.
     Input(u32),
     /// A constant, as the bits of an f64.
     Constant(u64),

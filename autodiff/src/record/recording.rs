@@ -135,7 +135,7 @@ impl Recording {
             Op::Binary(Binary::Sub, [a, b]) if is(b, 0.0) => a,
             Op::Binary(Binary::Sub, [a, b]) if is(a, 0.0) => self.push(Op::Unary(Unary::Neg, b)),
             Op::Binary(Binary::Mul, [a, b]) => self.product(a.min(b), a.max(b)),
-            // Becomes a product with the reciprocal, which the adjoint needs anyway.
+            // A quotient becomes a product with the reciprocal, which the adjoint needs anyway.
             Op::Binary(Binary::Div, [a, b]) => {
                 let inverse = self.push(Op::Unary(Unary::Recip, b));
                 self.push(Op::Binary(Binary::Mul, [a, inverse]))
@@ -146,8 +146,8 @@ impl Recording {
         }
     }
 
-    /// Records a product. A product with a constant zero becomes zero, so that no code is printed where no cotangent
-    /// passes.
+    /// Records a product. A product with a constant zero becomes zero, so that no code is printed for cotangents that
+    /// are always zero.
     fn product(&mut self, a: Place, b: Place) -> Place {
         match (self.constant(a), self.constant(b)) {
             (Some(0.0), _) | (_, Some(0.0)) => self.push_constant(0.0),
@@ -162,7 +162,8 @@ impl Recording {
     fn detached(&mut self, x: Place) -> Place {
         match self.op(x) {
             Op::Constant(_) | Op::Unary(Unary::Detach, _) => x,
-            // Detaches the branches instead, so that a select between constants remains one.
+            // Detaches the two branches instead of the result, so that a select between constants remains a select
+            // between constants.
             Op::Select(mask, branches) => {
                 let branches = branches.map(|branch| self.detached(branch));
                 self.push(Op::Select(mask, branches))
@@ -173,7 +174,8 @@ impl Recording {
 
     fn chained(&mut self, partial: Place, cotangent: Place) -> Place {
         match self.op(partial) {
-            // Chains the branches of the select instead, so that a branch through which nothing passes becomes zero.
+            // Applies the chain rule to each branch of the select instead of its result, so that a branch with a zero
+            // partial becomes zero.
             Op::Select(mask, branches) if branches.iter().any(|&b| self.constant(b).is_some()) => {
                 let branches = branches.map(|branch| self.chained(branch, cotangent));
                 self.push(Op::Select(mask, branches))
@@ -235,7 +237,8 @@ impl Recording {
         }
     }
 
-    /// Assumes that these results are finite, and also all numbers that would make a result infinite if they were.
+    /// Assumes that these results are finite. Then every number that would make a result infinite if it were infinite
+    /// is finite, too. This tightens the bounds on such numbers.
     pub(super) fn assume_finite(&mut self, results: &[Place]) {
         let mut shown = vec![false; self.ops.len()];
         let mut pending = results.to_vec();

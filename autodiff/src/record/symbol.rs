@@ -26,7 +26,7 @@ impl Symbol {
         push(Op::Input(number as u32))
     }
 
-    /// Returns shared argument number `number`. All points have the same value of it.
+    /// Returns shared argument number `number`, which has the same value at all points.
     pub(crate) fn shared(number: usize) -> Self {
         Symbol(Place::shared(number))
     }
@@ -104,7 +104,8 @@ operators! {
     -a => unary(Unary::Neg, a),
     0 => Symbol::lit(0.0),
     1 => Symbol::lit(1.0),
-    // This asks for a value. Only a simplified recording may answer, because its code is printed for all values.
+    // This asks for a value, so the recording becomes unfit for a replay. In a simplified recording, a constant zero
+    // counts as zero and every other number does not.
     a == 0 => current(|recording| {
         recording.unfit = true;
         recording.is_simplified && recording.constant(a.0) == Some(0.0)
@@ -136,7 +137,7 @@ impl Mask for SymbolMask {
         SymbolMask(push(Op::Always(value)).0)
     }
     /// In a simplified recording, `any` is always true and [`all`](Mask::all) is always false, as if the lanes
-    /// differed. So both sides of a choice are printed.
+    /// differed. So the code for both values of the mask is printed.
     fn any(self) -> bool {
         current(|recording| {
             recording.unfit = true;

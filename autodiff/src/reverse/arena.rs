@@ -44,7 +44,7 @@ impl<R: Real> Arena<R> {
         allocated(&self.entries) + self.long.bytes()
     }
 
-    /// How many entries fit into the allocated memory and into 32-bit indices.
+    /// How many entries fit into the allocated memory, but not more than 32-bit indices can address.
     pub(super) fn room(&self) -> u32 {
         self.entries.capacity().min(FUSED as usize) as u32
     }
@@ -112,7 +112,7 @@ impl<R: Real> Arena<R> {
             ..
         } = &self.long;
         let marked = |at: &usize| self.entries[*at].parents != [NONE, NONE];
-        // In a fused function only the first output has the mark; the others follow it.
+        // Only the first output of a fused function has the mark. The other outputs follow it.
         let Some([kind, place]) = (0..=at)
             .rev()
             .find(marked)
@@ -143,8 +143,8 @@ impl<R: Real> Arena<R> {
 
     /// Pulls the cotangents of all entries back to the inputs, which are the first entries.
     ///
-    /// The parent of an entry is often the entry before it. That entry's cotangent stays in a register, because storing
-    /// it to `bars` and loading it in the next turn would cost the latency of both.
+    /// The parent of an entry is often the entry before it. The cotangent of the entry before stays in a register:
+    /// storing it to `bars` and loading it in the next turn would cost the latency of a store and a load.
     pub(super) fn sweep(&mut self, bars: &mut [R], inputs: usize) {
         // As local slices of equal length, these need no bounds checks and no reloads through `self`.
         let (entries, long) = (self.entries.as_slice(), &mut self.long);

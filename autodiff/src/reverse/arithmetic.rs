@@ -142,7 +142,7 @@ impl<R: Real> Real for Var<R> {
 }
 
 impl<R: Real> Var<R> {
-    /// `self * factor + term` for a constant `factor`; `value` is the result.
+    /// Records `self * factor + term` for a constant `factor`, given its value.
     #[inline(always)]
     fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
         let one = R::one();
@@ -152,7 +152,8 @@ impl<R: Real> Var<R> {
         self.apply2(term, (value, [factor, one]))
     }
 
-    /// `self / divisor`. As in a product, a constant zero passes no derivative here, unless the quotient is NaN.
+    /// Computes `self / divisor`. If `self` is a constant zero, the divisor gets no derivative, as in a product, unless
+    /// the quotient is NaN.
     #[inline(always)]
     fn quotient(self, divisor: Self) -> Self {
         let (value, partials) = rule::div(self.value, divisor.value);

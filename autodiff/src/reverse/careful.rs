@@ -1,9 +1,10 @@
 //! Continues a reverse sweep from the first zero cotangent that meets an infinite partial.
 //!
-//! Such a zero has one of two causes. If no result depends on the entry, the zero comes from a choice, and the entry
-//! passes nothing on. If a result depends on the entry, the zero was computed. Its product with infinity is unknown, so
-//! it becomes NaN. If a later partial in the sweep is exactly zero, it stops the NaN, like it stops a tangent in
-//! forward mode. For example, the derivative of `sqrt(x * x)^2` at 0 is 0, but the derivative of `1 / (1 / x)` is NaN.
+//! Such a zero has one of two causes. If no result depends on the entry, the zero comes from a choice (such as a select
+//! that did not choose the entry), and the entry passes nothing on. If a result depends on the entry, the zero was
+//! computed. Its product with infinity is unknown, so it becomes NaN. If a later partial in the sweep is exactly zero,
+//! it stops the NaN, like it stops a tangent in forward mode. For example, the derivative of `sqrt(x * x)^2` at 0 is 0,
+//! but the derivative of `1 / (1 / x)` is NaN.
 
 use std::ops::Range;
 

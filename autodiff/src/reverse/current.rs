@@ -22,11 +22,12 @@ use crate::real::Real;
 /// The generation of constants. No recording has it.
 pub(super) const CONSTANT: u32 = 0;
 
-/// How many low bits of a generation count the recordings of a number type. The other bits identify the type.
+/// The number of low bits of a generation that count the recordings of a number type. The other bits identify the type.
 const COUNT_BITS: u32 = 24;
 const TYPES: usize = 1 << (u32::BITS - COUNT_BITS);
 
-/// Returns the identifier of a number type in generations, counted from 1. All tapes of the type share it.
+/// Returns the number that identifies the number type `R` in generations. Types are counted from 1, and all tapes of a
+/// type share its number.
 pub(super) fn name_of<R: Real>() -> u32 {
     static NAMED: Mutex<Vec<TypeId>> = Mutex::new(Vec::new());
     let number = TypeId::of::<R>();
@@ -68,8 +69,8 @@ struct CurrentRecording {
     outer: *const Frame,
 }
 
-/// A running recording. It counts the entries itself, so that an operation can append one without accessing the arena.
-/// The length of the arena's vector is only updated by [`Frame::arena`].
+/// A running recording. The frame counts the entries itself, so that an operation can append an entry without accessing
+/// the arena. The length of the arena's vector is only updated by [`Frame::arena`].
 #[derive(Clone)]
 struct Frame {
     recording: Cell<CurrentRecording>,
@@ -176,7 +177,7 @@ impl<R: Real> Drop for Leave<'_, R> {
     }
 }
 
-/// Runs `function` and records the variables of `generation` in `arena` meanwhile.
+/// Runs `function`. Meanwhile, operations on variables of `generation` are recorded in `arena`.
 pub(super) fn enter<R: Real, T>(
     arena: &mut Arena<R>,
     generation: u32,
@@ -210,7 +211,8 @@ pub(super) fn enter<R: Real, T>(
 /// If that recording is not running on this thread.
 #[inline(always)]
 pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
-    // Two calls of `push`: with one call on a reference to either frame, recording would take two thirds longer.
+    // There are two calls of `push` because one call on a reference to either frame would make recording take two
+    // thirds longer.
     INNERMOST.with(|innermost| {
         if innermost.recording.get().generation == generation {
             // SAFETY: the generation identifies `R`, and references to arenas live only in `with`.
@@ -246,7 +248,7 @@ pub(super) unsafe fn with<R: Real, T>(
     })
 }
 
-/// Returns the frame of a recording that encloses the innermost one.
+/// Returns the frame of the recording with this generation, which must enclose the innermost recording.
 #[cold]
 #[inline(never)]
 fn further_out(generation: u32) -> *const Frame {

@@ -25,7 +25,8 @@ impl<'a, R: Real> Dependence<'a, R> {
         }
     }
 
-    /// Returns the inputs that entry `output` depends on, in ascending order, even if their partial is zero.
+    /// Returns the inputs that entry `output` depends on, in ascending order. Inputs with a zero derivative are
+    /// included.
     pub(super) fn of(&mut self, output: u32) -> Vec<usize> {
         self.searches += 1;
         let mut found = Vec::new();

@@ -1,4 +1,4 @@
-//! The entries of a recording, and the operands that are too many for an entry.
+//! The entries of a recording, and the operands of operations that have too many operands for an entry.
 
 use super::fused_entry::FusedEntry;
 use super::index::{FUSED, LINEAR, NONE, SELECT};
@@ -12,9 +12,9 @@ pub(super) struct Entry<R> {
     pub(super) parents: [u32; 2],
 }
 
-/// The operands that are too many for an entry.
+/// The operands of operations that have too many operands for an [`Entry`].
 pub(super) struct LongEntries<R: Real> {
-    /// The terms `(partial, parent)` of all linear entries, in the order of the entries.
+    /// The terms `(partial, parent)` of all linear entries (linear combinations), in the order of the entries.
     pub(super) terms: Vec<(R, u32)>,
     /// For each linear entry, the index of its first term.
     pub(super) linear: Vec<usize>,
@@ -26,7 +26,7 @@ pub(super) struct LongEntries<R: Real> {
     pub(super) fused: Vec<FusedEntry<R>>,
 }
 
-/// A term of a linear entry: a factor times a parent.
+/// A term of a linear entry: a partial times a parent.
 pub(super) struct Term<R> {
     pub(super) partial: R,
     pub(super) parent: u32,
@@ -76,7 +76,7 @@ impl<R: Real> LongEntries<R> {
         &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
     }
 
-    /// Whether this is a linear entry with a zero cotangent and a partial that is not finite.
+    /// Whether a mark belongs to a linear entry with a zero cotangent and a partial that is not finite.
     pub(super) fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
         let finite = |&(partial, _): &(R, u32)| partial.finite().all();
         kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)

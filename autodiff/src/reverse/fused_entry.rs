@@ -47,7 +47,7 @@ impl Parents {
     }
 }
 
-/// A [`Fused`] function together with the numbers that it saved. The types are erased.
+/// A [`Fused`] function together with the numbers that it saved for its reverse. The trait hides their types.
 pub(super) trait Call<R>: Send {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }

@@ -13,9 +13,9 @@ use crate::real::{Mask, Real};
 ///
 /// # Panics
 /// Every operation that records panics if the variable's tape is not recording or has begun another recording, and if
-/// its operands belong to different recordings. Adding a constant records nothing, so it does not panic. After 16
-/// million recordings of its number type, a stale variable may be mistaken for a current one.
-/// 16 million recordings of its number type a stale variable may be mistaken for a current one.
+/// its operands belong to different recordings. Adding a constant records nothing, so it does not panic. A variable of
+/// an old recording may be mistaken for a current one if 16 million recordings of the same number type lie between
+/// them.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
@@ -48,8 +48,8 @@ impl<R: Real> Var<R> {
         self.generation == CONSTANT
     }
 
-    /// Combines the generation of a number with `so_far`, the generation of other operands. Panics if both belong to
-    /// different recordings.
+    /// Returns the common generation of a variable and of the operands before it, whose common generation is `so_far`.
+    /// Panics if they belong to different recordings.
     #[inline(always)]
     pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
@@ -93,7 +93,8 @@ impl<R: Real> Var<R> {
         mixed()
     }
 
-    /// Whether both refer to the same entry. Their values may differ by constants that were added.
+    /// Whether two variables refer to the same entry. Their values may differ, because adding a constant keeps the
+    /// entry.
     #[inline(always)]
     pub(super) fn is(self, other: Self) -> bool {
         (self.index, self.generation) == (other.index, other.generation)
@@ -105,7 +106,7 @@ impl<R: Real> Var<R> {
         Var { value, ..self }
     }
 
-    /// Records the product with a variable, given its value.
+    /// Records the product with a variable, given the value of the product.
     #[inline(always)]
     pub(super) fn product(self, factor: Self, value: R) -> Self {
         if self.is(factor) {
@@ -123,7 +124,7 @@ impl<R: Real> Var<R> {
         self.apply2(factor, (value, [factor.value, self.value]))
     }
 
-    /// Records the product with a constant, given its value. A constant zero passes no derivative.
+    /// Records the product with a constant, given the value of the product. A constant zero passes no derivative.
     #[inline(always)]
     pub(super) fn times_constant(self, factor: R, value: R) -> Self {
         if is_choice(&factor) {
@@ -141,7 +142,7 @@ impl<R: Real> Var<R> {
         Self::record(value, entry, self.generation)
     }
 
-    /// Records a value with its entry, unless it is a constant.
+    /// Records the entry of a value, unless the value is a constant.
     #[inline(always)]
     fn record(value: R, entry: Entry<R>, generation: u32) -> Self {
         if generation == CONSTANT {
@@ -187,7 +188,8 @@ pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
     R::Mask::IS_SINGLE && factor.is_zero()
 }
 
-/// Takes no arguments, because passing the two recordings would cost every operation instructions.
+/// Panics with the message that the operands belong to different recordings. This function takes no arguments, because
+/// passing the two generations would cost every operation a few instructions.
 #[cold]
 fn mixed() -> ! {
     panic!(

@@ -36,7 +36,7 @@ fn fused_f32(a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
     unsafe { vfmaq_f32(c, a, b) }
 }
 
-/// For each byte of the result, `places` holds the index of the byte of `a` to take; zero if it is out of range.
+/// Moves bytes: byte `k` of the result is byte `places[k]` of `a`, or zero if that index is out of range.
 #[inline(always)]
 fn looked_up(a: uint8x16_t, places: &[u8; 16]) -> uint8x16_t {
     // SAFETY: `places` is as long as a register.

@@ -130,7 +130,7 @@ macro_rules! define_lanes {
         }
 
         impl $name {
-            /// Calls a scalar function for each lane. Used for functions that have no SIMD version.
+            /// Calls a scalar function for each lane. This is for functions that have no SIMD version.
             #[inline(always)]
             fn each(self, other: Self, f: impl Fn($scalar, $scalar) -> $scalar) -> Self {
                 let (mut a, mut b) = ([0.0; $n], [0.0; $n]);

@@ -21,7 +21,7 @@ pub(super) trait Unfused: Real + Primitive {
 }
 
 /// Returns the hyperbolic tangents of several registers with the bits of fused multiply-adds, or `None` if a bit may be
-/// wrong. Here and below there are loops instead of closures, because some closures are not inlined.
+/// wrong. This function and the ones below use loops instead of closures, because some closures are not inlined.
 #[inline(always)]
 pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<[L; N]> {
     let mut lanes = [Doubted::none(L::zero()); N];
@@ -44,8 +44,9 @@ struct Doubted<L: Real> {
     doubt: L::Mask,
 }
 
-/// The relative amount by which the rounding error is made larger and smaller. It is more than the inaccuracy of that
-/// error. Sums so close to the midpoint between two floats are rare.
+/// The relative amount by which the rounding error is made larger and smaller. This amount is larger than the
+/// inaccuracy of the rounding error. It is also so small that it rarely changes a result: only for sums very close to
+/// the midpoint between two floats.
 const MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// Splits a number into a sum of two numbers with half the digits each (Veltkamp 1968).
@@ -56,8 +57,8 @@ fn halves<L: Real>(a: L) -> [L; 2] {
     [high, a - high]
 }
 
-/// Computes `a * b + c` in double precision, rounded once, with a slightly larger and with a slightly smaller rounding
-/// error. `upper` must be `a` with the lower 27 of its 53 digits set to zero.
+/// Computes `a * b + c` in double precision twice, rounded once each time: first with a slightly larger rounding error,
+/// then with a slightly smaller one. `upper` must be `a` with the lower 27 of its 53 digits set to zero.
 #[inline(always)]
 pub(super) fn around<L: Real>(a: L, upper: L, b: L, c: L) -> [L; 2] {
     // `b` is split here, because several products share it and its halves. For `a`, clearing digits takes fewer
@@ -80,7 +81,8 @@ impl<L: Unfused> Doubted<L> {
         Self { value, doubt }
     }
 
-    /// Makes a value that was computed from `self` and `others`. It is doubtful if any of them is.
+    /// Wraps a value that was computed from `self` and `others`. In each lane the value is doubtful if `self` or any of
+    /// `others` is.
     #[inline(always)]
     fn to<const N: usize>(mut self, value: L, others: [Self; N]) -> Self {
         self.value = value;
@@ -91,7 +93,7 @@ impl<L: Unfused> Doubted<L> {
     }
 }
 
-/// Operators that round once.
+/// Defines operators. They round only once, so they add no doubt to that of their operands.
 macro_rules! operator {
     ($($operator:ident $method:ident),*) => {$(
         impl<L: Unfused> $operator for Doubted<L> {

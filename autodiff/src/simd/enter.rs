@@ -1,5 +1,5 @@
-//! The only way to enter code in lanes. On x86-64, code behind this entry is compiled for wider registers than the rest
-//! of the program.
+//! The only entry to code that computes in SIMD lanes. On x86-64, code behind this entry is compiled for wider
+//! registers than the rest of the program.
 // `cargo bench -p benches --bench tapes` measures the speed-up.
 #![cfg_attr(lanes = "x86", allow(unsafe_code))]
 

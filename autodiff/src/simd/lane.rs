@@ -1,8 +1,8 @@
-//! Implements [`Lane`] with a single lane for every number, and counts the lanes of a number type.
+//! Implements [`Lane`] for every number type, as a register with a single lane, and counts the lanes of a number type.
 
 use crate::real::{Lane, Mask, Real, Vectorized};
 
-/// The largest number of lanes of any type.
+/// The largest number of lanes that a register of any type has.
 pub(crate) const WIDEST: usize = 16;
 
 /// Every number is a register of one lane.
@@ -54,7 +54,7 @@ impl<R: Real> Vectorized<R> for LaneCount {
     }
 }
 
-/// The number of lanes of the number type `R` on this machine.
+/// The number of lanes in a register of the number type `R` on this machine.
 pub(crate) fn lanes<R: Real>() -> usize {
     let lanes = R::vectorize(LaneCount);
     let fits = lanes.is_power_of_two() && lanes <= WIDEST;

@@ -1,6 +1,6 @@
 //! Detects which SIMD registers this machine has.
 
-/// The kind of registers that lanes use, from narrow to wide.
+/// The kinds of registers that lanes can use, ordered from narrow to wide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// No SIMD: scalar code with the instructions that every processor of the target has.
@@ -40,8 +40,8 @@ pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
 
 #[inline]
 fn found() -> Level {
-    // Without optimisation every intermediate value of inlined code has a stack slot. With wide registers a kernel
-    // would need megabytes of stack.
+    // Without optimisation every intermediate value of inlined code has its own place on the stack. With wide registers
+    // a kernel would need megabytes of stack.
     if cfg!(unoptimised) {
         return Level::Baseline;
     }

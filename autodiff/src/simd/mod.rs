@@ -2,7 +2,7 @@
 //!
 //! On x86-64, lanes are the widest registers of the processor, chosen at run time. On aarch64 they are NEON registers.
 //! On wasm32 they are `simd128` registers if the crate is compiled with `-C target-feature=+simd128`. On all other
-//! targets a lane is a scalar.
+//! targets a register is a scalar, with a single lane.
 //!
 //! Each register width has its own type for f64 and for f32, because the instructions differ. The macro `define_lanes`
 //! defines all of them.

@@ -4,7 +4,7 @@
 use super::places::{RANK, SET_BIT};
 use crate::real::Lane;
 
-/// Fills fewer than `N` numbers up with zeros.
+/// Returns an array of `N` numbers: first those of `part`, which has fewer than `N`, then zeros.
 #[inline(always)]
 pub(super) fn padded<S: Copy + Default, const N: usize>(part: &[S]) -> [S; N] {
     let mut numbers = [S::default(); N];
@@ -14,7 +14,7 @@ pub(super) fn padded<S: Copy + Default, const N: usize>(part: &[S]) -> [S; N] {
     numbers
 }
 
-/// Stores the first lanes to a slice of fewer than `N` numbers.
+/// Fills a slice of fewer than `N` numbers with the first lanes of a register.
 #[inline(always)]
 pub(super) fn store_first<S: Copy + Default, const N: usize>(to: &mut [S], lanes: impl Lane<S>) {
     let mut numbers = [S::default(); N];
@@ -24,10 +24,12 @@ pub(super) fn store_first<S: Copy + Default, const N: usize>(to: &mut [S], lanes
     }
 }
 
-/// For each mask of four 32-bit lanes, the byte indices that move lanes like [`RANK`]. The index is 255 where a mask
-/// bit is not set. No register has a byte 255, so the look-up gives zero.
+/// For each mask of four 32-bit lanes, the table of bytes with which `expand` moves lanes. It corresponds to [`RANK`],
+/// which is a table of lanes. The index is 255 where a mask bit is not set. No register has a byte 255, so these lanes
+/// become zero.
 pub(super) static EXPANDED: [[u8; 16]; 16] = bytes(true);
-/// For each mask of four 32-bit lanes, the byte indices that move lanes like [`SET_BIT`].
+/// For each mask of four 32-bit lanes, the table of bytes with which `compress` moves lanes. It corresponds to
+/// [`SET_BIT`], which is a table of lanes.
 pub(super) static COMPRESSED: [[u8; 16]; 16] = bytes(false);
 
 const fn bytes(expand: bool) -> [[u8; 16]; 16] {

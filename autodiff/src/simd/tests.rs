@@ -1,4 +1,4 @@
-//! Every lane type must be bit-identical to scalars.
+//! Tests that the results of every lane type are bit-identical to those of scalars.
 
 #[cfg(lanes = "neon")]
 use super::aarch64::{F32x4, F64x2};
@@ -65,7 +65,8 @@ impl<S: Real> Vectorized<S> for All<'_, S> {
     }
 }
 
-/// Returns the arguments: numbers of all sizes and both signs, and special values. Their count is prime.
+/// Returns the arguments: numbers of all sizes and both signs, and special values. The number of arguments is prime, so
+/// it is not a multiple of any register width.
 fn arguments() -> Vec<f64> {
     let spread = (0..4000).map(|k| 750.0 * (f64::from(k) / 2000.0 - 1.0) + 0.37e-3);
     let small = (0..4000).map(|k| 1e-30_f64.powf(f64::from(k) / 4000.0) * f64::from(1 - k % 2 * 2));
@@ -105,8 +106,8 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     }
 }
 
-/// Without optimisation every register takes stack space, so the test runs in a thread with a large stack if threads
-/// exist.
+/// Without optimisation every intermediate register takes stack space. So the test runs in a thread with a large stack,
+/// if the target has threads.
 #[cfg(lanes)]
 #[test]
 fn every_register_has_the_bits_of_scalars() {

@@ -4,7 +4,7 @@ use crate::real::Lane;
 
 /// Adds loads and stores without bounds checks to registers.
 pub(crate) trait Unchecked<S>: Lane<S> {
-    /// Does [`load`](Lane::load) from index `at` on, without a bounds check.
+    /// Like [`load`](Lane::load), but loads from index `at` on and without a bounds check.
     ///
     /// # Safety
     /// The slice must hold at least `at + N` scalars.
@@ -15,7 +15,7 @@ pub(crate) trait Unchecked<S>: Lane<S> {
         // SAFETY: guaranteed by the caller.
         Self::load(unsafe { from.get_unchecked(at..at + Self::N) })
     }
-    /// Does [`store`](Lane::store) from index `at` on, without a bounds check.
+    /// Like [`store`](Lane::store), but stores from index `at` on and without a bounds check.
     ///
     /// # Safety
     /// The slice must hold at least `at + N` scalars.

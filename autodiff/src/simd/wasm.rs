@@ -2,8 +2,9 @@
 //! `-C target-feature=+simd128`. A module with these instructions only runs on engines that support them.
 //!
 //! There is no fused multiply-add, so [`Real::fma`] rounds twice, also for scalars. Elementary functions must round
-//! once to give the same bits everywhere, so they compute it in software, lane by lane. The hyperbolic tangent takes
-//! most of the time of controllers, so it avoids the software in most cases; see `doubted.rs`.
+//! once to give the same bits everywhere, so they compute fused multiply-adds in software, lane by lane. The hyperbolic
+//! tangent takes most of the time of neural-network controllers, so it avoids the software version in most cases; see
+//! `doubted.rs`.
 #![allow(unsafe_code)]
 // Only loads and stores, which use pointers, are unsafe here. But the macro wraps all calls in `unsafe`, which other
 // instruction sets need.
@@ -78,7 +79,7 @@ fn fused_f32(a: v128, b: v128, c: v128) -> v128 {
     f32x4(fused(0), fused(1), fused(2), fused(3))
 }
 
-/// For each byte of the result, `places` holds the index of the byte of `a` to take; zero if it is out of range.
+/// Moves bytes: byte `k` of the result is byte `places[k]` of `a`, or zero if that index is out of range.
 #[inline(always)]
 fn looked_up(a: v128, places: &[u8; 16]) -> v128 {
     // SAFETY: `places` is as long as a register.
@@ -157,8 +158,8 @@ impl Unfused for F64x2 {
 }
 
 impl Unfused for F32x4 {
-    /// Computes in double precision, where the product is exact but the sum may be rounded. If the two doubles next to
-    /// the sum become different singles, that rounding may matter.
+    /// Computes the result in double precision, where the product is exact but the sum may be rounded. The doubles just
+    /// above and just below the sum are converted to singles. If these differ, the rounding of the sum may matter.
     #[inline(always)]
     fn fused(self, b: Self, c: Self) -> (Self, Mask32) {
         let [low, high] = doubles(self.0);
@@ -190,8 +191,8 @@ fn singles(low: v128, high: v128, share: f64) -> v128 {
     i64x2_shuffle::<0, 2>(low, high)
 }
 
-/// The hyperbolic tangents of several registers. This function is not inlined: in the loops of a product, the engine
-/// would run out of registers.
+/// Computes the hyperbolic tangents of several registers. This function is not inlined: within the loops of a matrix
+/// product, the engine would run out of registers.
 #[inline(never)]
 fn tanh<L: Unfused, const N: usize>(x: [L; N]) -> [L; N] {
     match tanh_unfused(x) {

@@ -51,7 +51,7 @@ fn first_i32(n: usize) -> __m256i {
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
-/// Lane `k` of the result is lane `places[k]` of `a`, or zero if bit `k` is not set.
+/// Moves lanes: lane `k` of the result is lane `places[k]` of `a`, or zero if bit `k` of `bits` is not set.
 ///
 /// # Safety
 /// The processor must have AVX2.

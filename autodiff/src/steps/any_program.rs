@@ -14,9 +14,9 @@ use crate::record::{Places, ReplayedKernel, recorded};
 ///
 /// It has some of the operations of [`Program`]. A kernel is compiled for `f64` and `f32`, in the crate that calls this
 /// type. All other number types replay a recording of the kernel, which gives the same numbers but is several times
-/// slower. They panic if the kernel cannot be recorded. A kernel cannot be recorded if it asks whether a number [is
-/// zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane of a mask is true, or if it calls a [custom
-/// rule](crate::custom) or another [fused](Real::fused) function.
+/// slower. For these types the methods panic if the kernel cannot be recorded. A kernel cannot be recorded if it asks
+/// whether a number [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane of a mask is true, or
+/// if it calls a [custom rule](crate::custom) or another [fused](Real::fused) function.
 ///
 /// ```
 /// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient};
@@ -182,7 +182,7 @@ impl AnyProgram<'_> {
     }
 }
 
-/// Converts the outputs to an array. There is one output for each result of the kernel.
+/// Converts the list of outputs to an array of fixed length. There is one output for each result of the kernel.
 fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
     outputs.try_into().expect("one array for each result")
 }

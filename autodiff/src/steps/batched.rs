@@ -1,7 +1,7 @@
 //! Rollouts from one or several starts (initial states), in SIMD lanes.
 //!
-//! The starts are divided into groups. Each group runs interleaved in one [`Program`](crate::Program) and has one start
-//! for each lane of a register, or two starts, or one.
+//! The starts are divided into groups. A group has one start for each lane of a register, or two starts, or one. The
+//! starts of a group run interleaved in one [`Program`](crate::Program).
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -16,8 +16,8 @@ impl<M: Model> Rollout<M> {
     /// [`entries`](Rollout::entries) of each.
     ///
     /// `start` is the initial state: its parts in the order in which the model declares them. `parameters` has one
-    /// slice for each parameter, in the order of declaration. It holds an array, a matrix in row-major order, or the
-    /// values of a [control](crate::Program::control) step by step.
+    /// slice for each parameter, in the order of declaration. A slice holds an array, a matrix in row-major order, or
+    /// the values of a [control](crate::Program::control) step by step.
     ///
     /// On the tape the whole rollout is one fused entry.
     ///
@@ -131,8 +131,8 @@ pub(super) struct Batched<M> {
     pub(super) own: Vec<bool>,
 }
 
-/// Starts that run interleaved: one for each lane of a register, or two, or one. If there are fewer starts than lanes,
-/// the last start is repeated.
+/// A group of starts that run interleaved, one in each lane. A group has as many lanes as a register, or two, or one.
+/// If there are fewer starts than lanes, the last start is repeated.
 #[derive(Clone)]
 pub(super) struct StartGroup {
     pub(super) starts: Range<usize>,
@@ -188,8 +188,9 @@ impl<M: Model> Batched<M> {
         }
     }
 
-    /// Divides the starts into groups of one start per lane. The remaining starts also run as such a group if they fill
-    /// more than three quarters of the lanes, because that is faster then. Otherwise they run in pairs.
+    /// Divides the starts into groups of one start per lane. If the remaining starts fill more than three quarters of
+    /// the lanes, they also run as such a group, because this is faster than pairs. Otherwise they run in pairs, and
+    /// the last one possibly alone.
     pub(super) fn groups<R: Real>(&self) -> Vec<StartGroup> {
         let (mut groups, mut first) = (Vec::new(), 0);
         let widest = lanes::<R>();
@@ -214,8 +215,8 @@ impl<M: Model> Batched<M> {
         }
     }
 
-    /// Returns for each parameter its part of a list with one item for each input: one item if the parameter is shared,
-    /// otherwise one for each start.
+    /// Splits a list that has one item for each input. Returns for each parameter its part of the list: one item if the
+    /// parameter is shared, otherwise one item for each start.
     fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
         let mut rest = &of_inputs[self.starts..];
         let mut take = |&own: &bool| {

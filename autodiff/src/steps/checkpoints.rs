@@ -43,9 +43,9 @@ pub enum Memory {
     /// Keep every step. This is the fastest.
     #[default]
     All,
-    /// A budget: as many numbers as this many states have. The sweep then runs parts of the rollout again; the larger
-    /// the budget, the fewer. The smallest possible budget is two states plus the row of one step, which holds its
-    /// state and the outputs of its operations. It is enough for any number of steps.
+    /// A memory budget: room for as many numbers as this many states have. The sweep then runs parts of the rollout
+    /// again. With a larger budget it repeats less. The smallest possible budget is two states plus the row of one step
+    /// (its state and the outputs of its operations). This budget is enough for any number of steps.
     ///
     /// Ten states are enough if the outputs of a step have at most seven times as many numbers as a state. Outputs are
     /// rounded up to whole registers of up to 16 numbers, so small states need more. A budget that is enough for one
@@ -57,7 +57,7 @@ pub enum Memory {
     Bytes(usize),
 }
 
-/// When the forward run and the reverse sweep set checkpoints.
+/// Decides when the forward run and the reverse sweep set checkpoints.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct CheckpointSchedule {
     /// The number of steps whose rows are kept at once.
@@ -73,7 +73,8 @@ impl CheckpointSchedule {
         checkpoints: 0,
     };
 
-    /// Takes the lengths of a state and of a row, in numbers of type `R`.
+    /// Creates the schedule of a rollout. `state` and `row` are the lengths of a state and of a row, in numbers of type
+    /// `R`.
     pub(super) fn new<R>(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
             leaf: steps,
@@ -134,15 +135,15 @@ fn binomial(s: usize, t: usize) -> usize {
 mod tests {
     use super::{CheckpointSchedule, Memory};
 
-    /// Runs the schedule on step numbers only. Returns how many steps are run in total, and the most
-    /// numbers held at once.
+    /// Simulates a schedule with step numbers only, without a model. Returns how many steps are run in total, and the
+    /// largest number of numbers that are held at once.
     fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
         let schedule = CheckpointSchedule::new::<f64>(memory, steps, [state, row]);
         let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);
         while schedule.leaf < steps && end > 0 {
             let top = *stack.last().expect("the start is always on the stack");
             let to = schedule.split(top..end, stack.len());
-            // The first descent happens during the forward run.
+            // The forward run itself sets the first checkpoints, so these steps are not run again.
             done += if end == steps {
                 0
             } else {
@@ -173,8 +174,8 @@ mod tests {
                 done as f64 / 4096.0
             );
             assert!(most <= states * 144, "{most} numbers for {states} states");
-            // The binomial bound for a budget of 10 states: it holds the rows of two steps and five checkpoints, so
-            // there are 2048 leaves and at most 12 repetitions.
+            // The binomial bound for a budget of 10 states: the rows of two steps and five checkpoints fit into this
+            // budget, so there are 2048 leaves and at most 12 repetitions.
             assert!(done <= 13 * 4096, "{done} steps for {states} states");
         }
         assert_eq!(simulate(Memory::All, 4096, [144, 358]), (4096, 0));

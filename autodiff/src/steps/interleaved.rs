@@ -6,7 +6,8 @@ use super::sweep::{Recorded, Starts};
 use crate::real::Real;
 
 impl<M: Model> Rollout<M> {
-    /// Returns the indices of the returned numbers in a state of `len` numbers, which interleaves `starts` starts.
+    /// Returns the indices of the numbers that the rollout returns of an observed state. The state has `len` numbers,
+    /// in which `starts` starts are interleaved.
     fn places(&self, starts: usize, len: usize) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
@@ -20,8 +21,8 @@ impl<M: Model> Rollout<M> {
         entries.iter().flat_map(interleaved).collect()
     }
 
-    /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the record for the
-    /// reverse sweep. If `keeps` is false, no reverse sweep follows and no steps are kept.
+    /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the forward run that
+    /// the reverse sweep needs. If `keeps` is false, no reverse sweep follows and no steps are kept.
     pub(super) fn recorded<R: Real>(
         &self,
         starts: Starts,

@@ -9,11 +9,11 @@
 //! sweep reads the rows from the last to the first and recomputes the values inside operations. The memory is `steps`
 //! rows, or less with a [`Memory`] budget.
 //!
-//! A program can run from several **starts** (initial states) at once: two, or one for each lane of a register. Two
-//! starts have their own code path, because most design gradients run two and it saves a tenth of their time. The
-//! numbers of the starts are interleaved, so arrays and graphs become two (or `lanes`) times as long. Most operations
-//! treat a longer array like any other. Only matrix products differ, because all starts share the matrices. Other
-//! parameters may differ between starts.
+//! A program can run from several **starts** (initial states) at once: from two, or from one for each lane of a
+//! register. There is a separate code path for two starts: most gradients of designs run two, and the separate path
+//! saves a tenth of their time. The numbers of the starts are interleaved, so arrays and graphs become two (or `lanes`)
+//! times as long. Most operations treat a longer array like any other. Only matrix products differ, because all starts
+//! share the matrices. Other parameters may differ between starts.
 
 mod operation;
 mod program;

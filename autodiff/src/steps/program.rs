@@ -33,12 +33,12 @@ pub struct Program<R: Real> {
     pub(super) operations: Vec<StepOperation<R>>,
     /// The number of starts that run at once, with interleaved numbers.
     pub(crate) starts: usize,
-    /// How many numbers are allocated so far: for the parameters, and for a row.
+    /// How many numbers are allocated so far: first for the parameters, then for a row.
     pub(super) ends: [usize; 2],
     pub(super) layout: RowLayout,
     /// How many numbers of a later row each operation prefetches; a multiple of a cache line.
     pub(super) prefetch_len: usize,
-    /// How many numbers past the end of an array lanes may touch, in addition to their own width.
+    /// How many numbers past the end of an array a register may touch, in addition to its own width.
     pub(super) margin: usize,
 }
 
@@ -65,7 +65,7 @@ impl<R: Real> Default for Program<R> {
 
 /// Declarations of parameters, states, inputs and controls.
 impl<R: Real> Program<R> {
-    /// Creates a program that runs this many starts at once: one, two, or one for each lane.
+    /// Creates a program that runs `starts` starts at once: one, two, or one for each lane.
     pub(crate) fn side_by_side(starts: usize) -> Self {
         let most = lanes::<R>();
         assert!(
@@ -166,7 +166,7 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// Sets the new value of a part of the state, which it has at the end of the step. `next` can be the output of an
+    /// Sets the new value of a part of the state: the value at the end of the step. `next` can be the output of an
     /// operation, the old value of a part of the state, a parameter, an input or a control.
     ///
     /// # Panics
@@ -188,8 +188,8 @@ impl<R: Real> Program<R> {
     }
 
     /// # Panics
-    /// If an array does not belong to this program. This matters because steps read the inputs of operations without
-    /// checks.
+    /// If an array does not belong to this program. This check is needed because steps read the inputs of operations
+    /// without bounds checks.
     pub(super) fn assert_known(&self, arrays: &[Array]) {
         let known = |array: &Array| self.arrays.get(array.id) == Some(array);
         assert!(

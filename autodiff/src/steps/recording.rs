@@ -9,7 +9,7 @@ use crate::arrays::{
 use crate::real::Real;
 
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
-/// program has an array or matrix of the same shape in the same position.
+/// program has an array or a matrix of the same shape at the same position in memory.
 impl<R: Real> Program<R> {
     fn assert_known_matrix(&self, matrix: Matrix) {
         let known = self.parameters.get(matrix.parameter);
@@ -65,8 +65,8 @@ impl<R: Real> Program<R> {
         assert!(is_one, "each uniform input must be an array of one number");
     }
 
-    /// Records the operation that `map` creates from its output arrays. There is one output for each of the `results`
-    /// of the kernel.
+    /// Records an operation that maps a kernel with `results` results. Allocates one output array for each result and
+    /// passes them to `map`, which creates the operation.
     pub(crate) fn map_by(
         &mut self,
         x: &[Array],
@@ -91,15 +91,15 @@ impl<R: Real> Program<R> {
     /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined to one vector.
     ///
     /// # Panics
-    /// If the arrays of `x` together are not as long as the matrix has columns, if `bias` is not as long as it has
-    /// rows, or if an array or the matrix belongs to another program.
+    /// If the total length of the arrays of `x` is not the number of columns of the matrix, if the length of `bias` is
+    /// not the number of rows, or if an array or the matrix belongs to another program.
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
     }
 
     /// Records a dense layer with an activation, `y = tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes of
-    /// differentiation, the slope of `tanh` is computed from the result as `1 - y^2`, like that of
-    /// [`layer_tanh`](Real::layer_tanh).
+    /// differentiation, the slope of `tanh` is computed from the result as `1 - y^2`. The function
+    /// [`layer_tanh`](Real::layer_tanh) does the same.
     ///
     /// # Panics
     /// Like [`dense`](Program::dense).
@@ -111,7 +111,8 @@ impl<R: Real> Program<R> {
     /// order, where `places` is true; zeros go elsewhere. The result is as long as `places`.
     ///
     /// # Panics
-    /// Like [`dense`](Program::dense). Also if `places` is not true as often as the matrix has rows.
+    /// Like [`dense`](Program::dense). Also if the number of true items in `places` is not the number of rows of the
+    /// matrix.
     pub fn dense_tanh_spread(
         &mut self,
         matrix: Matrix,
@@ -225,7 +226,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// - If an array of `ends` does not have one number for each node.
     /// - If an array of `per_edge` does not have one number for each slot.
-    /// - If the kernel has no results, or its inputs are not as many as the arrays of `ends` and `per_edge`.
+    /// - If the kernel has no results, or does not have one input for each array of `ends` and `per_edge`.
     /// - If an array belongs to another program.
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
@@ -264,8 +265,8 @@ impl<R: Real> Program<R> {
         arrays(&outputs)
     }
 
-    /// Records the operation that `map` creates from the graph of all starts and its output arrays. There is one output
-    /// for each of the `results` of the kernel.
+    /// Records an operation that maps a kernel with `results` results over edges. Allocates one output array for each
+    /// result and passes them to `map`, together with the graph of all starts. `map` creates the operation.
     pub(crate) fn map_edges_by(
         &mut self,
         graph: &Graph,

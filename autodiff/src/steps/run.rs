@@ -5,7 +5,7 @@ use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repe
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
-/// How many numbers are set to zero at a time.
+/// How many cotangents are set to zero at a time.
 const ZEROED: usize = 128;
 
 impl<R: Real> Program<R> {
@@ -209,9 +209,10 @@ impl<R: Real> Program<R> {
         before.map(|state| state.len).sum()
     }
 
-    /// Computes the reverse of a step from its row. `state_bar` is the cotangent of the new state and becomes the
-    /// cotangent of the old state. The step's contribution is added to the cotangents of the parameters. `soon` is the
-    /// row of the step before. It is prefetched, because the processor does not predict rows that are read backwards.
+    /// Computes the reverse of a step from its row. On entry, `state_bar` is the cotangent of the new state. On return,
+    /// it is the cotangent of the old state. The step's contribution is added to the cotangents of the parameters.
+    /// `soon` is the row of the step before. It is prefetched, because the processor does not predict rows that are
+    /// read backwards.
     pub(crate) fn reverse_step(
         &mut self,
         parameters: &[R],
@@ -224,9 +225,10 @@ impl<R: Real> Program<R> {
             parameters: &mut parameter_bars[..],
             row: &mut row_bars[..],
         };
-        // Zeros only the cotangents before the next row. Those of the new state, which follow, are set below.
+        // Sets only the cotangents before the next row to zero. The cotangents of the new state, which follow, are set
+        // below.
         let RowLayout { stride, state, .. } = &self.layout;
-        // In pieces, because `memset` starts more slowly for long ranges.
+        // The zeros are written in pieces, because `memset` has a longer start-up time for long ranges.
         for piece in bars.row[..self.ends[1].min(*stride)].chunks_mut(ZEROED) {
             piece.fill(R::zero());
         }
@@ -254,8 +256,9 @@ impl<R: Real> Program<R> {
         self.push_state(bars.row, state_bar);
     }
 
-    /// Returns the cotangents of all parameters after the last reverse step. If each start has its own values, the
-    /// cotangents are interleaved. Otherwise they are summed over the starts, from first to last.
+    /// Returns the cotangents of all parameters after the last reverse step. If each start has its own values of a
+    /// parameter, the cotangents of that parameter are interleaved. Otherwise they are summed over the starts, from
+    /// first to last.
     pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
         let sum = |of_starts: &[R]| {
             of_starts[1..]

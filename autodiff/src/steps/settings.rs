@@ -12,9 +12,9 @@ use crate::real::{ByType, Real};
 pub trait Model: Clone + Send + Sync + 'static {
     /// Declares parameters, states, inputs and controls, records one step, and advances each part of the state.
     fn record<R: Real>(&self, program: &mut Program<R>);
-    /// Calls [`record`](Self::record) for `f64`. Every crate that uses generic code compiles it again. To compile a
-    /// model's kernels for floats only once, in the model's own crate, override this method and
-    /// [`record_f32`](Self::record_f32) there, with the same line as the default.
+    /// Calls [`record`](Self::record) for `f64`. Generic code is compiled again in every crate that uses it. To compile
+    /// a model's kernels for floats only once, override this method and [`record_f32`](Self::record_f32) in the model's
+    /// own crate. The override consists of the same line as the default.
     fn record_f64(&self, program: &mut Program<f64>) {
         self.record(program);
     }
@@ -24,7 +24,7 @@ pub trait Model: Clone + Send + Sync + 'static {
     }
 }
 
-/// Records a model with its method for the number type.
+/// Records a model by calling `record_f64`, `record_f32` or `record`, depending on the number type.
 pub(super) struct RecordModel<'a, M>(pub(super) &'a M);
 
 impl<'a, M: Model> ByType for RecordModel<'a, M> {
@@ -51,10 +51,10 @@ pub struct Rollout<M> {
     pub steps: usize,
     /// The [inputs](Program::input) of all steps, one step after the other. Additional numbers are ignored.
     pub inputs: Arc<[f64]>,
-    /// After which steps the state is observed, in ascending order; 0 is the start.
+    /// The numbers of steps after which the state is observed, in ascending order; 0 stands for the initial state.
     pub observed: Vec<usize>,
-    /// Which numbers of each observed state are returned, by their indices; `None` returns all. On a tape each returned
-    /// number is a variable, which costs more than computing it.
+    /// The indices of the numbers that are returned of each observed state; `None` returns all numbers. On a tape each
+    /// returned number is a variable, which costs more than computing it.
     pub entries: Option<Vec<usize>>,
     /// The bound on the magnitude of every number in every state after the start; 0 or more. If a number is NaN or not
     /// below the bound, all outputs are NaN, even if the rollout recovers later. Derivatives do not depend on the

@@ -79,7 +79,8 @@ impl<R: Real> Stepper<R> {
         begin_step(step);
         self.program.set_inputs(row, &self.inputs, step);
         self.program.step(&self.parameters, row, soon);
-        // The old state is checked, because loading the new one would wait for its stores.
+        // The old state is checked rather than the new one: loading the new state would have to wait until its stores
+        // are done.
         if let (Some(watch), true) = (&mut self.watch, step > 0) {
             watch.look(&self.program, row);
         }
@@ -107,7 +108,7 @@ impl<R: Real> Stepper<R> {
     }
 }
 
-/// A state, and the number of steps that lead to it.
+/// A state, and the number of steps that lead from the start to it.
 #[derive(Clone)]
 struct Checkpoint<R> {
     step: usize,
@@ -119,11 +120,11 @@ pub(super) struct Recorded<R: Real> {
     stepper: Stepper<R>,
     schedule: CheckpointSchedule,
     steps: usize,
-    /// The states from which the reverse sweep runs forward again. The first is the start.
+    /// The checkpoints from which the reverse sweep runs forward again. The first one is the start.
     checkpoints: Vec<Checkpoint<R>>,
-    /// The rows of the last steps, one after the other. If memory allows, these are all steps.
+    /// The rows of all steps, one after the other, if memory allows; otherwise the rows of one leaf.
     rows: Aligned<R>,
-    /// The row for steps that are not kept.
+    /// The row for steps whose rows are not kept.
     row: Aligned<R>,
 }
 
@@ -201,7 +202,8 @@ impl<R: Real> Recorded<R> {
         self.stepper.state(self.row_after(step))
     }
 
-    /// Runs a step of the forward run. Keeps its row, or a checkpoint before it if the schedule asks for one.
+    /// Runs a step of the forward run. If the rows of all steps are kept, the step gets its own row. Otherwise a
+    /// checkpoint of the state before the step is kept if the schedule asks for one.
     pub(super) fn step(&mut self, step: usize) {
         if self.keeps_all() {
             return self.step_to_row(step, step);
@@ -234,8 +236,8 @@ impl<R: Real> Recorded<R> {
     }
 
     /// Sweeps back from the last step to the first and returns the cotangents of the parameters. Calls
-    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, for every step from the last down to
-    /// 0, the start. `at` may add to the cotangent and clip it.
+    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, for every `step` from the last down to
+    /// 0, which stands for the start. `at` may add to the cotangent and clip it.
     pub(super) fn reverse(
         &mut self,
         wanted: &[bool],
@@ -247,7 +249,7 @@ impl<R: Real> Recorded<R> {
         let mut stack = self.checkpoints.clone();
         let mut end = self.steps;
         at(end, state_bar);
-        // Each turn either sets a checkpoint after the last one, or reverses the last leaf.
+        // Each turn either sets a further checkpoint or reverses the last leaf.
         while end > 0 {
             let top = stack.last().expect("the start is never removed");
             let first = self.schedule.leaf_start(top.step..end);
@@ -268,7 +270,7 @@ impl<R: Real> Recorded<R> {
             }
             self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
             end = first;
-            // Drops the checkpoints whose steps are reversed.
+            // Drops the checkpoints that are no longer needed: all steps after them are reversed.
             stack.retain(|checkpoint| checkpoint.step < end);
         }
         self.stepper.program.parameter_bars(&bars[0])
@@ -307,7 +309,8 @@ impl<R: Real> Recorded<R> {
 fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
     match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
-        // A quarter more than needed, for later sweeps that are longer. Pages that are never touched use no memory.
+        // Allocates a quarter more than needed, for later sweeps that are longer. Pages that are never touched use no
+        // memory.
         _ => Aligned::zeros(len + len / 4),
     }
 }

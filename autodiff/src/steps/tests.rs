@@ -1,4 +1,4 @@
-//! Several starts at once must give the results of single starts, for all register widths of the machine.
+//! Tests that several starts at once give the same results as single starts, for all register widths of the machine.
 
 #[path = "../../tests/net/mod.rs"]
 mod net;
@@ -75,7 +75,7 @@ impl<R: Real> Several<R> {
         self.loss.rollout.run_batch(&starts, &given)
     }
 
-    /// How many values belong to single starts: the starts and their own parameters.
+    /// How many inputs belong to single starts: the numbers of all starts and of their own parameters.
     fn of_starts(&self) -> usize {
         [&self.starts, &self.own]
             .iter()
@@ -134,8 +134,8 @@ fn at_every_level(check: impl Fn()) {
     }
 }
 
-/// Starts must fill whole registers first. The rest must be one more register if it fills more than three quarters of
-/// it, otherwise pairs and a single start.
+/// Starts must fill whole registers first. The remaining starts must form one more register if they fill more than
+/// three quarters of it. Otherwise they must run in pairs, with at most one single start.
 #[test]
 fn starts_fill_registers() {
     at_every_level(|| {
@@ -216,12 +216,13 @@ fn gradients_are_the_sums_of_single_ones() {
             }
         }
     }
-    // Each is a sum of about 1e3 terms, some of which may be larger than the sum.
+    // Each derivative is a sum of about 1e3 terms, some of which may be larger than the sum.
     at_every_level(|| check::<f64>(1e-12));
     at_every_level(|| check::<f32>(1e-4));
 }
 
-/// Chosen entries and their gradients must be bit-identical to those of whole states.
+/// A rollout that returns only chosen entries must be bit-identical to a rollout that returns whole states, in the
+/// chosen entries and in their gradients.
 #[test]
 fn entries_are_those_of_whole_states() {
     let entries = vec![1, NODES, 2 * NODES - 1];
@@ -278,7 +279,8 @@ fn a_start_without_its_own_value_panics() {
     several.loss.rollout.run_batch(&starts, &given);
 }
 
-/// The message must count the numbers of a single start.
+/// If the starts have too few values of their own parameter, the message must give the number of values for a single
+/// start.
 #[test]
 #[should_panic(expected = "parameter 0 of the program has 48 numbers, but 47 were given")]
 fn too_few_numbers_of_each_start_are_counted() {
@@ -373,7 +375,7 @@ fn a_bound_on_the_state_leaves_derivatives_alone() {
     assert!(value.is_nan());
 }
 
-/// A model whose state, this many numbers, never changes.
+/// A model whose state never changes. The field is the length of the state.
 #[derive(Clone, Copy)]
 struct Still(usize);
 
@@ -405,7 +407,7 @@ impl Still {
 #[test]
 fn every_number_of_every_state_is_looked_at() {
     at_every_level(|| {
-        // Three pairs of the widest registers, then five more numbers.
+        // Enough numbers for three pairs of the widest registers, and five more.
         let numbers = 6 * lanes::<f32>() + 5;
         for place in 0..numbers {
             let mut start = vec![0.1f32; numbers];

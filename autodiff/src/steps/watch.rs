@@ -5,7 +5,7 @@ use crate::arrays::Array;
 use crate::real::{Mask, Real};
 use crate::simd::{Lane, Vectorized, WIDEST};
 
-/// Remembers for each start whether all numbers of its states so far were below a bound in magnitude.
+/// Remembers for each start whether the magnitudes of all numbers in its states so far were below a bound.
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<R> {
     bound: R,
@@ -21,7 +21,7 @@ impl<R: Real> Watch<R> {
         }
     }
 
-    /// Checks the state of a row.
+    /// Checks the state that is in a row.
     pub(crate) fn look(&mut self, program: &Program<R>, row: &[R]) {
         R::vectorize(Look {
             watch: self,
@@ -30,7 +30,7 @@ impl<R: Real> Watch<R> {
         });
     }
 
-    /// Returns for each start zero, or NaN if one of its numbers was not below the bound.
+    /// Returns one number for each start: NaN if a number of one of its states was not below the bound, otherwise zero.
     pub(crate) fn verdicts(&self, starts: usize) -> Vec<R> {
         let mut verdicts = vec![R::zero(); starts];
         for (place, &seen) in self.verdict.iter().enumerate() {
@@ -53,7 +53,7 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let bound = L::splat(self.watch.bound);
-        // Only in SIMD lanes, because a tape would record the products.
+        // This shortcut is only taken in SIMD lanes, because a tape would record the products.
         if L::N > 1 && self.is_small::<L>(bound * bound) {
             return;
         }

@@ -5,7 +5,7 @@ use std::ops::{Deref, DerefMut};
 use crate::pool::Pooled;
 use crate::real::Real;
 
-/// The number of bytes of a cache line, which is also that of the widest register.
+/// The size of a cache line in bytes. The widest registers have the same size.
 const LINE: usize = 64;
 
 /// An array of fixed length that begins at the start of a cache line, if possible.
@@ -38,7 +38,7 @@ impl<R: Real> Aligned<R> {
         }
     }
 
-    /// Replaces the array by a longer one if it is shorter than `len`. The values are then unspecified.
+    /// Makes sure that the array has at least `len` numbers. If it is shorter, it is replaced by zeros.
     pub(crate) fn make_room(&mut self, len: usize) {
         if self.len < len {
             *self = Self::zeros(len);

@@ -8,13 +8,13 @@ pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
     /// For each row of the product, the register of `y` that receives it; empty if row `k` goes to register `k`. Only
-    /// used if each lane is a start.
+    /// used if each lane of a register belongs to a different start.
     pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
 
 impl<'a, R: Real> Epilogue<'a, R> {
-    /// Adds the product to `y`, without bias and activation.
+    /// Returns the last steps of a product that is added to `y`, without bias and activation.
     pub(super) fn plain(y: &'a mut [R]) -> Self {
         Self {
             bias: None,
@@ -24,8 +24,8 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
     }
 
-    /// Finishes `H` registers of rows, beginning with row `first`, for each of `K` vectors. `sums` are the rows of the
-    /// product. In the output the vectors are interleaved.
+    /// Does the last steps for `H` registers of rows, beginning with row `first`, for each of `K` vectors. `sums` holds
+    /// these rows of the matrix product. The results for the `K` vectors are interleaved in the output.
     #[inline(always)]
     pub(super) fn add_rows<L: Lane<R>, const H: usize, const K: usize>(
         &mut self,
@@ -42,7 +42,7 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
         self.add(at, at, even);
         if K > 1 {
-            // The second register may lie entirely past the last row.
+            // The second register of a pair may lie entirely past the last row, so it is added separately.
             for h in 0..H {
                 at[h] += L::N;
             }
@@ -50,8 +50,8 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
     }
 
-    /// Finishes `N` rows, beginning with row `first`. Each sum is a register with one lane per start. Rows from `rows`
-    /// on do not exist and are dropped.
+    /// Does the last steps for `N` rows, beginning with row `first`. Each item of `sums` belongs to one row and has one
+    /// lane per start. Rows with the index `rows` or more do not exist and are dropped.
     #[inline(always)]
     pub(super) fn add_starts<L: Lane<R>, const N: usize>(
         &mut self,

@@ -19,7 +19,7 @@ pub(crate) struct Layer<'a> {
     pub(crate) x: &'a [Array],
     pub(crate) bias: Array,
     pub(crate) output: Array,
-    /// For each element of the output, whether it is a row of the matrix. The other elements are zero.
+    /// For each element of the output, whether a row of the matrix computes it. The other elements are zero.
     pub(crate) places: &'a [bool],
     pub(crate) tanh: bool,
 }
@@ -31,7 +31,7 @@ pub(crate) struct DenseLayer<R> {
     inputs_active: Vec<usize>,
     bias: Array,
     output: Array,
-    /// Where the rows go in the output, if the output also has elements that are always zero.
+    /// Where in the output the results of the rows go, if the output also has elements that are always zero.
     spread: Option<Spread<R>>,
     tanh: bool,
     /// `W`, stored for the product `W x`.
@@ -47,23 +47,24 @@ pub(crate) struct DenseLayer<R> {
     active: Active,
 }
 
-/// An output in which zeros lie between the rows of the matrix.
+/// Describes an output in which zeros lie between the results of the rows.
 struct Spread<R> {
     lanes: Vec<LaneOfRows>,
     /// Used if a register holds all starts of one row: for each row, its register in the output.
     places: Vec<usize>,
-    /// Used otherwise: the rows without the zeros. There is room for one more register after the last row.
+    /// Used otherwise: the results of the rows, without the zeros between them. There is room for one more register
+    /// after the last result.
     y: Aligned<R>,
 }
 
-/// A register of the output: the first row in it, and a bit for each lane that holds a row.
+/// A register of the output: the first row whose result is in it, and a bit for each lane that holds a result.
 #[derive(Clone, Copy)]
 struct LaneOfRows {
     first: usize,
     bits: u16,
 }
 
-/// Which cotangents are needed.
+/// Which cotangents the reverse sweep must compute.
 struct Active {
     inputs: bool,
     weights: bool,
@@ -71,7 +72,7 @@ struct Active {
 }
 
 impl<R: Real> Spread<R> {
-    /// Returns `None` if every element of the output is a row.
+    /// Returns `None` if every element of the output is the result of a row.
     fn new(places: &[bool], starts: usize) -> Option<Self> {
         let count = |places: &[bool]| places.iter().filter(|row| **row).count();
         let (width, rows) = (lanes::<R>(), count(places));
@@ -264,13 +265,13 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
             weights: parameters[self.matrix.parameter],
             bias: arrays[self.bias.id],
         };
-        // `set_active` is called at the beginning of each sweep.
+        // `set_active` is called at the beginning of each sweep, so the sums over the steps start at zero here.
         self.weights_bar.fill(R::zero());
         self.batch.clear();
     }
 }
 
-/// Writes the rows and the zeros to the output, one whole register at a time.
+/// Writes the results of the rows and the zeros to the output, one whole register at a time.
 struct SetOut<'a, R> {
     lanes: &'a [LaneOfRows],
     y: &'a [R],
@@ -310,12 +311,12 @@ impl<R: Real> Vectorized<R> for Gaps<'_, R> {
 struct BeforeTanh<'a, R> {
     y: &'a [R],
     bar: &'a [R],
-    /// The length of the output, if every element is a row.
+    /// The length of the output, if every element is the result of a row.
     rows: usize,
-    /// The registers of the output, if zeros lie between the rows.
+    /// The registers of the output, if zeros lie between the results of the rows.
     lanes: Option<&'a [LaneOfRows]>,
     tanh: bool,
-    /// The result, without the zeros. There is room for one more register after the last row.
+    /// The computed cotangents, without the zeros. There is room for one more register after the last row.
     y_bar: &'a mut [R],
 }
 
@@ -331,7 +332,7 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
                     before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
                 }
             }
-            // Each turn writes a whole register. The next turn overwrites the lanes that hold no row.
+            // Each turn of the loop writes a whole register. The next turn overwrites the lanes that hold no row.
             Some(lanes) => {
                 for (lane, (y, bar)) in lanes.iter().zip(both) {
                     let rows = before_tanh::<R, L>(self.tanh, y, bar).compress(lane.bits);

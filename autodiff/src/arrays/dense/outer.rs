@@ -1,7 +1,7 @@
 //! Sums of outer products: the cotangents of a layer's weights.
 //!
-//! The factors of several steps are collected and then added as one matrix product. So the gradient's memory is touched
-//! only once in [`BATCH`] outer products.
+//! The factors of several outer products are collected. Then one matrix product adds them all to the gradient. So the
+//! memory of the gradient is only touched once for every [`BATCH`] outer products.
 
 use super::aligned::Aligned;
 use crate::product::{Product, Strided, Transpose};
@@ -11,7 +11,8 @@ use crate::simd::lanes;
 /// The number of outer products that are added together. Each step and start contributes one.
 const BATCH: usize = 16;
 
-/// The inputs and output cotangents of recent steps. The starts of a step follow each other.
+/// The inputs (`x`) and output cotangents (`y_bar`) of recent steps: the factors of outer products. Each start of a
+/// step has its own pair, and the pairs of a step follow each other.
 pub(super) struct Pending<R> {
     x: Vec<R>,
     /// Each start's cotangents are padded to whole registers. With one start, the current step is written after the
@@ -34,7 +35,7 @@ impl<R: Real> Pending<R> {
         let stride = rows.next_multiple_of(lanes::<R>());
         Self {
             x: vec![R::zero(); BATCH * columns],
-            // Each has room for one register past its end.
+            // Both arrays of cotangents have room for one register past their end.
             y_bar: Aligned::zeros(BATCH * stride + lanes::<R>()),
             interleaved: Aligned::zeros(numbers + lanes::<R>()),
             starts,
@@ -61,7 +62,7 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// Keeps the current step, whose inputs are `x`. Returns true if the batch is now full.
+    /// Adds the factors of the current step, whose inputs are `x`, to the batch. Returns true if the batch is now full.
     pub(super) fn keep(&mut self, x: &[R]) -> bool {
         let (starts, stride, columns) = (self.starts, self.stride, self.columns);
         let to = &mut self.x[self.len * columns..][..columns * starts];

@@ -1,5 +1,5 @@
-//! A matrix in panels, and its product with a vector. A panel is a few registers of rows, as many as can be summed at
-//! once.
+//! A matrix in panels, and its product with a vector. A panel is a block of rows that fills a few registers: as many as
+//! can be summed at once.
 
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
@@ -7,9 +7,10 @@ use crate::product::{Factors, Strided, fits_registers};
 use crate::real::Real;
 use crate::simd::{Lane, lanes};
 
-/// The largest number of row registers in a panel. Their sums all fit into the processor's registers.
+/// The largest number of registers that the rows of a panel fill. With this number, all their sums fit into the
+/// processor's registers.
 const PANEL: usize = 4;
-/// The number of independent sums per row. Phase `p` sums the columns `p`, `p + 4`, `p + 8`, …, so that
+/// The number of partial sums ("phases") per row. Phase `p` sums the columns `p`, `p + 4`, `p + 8`, …, so that
 /// consecutive additions do not wait for each other.
 pub(super) const PHASES: usize = 4;
 
@@ -20,7 +21,7 @@ pub(super) struct Panels<R> {
     columns: usize,
 }
 
-/// Up to [`PANEL`] registers of rows.
+/// One panel of the matrix: up to [`PANEL`] registers of rows.
 struct Panel<'a, R> {
     first_row: usize,
     /// The entries, column by column.
@@ -37,7 +38,8 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// For the panel that begins at row register `first`: the number of its registers, and the position of its entries.
+    /// For the panel whose first row is in register number `first`, returns the number of its registers and the
+    /// position of its entries.
     #[inline(always)]
     fn place(&self, first: usize, width: usize) -> (usize, usize) {
         let registers = self.rows.div_ceil(width) - first;
@@ -59,7 +61,7 @@ impl<R: Real> Panels<R> {
     }
 
     /// Passes `A x` to the output, for one or two (`K`) interleaved vectors. Each phase is summed separately, then the
-    /// four sums are added. So the order of summation does not depend on the register width.
+    /// sums of the four phases are added. So the order of summation does not depend on the register width.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>, const K: usize>(&self, x: &[R], output: &mut Epilogue<R>) {
         let x = &x[..self.columns * K];
@@ -82,7 +84,8 @@ impl<R: Real> Panels<R> {
                 (2, _) => panel.part::<L, 2, K>(0, 2, x, output),
                 (3, 1) => panel.part::<L, 3, K>(0, 3, x, output),
                 (_, 1) if cfg!(lanes = "simd128") => {
-                    // WebAssembly engines have only sixteen registers, and factors and products need some of them.
+                    // WebAssembly engines have only sixteen registers. The factors and products need some of them, so
+                    // the panel is summed in two halves.
                     let low = panel.sums::<L, 2, K>(0, PANEL, x);
                     let high = panel.sums::<L, 2, K>(2, PANEL, x);
                     output.add_rows(panel.first_row, [low[0], low[1], high[0], high[1]]);
@@ -190,7 +193,7 @@ mod tests {
             for cap in [Level::Baseline, Level::Avx2, level()] {
                 let width = at_most(cap, lanes::<f64>);
                 for vectors in [1, 2, width] {
-                    // With fewer lanes than vectors, the product does not exist.
+                    // There is no product for more vectors than a register has lanes.
                     if vectors > width {
                         continue;
                     }

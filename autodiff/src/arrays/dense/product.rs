@@ -32,7 +32,8 @@ impl<R: Real> PackedMatrix<R> {
     }
 }
 
-/// `y = bias + A x`, or `y += A x` without a bias. If `tanh` is set, it is applied to the result.
+/// Computes `y = bias + A x`, or `y += A x` if there is no bias. If `tanh` is true, the hyperbolic tangent is applied
+/// to the result.
 pub(super) struct MatrixProduct<'a, R> {
     pub(super) matrix: &'a PackedMatrix<R>,
     pub(super) x: &'a [R],
@@ -51,8 +52,8 @@ impl<R: Real> MatrixProduct<'_, R> {
     }
 }
 
-/// The product with `K` vectors. Each `K`, and the tiles, enter SIMD code separately, because one common entry would be
-/// slower.
+/// The product of a matrix in panels with `K` vectors. Each value of `K` has its own entry to SIMD code, and so does
+/// the product of a matrix in tiles. One common entry would be slower.
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {

@@ -9,10 +9,10 @@ use crate::product::{Factors, Strided};
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// The number of rows that are summed at once in registers. WebAssembly engines have only sixteen registers, and
+/// The number of rows that are summed at once in registers. WebAssembly engines have only sixteen registers, and the
 /// factors and products need some of them.
 const TILE: usize = if cfg!(lanes = "simd128") { 8 } else { 16 };
-/// The number of rows that are finished at once. More would need too many registers.
+/// The number of rows whose bias and activation are applied at once. More rows would need too many registers.
 const ABREAST: usize = 4;
 
 /// A matrix in tiles of [`TILE`] rows. Within a tile the columns are ordered by [phase](PHASES).
@@ -42,8 +42,8 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// Passes `A x` to the output. Sums have the order of terms of [`Panels`](super::panels::Panels::times), so each
-    /// start gives the same bits as when it runs alone.
+    /// Passes `A x` to the output. The terms of a sum are added in the same order as in
+    /// [`Panels`](super::panels::Panels::times), so each start gives the same bits as when it runs alone.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Epilogue<R>) {
         assert!(
@@ -51,7 +51,7 @@ impl<R: Real> Tiles<R> {
             "`x` is too short: it must have one number per column and lane"
         );
         for first in (0..self.rows).step_by(TILE) {
-            // Two phases at a time: (0 + 1) + (2 + 3), as in `Panels`.
+            // The sums of the four phases are added in the order (0 + 1) + (2 + 3), as in `Panels`.
             let phase = |phase| self.phase::<L>(x, first, phase);
             let (mut sums, more) = (phase(0), phase(1));
             for row in 0..TILE {

@@ -38,10 +38,10 @@ const VALUES: [f64; 19] = [
     f64::NAN,
 ];
 
-/// How many times all fields change at once. This detects conditions on several fields.
+/// How many times the check changes all fields at once. This detects conditions on several fields.
 const MIXTURES: usize = 200;
 
-/// The recording of a kernel for certain values of its fields.
+/// The operations that a kernel does for certain values of its fields.
 struct Course {
     ops: Vec<Op>,
     results: Vec<Place>,

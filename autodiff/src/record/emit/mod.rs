@@ -40,9 +40,9 @@
 //! Exponentials, powers and other quotients never count as finite. The emitted code can differ from the tape in these
 //! cases:
 //!
-//! - A product with a constant zero is zero, even if the other factor is NaN. This includes constants that come from a
-//!   select between constants, as in `signum`.
-//! - A computed zero cotangent times an infinite partial gives zero, but NaN on the tape.
+//! - A product with a constant zero is zero, even if the other factor is NaN. The constant may also come from a select
+//!   between constants, as in `signum`.
+//! - The product of a computed cotangent of zero and an infinite partial is zero. On the tape it is NaN.
 //! - A sum, or a product with a bounded factor, may overflow if its operands are near the largest float.
 //! - If a sum or product makes a result infinite, NaN may be passed on for a cotangent of zero.
 //! - If the emitted derivative is differentiated in reverse, a plain product with a cotangent of zero is an ordinary
@@ -66,10 +66,11 @@ use print::{Formula, Printer, UNIFORMS};
 /// calling `self.emitted_vjp(at)`. Numbers that the results `y` already contain, such as a hyperbolic tangent, are not
 /// computed again. Numbers that do not depend on the cotangents are computed once for all rows of cotangents.
 ///
-/// `fields` are expressions for the kernel's constants, as the printed code is to read them (`self.dt`). `build` makes
-/// a kernel whose fields have the given values, in that order. For a [`UniformKernel`](crate::arrays::UniformKernel),
-/// `build` makes a [`Fixed`](crate::arrays::Fixed) kernel, and the uniform inputs are fields named `uniforms[0]`,
-/// `uniforms[1]` and so on. The method then has a second argument, `uniforms`, and `vjp_with` must call it.
+/// `fields` are the expressions with which the printed code reads the kernel's constants (such as `self.dt`). `build`
+/// makes a kernel whose fields have the given values, in that order. For a
+/// [`UniformKernel`](crate::arrays::UniformKernel), `build` makes a [`Fixed`](crate::arrays::Fixed) kernel, and the
+/// uniform inputs are fields named `uniforms[0]`, `uniforms[1]` and so on. The method then has a second argument,
+/// `uniforms`, and `vjp_with` must call it.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
@@ -112,7 +113,8 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
 ) -> String {
     fields::check(name, fields, &build);
     // Several runs with different values, of both signs and different sizes. They detect fields that decide the
-    // derivative of a fused function: it does not appear in `eval`, which `fields::check` records.
+    // derivative of a fused function. `fields::check` cannot detect these, because it only records `eval`, in which
+    // such a derivative does not appear.
     let (few, more) = (
         fields::stand_ins(E, fields.len()),
         fields::stand_ins(PI, fields.len()),

@@ -5,16 +5,17 @@ use std::fmt::Write;
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::record::recording::Recording;
 
-/// The adjoint of a kernel, as places in a recording. The first operations of the recording are the inputs of the
-/// kernel, followed by the cotangents of its results.
+/// The adjoint of a kernel: a list of places (numbers) in a recording. The first operations of the recording are the
+/// inputs of the kernel, followed by the cotangents of its results.
 pub(super) struct Formula {
-    /// The results of the kernel. The printed code gets their values.
+    /// The results of the kernel. The printed code receives their values as `y`.
     pub(super) results: Vec<Place>,
     /// The cotangents of the inputs. The printed code computes them.
     pub(super) x_bar: Vec<Place>,
 }
 
-/// The names of uniform inputs begin with this. The printed code gets them as numbers of type `R`, not as literals.
+/// The names of uniform inputs begin with this text. The printed code receives uniform inputs as numbers of type `R`,
+/// not as literals.
 pub(super) const UNIFORMS: &str = "uniforms[";
 
 pub(super) struct Printer<'a> {
@@ -107,8 +108,8 @@ impl<'a> Printer<'a> {
         format!("[{}]", names.join(", "))
     }
 
-    /// Returns the pattern that destructures an argument. It has `_` for numbers that are not read or have another
-    /// name.
+    /// Returns the pattern that destructures an argument of the printed method. It has `_` for numbers that are not
+    /// read or have another name.
     fn names(&self, letter: char, places: &[Place]) -> String {
         let name = |(k, &place): (usize, &Place)| {
             let own = format!("{letter}{k}");
@@ -125,8 +126,8 @@ impl<'a> Printer<'a> {
         results.iter().position(|&result| result == place)
     }
 
-    /// If `op` is a sum of a product that nothing else reads and another term, returns the product and the term. They
-    /// are printed as a fused multiply-add.
+    /// If `op` adds a term to a product that nothing else reads, returns the product and the term. The two operations
+    /// are printed as one fused multiply-add.
     fn fused(&self, op: Op) -> Option<(Place, Place)> {
         match op {
             Op::Binary(Binary::Add | Binary::Sub, [a, b]) if self.is_lone_product(b) => {

@@ -34,8 +34,8 @@ pub(super) fn chain<L: Real, const W: usize>(
     part
 }
 
-/// The number of bytes of the widest register. Products of larger numbers, such as duals, are not inlined, because each
-/// copy would be long code.
+/// The size of the widest register in bytes. Products of larger numbers, such as duals, are not inlined, because every
+/// inlined copy would be long.
 const LARGE: usize = 64;
 
 #[inline(never)]

@@ -8,8 +8,9 @@ use crate::record::operation::{Binary, Unary};
 use crate::rule;
 use crate::simd::Lane;
 
-/// Returns the values and the partials. The partials are only valid if `differentiates` is true, which requires
-/// `REVERSE`. Short functions have their own loops. All others are compiled once for all block lengths.
+/// Returns the values and the partials of a function of one number. The partials are only valid if `differentiates` is
+/// true, which requires `REVERSE`. Short functions have their own loops. All others are compiled once for all block
+/// lengths.
 #[inline(always)]
 pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: bool>(
     (f, differentiates): (Unary, bool),
@@ -51,7 +52,8 @@ pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: 
     (y, partials)
 }
 
-/// Returns the values. Frequent operations have their own loops, so that the `match` is outside of the loop.
+/// Returns the values of a function of two numbers. Frequent operations have their own loops, so that the `match` is
+/// outside of the loop.
 #[inline(always)]
 pub(super) fn forward_binary<R: Real, L: Lane<R>, const W: usize>(
     f: Binary,
@@ -88,7 +90,7 @@ pub(super) fn forward_binary<R: Real, L: Lane<R>, const W: usize>(
     y
 }
 
-/// Returns the cotangents of both arguments.
+/// Returns the cotangents of both arguments of a function of two numbers.
 #[inline(always)]
 pub(super) fn reverse_binary<R: Real, L: Lane<R>, const W: usize>(
     f: Binary,

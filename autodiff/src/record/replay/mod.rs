@@ -1,4 +1,4 @@
-//! Replays recordings: runs their operations forward and in reverse, at many points at once. Nothing else executes
+//! Replays recordings: runs their operations forward and in reverse, at many points at once. No other module executes
 //! recordings.
 //!
 //! The replay does not depend on the recorded code, so it is compiled in this crate for `f64` and `f32`.

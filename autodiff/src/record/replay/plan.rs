@@ -1,4 +1,4 @@
-//! The plan of a replay. It finds dot products that together are the layer of a network.
+//! The plan of a replay. The plan groups dot products that together form a layer of a network.
 
 use crate::product::Strided;
 use crate::real::Real;
@@ -24,7 +24,7 @@ pub(crate) struct Plan {
 pub(super) enum Step {
     /// A single operation.
     Single(Op),
-    /// The first row of this layer. The whole layer is computed at this step.
+    /// The first row of the layer with this index. The whole layer is computed at this step.
     Layer(usize),
     /// Another row of a layer, which is already computed.
     Row,
@@ -35,24 +35,25 @@ pub(super) enum Step {
 pub(super) struct Layer {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// The place of the first row's dot product. The distance to the next row's is `step`.
+    /// The place of the first row's dot product. The places of consecutive rows differ by `step`.
     pub(super) first: usize,
     pub(super) step: usize,
     /// The index of the first matrix entry among the shared arguments. The distance between rows is `stride`.
     pub(super) weights: usize,
     pub(super) stride: usize,
-    /// The vector of own numbers.
+    /// The vector that the matrix is multiplied by. Its numbers differ from point to point.
     pub(super) own: Run,
 }
 
-/// A layer must have at least this many rows and entries. For smaller ones, transposing the own numbers does not pay.
+/// A layer must have at least this many rows and entries. For smaller layers, transposing the own numbers takes more
+/// time than the matrix product saves.
 const LEAST_ROWS: usize = 4;
 const LEAST_ENTRIES: usize = 64;
-/// The number of recent layers with which a new row is compared.
+/// When a new row is found, it is compared with this many of the most recent layers.
 const OPEN: usize = 4;
 
 impl Layer {
-    /// Returns a layer of one row, if `op` is a dot product of adjacent shared numbers and own numbers.
+    /// Returns a layer of one row if `op` is a dot product of adjacent shared numbers with own numbers.
     fn of_row(place: usize, op: Op) -> Option<Self> {
         let Op::Dot([a, b], len) = op else {
             return None;

@@ -25,15 +25,15 @@ pub(crate) enum Inputs<'a, R> {
     Numbers(&'a [&'a [R]]),
 }
 
-/// What a replay computes, in addition to the results.
+/// What a replay computes in addition to the results of the function.
 #[derive(Clone, Copy)]
 pub(crate) enum Wanted<'a, R> {
-    /// Nothing else.
+    /// Nothing in addition: only the results.
     Results,
     /// The gradient, with respect to the shared arguments, of the sum of the first result over all points.
     ByShared,
     /// The cotangents of the inputs at each point, given the cotangents of the results at each point. `None` gives the
-    /// first result the cotangent 1, so that the output is its gradient.
+    /// first result the cotangent 1, so that the output is the gradient of the first result.
     ByInputs(Option<&'a [Vec<R>]>),
 }
 
@@ -65,8 +65,8 @@ impl<'a, R: Real> Points<'a, R> {
     }
 }
 
-/// The compiled replays. If this crate has the feature `data`, it compiles those for floats. Otherwise each crate
-/// compiles the ones that it needs.
+/// The compiled replays. With the feature `data`, this crate compiles the replays for floats. Without it, each crate
+/// compiles the replays that it needs.
 struct Compiled<'a>(PhantomData<&'a ()>);
 
 impl<'a> ByType for Compiled<'a> {
@@ -110,7 +110,8 @@ impl<R: Real> Vectorized<R> for Points<'_, R> {
     type Output = Replayed<R>;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Replayed<R> {
-        // Numbers without registers gain little from blocks, and every such type would compile another copy.
+        // Number types without SIMD registers gain little from blocks, and another copy of the code would be compiled
+        // for each.
         if const { L::N > 1 } && self.count > L::N {
             self.in_blocks::<L, WIDE, true>()
         } else {

@@ -16,12 +16,12 @@ use crate::simd::{Lane, WIDEST};
 /// The number of registers in a block, if there are enough points to fill them.
 pub(super) const WIDE: usize = 4;
 
-/// A plan, and the numbers of its replay.
+/// A running replay: its plan and the numbers that it computes.
 pub(super) struct Replay<'a, R, L, const W: usize> {
     plan: &'a Plan,
     /// The arguments that all points share.
     shared: &'a [R],
-    /// The number of inputs whose cotangents are not needed. They are the first operations.
+    /// The number of inputs whose cotangents are not needed. These inputs are the first operations of the recording.
     inputs: usize,
     /// Whether [`reverse`](Self::reverse) will be called.
     differentiates: bool,
@@ -104,7 +104,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         self.add(places[1], parts[1]);
     }
 
-    /// Computes all operations at a block of points. Partials are only compiled if `REVERSE` is true.
+    /// Computes all operations at a block of points. The code for partials is only compiled if `REVERSE` is true.
     #[inline(always)]
     pub(super) fn forward<const REVERSE: bool>(&mut self) {
         let mut y = [L::zero(); W];
@@ -156,7 +156,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Returns a result at the last block of points.
+    /// Returns the values of a result at the block of points that [`forward`](Self::forward) computed last.
     #[inline(always)]
     pub(super) fn result(&self, result: usize) -> Block<L, W> {
         self.get(self.plan.results[result])
@@ -176,7 +176,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 &self.memory.read[a.first.at()..][..len],
                 &self.memory.values[b.first.at()..][..len],
             );
-            // Two at a time, because the loop itself costs as much as one product.
+            // Adds two products in each turn, because the loop itself costs as much as one product.
             let ((a, a_last), (b, b_last)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
             for (factors, own) in a.iter().zip(b) {
                 for k in 0..2 {
@@ -233,7 +233,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 // Arguments have no partials, so `partials` keeps the cotangent here until it is taken.
                 Op::Input(_) => self.memory.partials[place] = bar,
                 Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
-                // Passes nothing. A product with zero could pass NaN, if the cotangent is infinite.
+                // Passes no cotangent on. Multiplying the cotangent by zero could pass NaN on, if the cotangent is
+                // infinite.
                 Op::Unary(Unary::Detach, _) => {}
                 Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),
                 Op::Binary(Binary::StraightThrough, [_, soft]) => self.add(soft, bar),
@@ -270,8 +271,9 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Pulls back the dot product at `place`. If the operation before is a dot product of another shared row with the
-    /// same own numbers, as in a matrix-vector product, it is also pulled back, and the result is true.
+    /// Pulls back the dot product at `place`. The operation before it may be a dot product of another shared row with
+    /// the same own numbers, as in a matrix-vector product. Then that operation is also pulled back, and the result is
+    /// true.
     #[inline(always)]
     fn reverse_dot(
         &mut self,
