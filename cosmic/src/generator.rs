@@ -6,18 +6,18 @@ use crate::lattice::Lattice;
 use crate::scene::{LatticeKind, LatticeSettings};
 
 impl Lattice {
-    /// Generates the lattice of these settings on `ground`, rotated with the ground (D1). Each rest length is the
-    /// initial distance of the two nodes.
+    /// Generates the lattice that `settings` describe. It stands on `ground` and is rotated with it (D1). The rest
+    /// length of each edge is the initial distance of its two nodes.
     ///
     /// # Panics
-    /// If the settings name a file that was not read yet. Reading a scene reads it.
+    /// If the settings name a truss file that was not read yet. Reading a scene also reads its truss file.
     pub fn new(settings: &LatticeSettings, ground: impl Into<Ground>) -> Self {
         let ground = ground.into();
         if let Some(truss) = settings.file.truss() {
             let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
             return Self::of_truss(truss, positions.collect());
         }
-        // The exact numbers of D1: with `drop = 0` the lowest row is exactly on the ground.
+        // The positions follow D1 without rounding errors: with `drop = 0` the lowest row is exactly on the ground.
         let places = places(settings);
         let origin = Vector::new([settings.origin_x, settings.drop]);
         let position =
@@ -35,8 +35,8 @@ impl Lattice {
 /// The height of an equilateral triangle with sides of length 1.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;
 
-/// The places of the nodes in units of the spacing, row by row from the lowest, each row from left to right. On a
-/// triangular lattice every second row is shifted by half a spacing.
+/// The places of the nodes in units of the spacing. Nodes are ordered row by row from the lowest row, each row from
+/// left to right. On a triangular lattice every second row is shifted by half a spacing.
 pub(crate) fn places(settings: &LatticeSettings) -> Vec<Vector<f64>> {
     let LatticeSettings { columns, rows, .. } = *settings;
     let place = |node: usize| {
@@ -63,7 +63,7 @@ fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
         let right = column + 1 < columns;
         let up = row + 1 < rows;
         let above = node + columns;
-        // The row above is shifted by half a spacing to the right or to the left.
+        // The row above is shifted by half a spacing relative to this row: to the right or to the left, in turn.
         let shifted = row % 2;
         let neighbours = match kind {
             LatticeKind::Rectangular => [

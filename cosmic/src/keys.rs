@@ -14,7 +14,7 @@ pub struct Key {
     pub doc: &'static str,
     /// The names of the table columns that show the key.
     pub columns: Vec<&'static str>,
-    /// The keys of the objects in the value.
+    /// The keys of the object, or of each object in the list, that is the value. Empty for any other value.
     pub parts: Vec<Key>,
 }
 
@@ -27,7 +27,7 @@ pub trait Keyed {
     fn cells(&self) -> Vec<Cell>;
 }
 
-/// The names of all columns of some keys, in order.
+/// The names of all table columns that show `keys`, in the order of the keys.
 pub fn columns(keys: &[Key]) -> Vec<&'static str> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
 }
@@ -41,12 +41,12 @@ pub enum Cell {
     Count(usize),
     /// A number.
     Number(f64),
-    /// There is no value.
+    /// No value: the cell is empty.
     Missing,
 }
 
 impl Cell {
-    /// The number, or `None` for a missing value or a word.
+    /// The number in the cell; `None` for a missing value or a word.
     pub fn number(self) -> Option<f64> {
         match self {
             Self::Count(count) => Some(count as f64),
@@ -55,8 +55,8 @@ impl Cell {
         }
     }
 
-    /// The text in CSV. Numbers are the shortest decimals that read back to the same bits; a missing value is
-    /// empty.
+    /// The cell as CSV. A number has the shortest decimals that read back to the same bits. A missing value is an empty
+    /// cell.
     pub fn csv(self) -> String {
         match self {
             Self::Word(word) => word.to_owned(),

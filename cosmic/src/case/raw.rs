@@ -34,7 +34,7 @@ pub(super) struct RawCase {
     pub(super) version: Option<u32>,
     pub(super) scene: RawScene,
     pub(super) edges: Vec<Vec<usize>>,
-    /// Present only in cases with a truss.
+    /// The payload and the edge rules of a truss. Present only in cases with a truss.
     pub(super) truss: Option<RawMarks>,
     pub(super) l0: Vec<f64>,
     pub(super) x0: Vec<Vec<f64>>,
@@ -92,7 +92,7 @@ macro_rules! keys {
     };
 }
 
-/// The parts of a truss beside its nodes and edges.
+/// What a truss has in addition to its nodes and edges: payload, kept edges, forbidden edges and tied edges.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMarks {
@@ -103,7 +103,7 @@ pub(super) struct RawMarks {
 }
 
 impl RawMarks {
-    /// The parts of the truss of a lattice; `None` for a generated lattice.
+    /// The payload and the edge rules of `lattice`; `None` if the lattice is generated.
     pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
         layout.file.truss()?;
         let EdgeRules { keep, forbid, tie } = lattice.rules.clone();
@@ -191,7 +191,7 @@ keys! {
     a_max: Vec<f64> = materials.max_strain,
 }
 
-/// The type that a setting of type `T` has in a case file.
+/// A type of values in a case file that stand for a setting of type `T`.
 trait Form<T> {
     /// Copies this value to the setting. Errors name the file and the key.
     fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
@@ -273,7 +273,8 @@ fn is_one(option: &usize) -> bool {
     *option == 1
 }
 
-/// Options that the first version of the format lacks are written only if they are used.
+/// True if an option has its default value. A case file leaves such an option out if the first version of the format
+/// lacks it.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

@@ -52,7 +52,7 @@ pub struct Case {
     pub projection: Projection,
     /// Multipliers and penalties of the augmented objective.
     pub lagrangian: AugmentedLagrangian,
-    /// The thresholds of the four measures.
+    /// The thresholds of the four measures that the augmented objective bounds.
     pub thresholds: [f64; 4],
     /// The numbers of the steps whose states the file lists as results, ascending. Empty if it has no results.
     pub listed_steps: Vec<usize>,
@@ -89,8 +89,9 @@ impl Case {
         case.map_err(|error| placed(file, text, error))
     }
 
-    /// The steps whose states are recorded, ascending and each once: the steps in `asked`, or else the steps in the file,
-    /// or else 0, 1, 2, 3 and the last.
+    /// The steps whose states are recorded, ascending and without repetitions. They are the steps in `asked`. If
+    /// `asked` is empty, they are the steps that the file lists; if the file lists none, they are 0, 1, 2, 3 and the
+    /// last step.
     ///
     /// # Errors
     /// [`Error::Usage`] if a step is beyond the end of the rollout.
@@ -189,7 +190,8 @@ impl Shapes<'_> {
             ("physics", "payload_mass", scene.payload_mass),
             ("physics", "stiffening", scene.stiffening),
             ("physics", "bending_radius", scene.bending_radius),
-            // Without a bound, check an allowed number, which always passes.
+            // A case without a bound on speeds has no number to check: 1.0 stands for it, because 1.0 is always
+            // allowed.
             ("physics", "speed_bound", scene.speed_bound.unwrap_or(1.0)),
             ("materials", "penalisation", scene.penalisation as f64),
             ("projection", "hold_materials", scene.hold_materials),
@@ -202,12 +204,12 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// The error `says`, with the name of the case's file before it.
+    /// Returns the error `says`, with the name of the case file before it.
     fn refuse<T>(&self, says: String) -> Result<T> {
         Err(Error::Usage(format!("{}: {says}", self.file)))
     }
 
-    /// The steps whose states are in the results of the case.
+    /// The numbers of the steps whose states are in the results of the case file.
     fn listed_steps(&self, raw: &RawCase) -> Result<Vec<usize>> {
         let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
         let last = raw.steps;
@@ -301,7 +303,7 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// The rows of the list `name`, which must have `N` numbers each.
+    /// Converts the list `name` to rows. Each row must have `N` numbers.
     fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
         let row = |(i, row): (usize, &Vec<T>)| array(self.file, &format!("{name}[{i}]"), row);
         rows.iter().enumerate().map(row).collect()

@@ -1,11 +1,11 @@
-//! The constant part of a robot.
+//! The numbers of a robot that do not change in a rollout.
 
 /// The numbers of a robot that a rollout does not change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<R> {
     /// Stiffness per edge, N/m.
     pub stiffness: Vec<R>,
-    /// Relative change of length per edge at full activation (D8).
+    /// For each edge, the relative change of its rest length at full activation (D8).
     pub strain: Vec<R>,
     /// Mass per node, kg.
     pub mass: Vec<R>,

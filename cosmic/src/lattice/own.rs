@@ -15,7 +15,7 @@ const FORMAT: &str = "cosmic-truss";
 /// The version of the format.
 const VERSION: u32 = 1;
 
-/// The largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million.
+/// The size of the largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million bytes.
 const LARGEST: u64 = 1 << 26;
 
 /// A planar truss. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
@@ -23,7 +23,7 @@ const LARGEST: u64 = 1 << 26;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
-    /// The positions of the nodes along and above the ground, from the ground's origin, m (D1).
+    /// The positions of the nodes along and above the ground, in metres from the ground's origin (D1).
     pub nodes: Vec<Vector<f64>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
@@ -47,7 +47,7 @@ impl PartialEq for Truss {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Payload {
-    /// The node.
+    /// The number of the node.
     pub node: usize,
     /// The node's extra mass, kg. `None` means `physics.payload_mass` of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -55,7 +55,7 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// Node 0 with the mass of the scene: the default payload.
+    /// The default payload: node 0 with the mass `physics.payload_mass` of the scene.
     pub fn first_node() -> Vec<Self> {
         vec![Self {
             node: 0,
@@ -67,7 +67,7 @@ impl Payload {
 /// Restrictions on the materials of edges. Edges are indices into the list of edges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeRules {
-    /// Edges that are always solid, of either material.
+    /// Edges that are always solid: either skeleton or actuator.
     pub keep: Vec<usize>,
     /// Edges that are always void.
     pub forbid: Vec<usize>,
@@ -82,8 +82,8 @@ impl EdgeRules {
         !against.contains(&edge)
     }
 
-    /// All edges, in groups that share a design vector. Groups are in the order of their first edges. An edge that is
-    /// not tied forms a group alone.
+    /// All edges in groups. The edges of a group share a design vector. An edge that is not tied forms a group by
+    /// itself. Groups are in the order of their first edges.
     pub fn groups(&self, edges: usize) -> Vec<Vec<usize>> {
         let tie = |edge: usize| self.tie.iter().find(|tie| tie.contains(&edge));
         let group = |edge: usize| match tie(edge) {
@@ -114,7 +114,7 @@ struct RawTruss {
     given_numbers: Vec<usize>,
 }
 
-/// Reads the key `payload`: a node, or a list of nodes with their masses.
+/// Reads the key `payload`: the number of a node, or a list of nodes with their masses.
 fn payload<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<Payload>, D::Error> {
     #[derive(Deserialize)]
     #[serde(
@@ -214,7 +214,7 @@ impl Truss {
         Self::try_from(raw).map_err(|says| placed(file, text, Error::Usage(says)))
     }
 
-    /// The number of a node in the original file or program.
+    /// The number that a node had in the original file or program.
     pub fn given_number(&self, node: usize) -> usize {
         self.given_numbers.get(node).copied().unwrap_or(node)
     }
@@ -225,14 +225,14 @@ impl Truss {
         heights.fold(f64::INFINITY, f64::min)
     }
 
-    /// The file's text.
+    /// The text of the truss file that holds this truss.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string(&RawTruss::from(self.clone()));
         text.expect("plain numbers and string keys serialise") + "\n"
     }
 }
 
-/// The noun for a lattice in registries.
+/// The noun by which registries and messages call a lattice.
 const LATTICE: &str = "lattice";
 
 impl Registry {
@@ -248,7 +248,7 @@ impl Registry {
         self.with(LATTICE, &[], name, Arc::new(truss))
     }
 
-    /// The lattice with this name.
+    /// The lattice that was added with this name; `None` if there is none.
     pub(crate) fn lattice(&self, name: &str) -> Option<Arc<Truss>> {
         self.get::<Arc<Truss>>(LATTICE, name).cloned()
     }

@@ -52,14 +52,14 @@ impl<R, const D: usize> State<R, D> {
 }
 
 impl<R: Copy, const D: usize> State<R, D> {
-    /// The state as flat numbers in the order of a rollout: the components of the positions as columns (see
-    /// [`columns`]), then the components of the velocities.
+    /// The state as a flat list of numbers in the order of a rollout. First come the components of the positions as
+    /// columns (see [`columns`]), then the components of the velocities.
     pub fn to_columns(&self) -> Vec<R> {
         [columns(&self.x), columns(&self.v)].concat()
     }
 
-    /// The state from numbers in the order of [`to_columns`](Self::to_columns). They may belong to all nodes or only to
-    /// the first ones.
+    /// Makes a state from numbers in the order of [`to_columns`](Self::to_columns). The numbers may belong to all nodes
+    /// of a robot or only to its first nodes.
     pub fn from_columns(numbers: &[R]) -> Self {
         let (x, v) = numbers.split_at(numbers.len() / 2);
         Self {
