@@ -3,8 +3,8 @@
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// The purpose of random numbers. Each purpose has its own stream, so drawing more numbers for one purpose does not
-/// change the others. The number of a purpose selects its stream and must never be reused.
+/// What random numbers are used for. Each purpose has its own stream. So drawing more numbers for one purpose does not
+/// change the numbers for others. The number of a purpose selects its stream and must never be reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Initial weights of a controller.
@@ -27,12 +27,12 @@ pub enum Purpose {
     Bootstrap = 16,
 }
 
-/// The stream of a seed and a purpose, the same on every platform.
+/// The stream of random numbers for a seed and a purpose. It is the same on every platform.
 pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
     stream_of(seed, purpose, 0)
 }
 
-/// One of many streams of a seed and a purpose. Number 0 is the stream of [`stream`].
+/// The stream with this number among the many streams for a seed and a purpose. Number 0 is the stream of [`stream`].
 pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());

@@ -6,7 +6,7 @@ use super::State;
 use super::own::{EdgeRules, Payload, Truss};
 use crate::geometry::{Bounds, Segment, Vector};
 
-/// The nodes and edges of a robot. Node 0 carries payload; it is the first node that does.
+/// The nodes and edges of a robot. Node 0 always carries payload. Other nodes may carry payload too.
 ///
 /// A lattice is constant: no derivative flows through the rest lengths or the masses computed from them, even if the
 /// initial positions are variables.

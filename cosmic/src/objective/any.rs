@@ -1,8 +1,8 @@
 //! Losses behind a pointer, and the losses that scenes choose by name.
 //!
-//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. With a pointer, the user's
-//! crate compiles only the loss for these types, and this crate compiles the simulator. So the simulator is not
-//! compiled again for every loss, and it is optimised even if the user's crate is not.
+//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. If the loss is behind a
+//! pointer, the user's crate compiles only the loss for these types, and this crate compiles the simulator. So the
+//! simulator is not compiled again for every loss, and it is optimised even if the user's crate is not.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::registry::Registry;
 use crate::scene::{Chosen, Scene};
 use crate::simulator::Trajectory;
 
-/// The loss of trajectories of one number type.
+/// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be called through a pointer.
 pub trait LossOf<R> {
     /// The loss of a trajectory.
     fn loss_of(&self, trajectory: &Trajectory<R>) -> R;
@@ -25,7 +25,7 @@ impl<L: Loss, R: Real> LossOf<R> for L {
     }
 }
 
-/// Any [`Loss`], in all five number types.
+/// A [`Loss`] that can be called through a pointer, with each of the five number types that this crate uses.
 pub trait AnyLoss:
     Loss + LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + LossOf<Dual<f64, 1>>
 {

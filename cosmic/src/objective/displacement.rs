@@ -7,8 +7,8 @@ use crate::geometry::Ground;
 use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
-/// Minus the position of the payload along the ground, `-(s . x_0)`: at the end, as in the paper, or averaged over the
-/// last part of the rollout.
+/// The loss that rewards distance: minus the position of the payload along the ground, `-(s . x_0)`. The position is
+/// taken at the end, as in the paper, or averaged over the last part of the rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
     /// The ground.
@@ -18,7 +18,7 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// The paper's objective: the position after the last step.
+    /// The paper's loss: minus the position after the last step.
     pub fn at_end(ground: Ground) -> Self {
         let settings = LossSettings {
             kind: LossKind::Final,
@@ -76,7 +76,8 @@ mod tests {
         }
     }
 
-    /// A rollout shorter than the window is averaged as a whole.
+    /// The mean covers the last states of a rollout. If a rollout is shorter than the window, the mean covers all its
+    /// states.
     #[test]
     fn the_mean_looks_back_from_the_last_state() {
         let observed = |kind, steps| displacement(kind).observed(steps);

@@ -6,10 +6,10 @@ use crate::simulator::Trajectory;
 
 /// A number to minimise, computed from states of a rollout.
 ///
-/// A loss is written once over [`Real`], and the engine differentiates it. There is no adjoint to write.
-/// [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss) designs robots for it, on several threads at once.
-/// `cosmic_lab::verify::check_gradients_of` checks that the gradient is the derivative of the values. A `floor` or a
-/// branch on a value can make the gradient wrong.
+/// A loss is written once, for any number type [`Real`]. Its gradient is computed by automatic differentiation, so no
+/// adjoint has to be written. [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss) designs robots that
+/// minimise the loss, on several threads at once. `cosmic_lab::verify::check_gradients_of` checks that the gradient is
+/// the derivative of the values. A `floor` or a branch on a value can make the gradient wrong.
 pub trait Loss: Send + Sync {
     /// The states that the loss reads in a rollout of `steps` steps, each as the number of steps done when the state is
     /// reached. The numbers must ascend and end with `steps`.
@@ -21,8 +21,8 @@ pub trait Loss: Send + Sync {
         usize::MAX
     }
 
-    /// Whether robots are ranked by how far they get along the ground, as in the paper. By default they are ranked by
-    /// minus this loss of a full rollout.
+    /// True if robots are ranked by how far they get along the ground, as in the paper. By default it is false, and a
+    /// robot is ranked by this loss of its full rollout: the smaller, the better.
     fn is_far(&self) -> bool {
         false
     }

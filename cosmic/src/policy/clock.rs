@@ -1,4 +1,4 @@
-//! The open-loop clock: a network that observes the clocks and the goal, but not the robot.
+//! The open-loop policy: a network that observes the clocks and the goal, but not the robot.
 
 use autodiff::Array;
 
