@@ -76,8 +76,8 @@ mod tests {
         }
     }
 
-    /// The mean covers the last states of a rollout. If a rollout is shorter than the window, the mean covers all its
-    /// states.
+    /// The mean covers the last steps of a rollout. If a rollout is shorter than the window, the mean covers the whole
+    /// rollout.
     #[test]
     fn the_mean_looks_back_from_the_last_state() {
         let observed = |kind, steps| displacement(kind).observed(steps);
