@@ -1,4 +1,4 @@
-//! Domain randomisation: draws random variations of the nominal robot and its surroundings.
+//! Domain randomisation: draws random variations of a robot and its surroundings.
 
 use std::borrow::Cow;
 

@@ -46,7 +46,7 @@ pub enum Error {
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// What that program can do, as the end of a sentence that begins with "that program".
+        /// What the user can do in that program, as the end of a sentence that begins with "that program".
         remedy: &'static str,
     },
     /// There is no built-in scene and no file of this name.
@@ -62,7 +62,7 @@ pub enum Error {
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// The error of the system, or the reason why the file is missing and what to do.
+        /// The error of the operating system. If the file is missing, it may also say why and what to do.
         source: io::Error,
     },
     /// A file or folder that cannot be written.
@@ -70,7 +70,7 @@ pub enum Error {
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// The error of the system.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// The simulation diverged: a state is not finite, is beyond 1e6 m or 1e6 m/s, or has a node that is faster than
@@ -83,9 +83,9 @@ pub enum Error {
         step: usize,
         /// The first node that is not finite, out of bounds or too fast.
         node: usize,
-        /// Its position, m.
+        /// The position of this node, in metres.
         position: Vector<f64>,
-        /// Its velocity, m/s.
+        /// The velocity of this node, in m/s.
         velocity: Vector<f64>,
         /// What caused the divergence, or the bound that is exceeded.
         cause: String,
@@ -96,15 +96,15 @@ pub enum Error {
          strongest at node {node}) grows if the time step is {limit:.3e} s or more; {remedy}"
     )]
     UnstableStep {
-        /// The time step, s.
+        /// The time step, in seconds.
         dt: f64,
-        /// The smallest unstable time step, s.
+        /// The smallest time step that is unstable, in seconds.
         limit: f64,
-        /// The largest angular frequency, 1/s.
+        /// The largest angular frequency among the vibrations, in 1/s.
         frequency: f64,
-        /// The node that moves most in this vibration.
+        /// The node that moves most in the fastest vibration.
         node: usize,
-        /// The remedy, as an instruction.
+        /// How to make the time step stable, as an instruction.
         remedy: String,
     },
     /// A run that stopped because its robot changed in such a way that the time step became unstable. The run is saved.
@@ -122,7 +122,7 @@ pub enum Error {
     /// A run in use: another process, or another thread of this process, is running it.
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
-    /// Results that are not finite although no simulated state diverged.
+    /// Some results are not finite although no simulated state diverged.
     #[error("these results are not finite: {}{}", names.join(", "), because(cause.as_deref()))]
     NotFinite {
         /// The keys of the results that are not finite.
@@ -130,7 +130,7 @@ pub enum Error {
         /// The place where a gradient overflowed in the reverse sweep, if it did.
         cause: Option<String>,
     },
-    /// A number that cannot be computed, because the rollouts that it needs diverged.
+    /// A number cannot be computed, because the rollouts that it needs diverged.
     #[error("{0}")]
     NoFigure(String),
     /// Some checks of a group failed.
@@ -161,7 +161,7 @@ pub enum Error {
         /// The number of all runs.
         total: usize,
     },
-    /// A run that was interrupted. It can be resumed.
+    /// A run was interrupted. It can be resumed.
     #[error("interrupted after iteration {iteration}; {}", go_on(run, *own_loss))]
     Interrupted {
         /// The run's folder.
@@ -218,7 +218,7 @@ impl Error {
         message.trim_end_matches("; ").to_owned()
     }
 
-    /// The message without its leading `error: `, for embedding in another message.
+    /// The message without a leading `error: `, so that it can be a part of another message.
     pub fn within(&self) -> String {
         let text = self.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).to_owned()

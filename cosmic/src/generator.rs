@@ -1,5 +1,5 @@
-//! Generates lattices: nodes on a grid of squares or triangles with edges between neighbours, or the nodes and edges of
-//! a truss. Only this module knows columns and rows.
+//! Generates lattices. The nodes are on a grid of squares or triangles, with edges between neighbours, or they come
+//! from a truss. Only this module knows columns and rows.
 
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
@@ -49,13 +49,13 @@ pub(crate) fn places(settings: &LatticeSettings) -> Vec<Vector<f64>> {
     (0..columns * rows).map(place).collect()
 }
 
-/// The edges of a rectangular lattice as `[i, j]` with `i < j`: for each node, ascending, the edges to its right, upper,
-/// upper-right and upper-left neighbour if they exist.
+/// The edges of a rectangular lattice, each as `[i, j]` with `i < j`. They are ordered by node `i`. For each node come
+/// the edges to its right, upper, upper-right and upper-left neighbour, if these exist.
 pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
     edges_of(LatticeKind::Rectangular, columns, rows)
 }
 
-/// Like [`edges`], for a lattice of any kind. Nodes of a triangular lattice have no upper neighbour.
+/// Like [`edges`], for a lattice of any kind. A node of a triangular lattice has no edge straight up.
 fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
     let mut edges = Vec::new();
     for node in 0..columns * rows {
@@ -168,8 +168,8 @@ mod tests {
         }
     }
 
-    /// Nodes are numbered row by row from the lowest, each row from left to right. Each node lists the edges to its
-    /// right, upper-right and upper-left neighbour.
+    /// Nodes are numbered row by row from the lowest row, each row from left to right. The edges of a node go to its
+    /// right, upper-right and upper-left neighbour, in this order.
     #[test]
     fn triangles_are_numbered_row_by_row() {
         let lattice = triangular(3, 3);

@@ -1,4 +1,4 @@
-//! The inputs of a rollout, and derivatives with respect to them.
+//! The inputs of a rollout, and derivatives of functions with respect to these inputs.
 //!
 //! [`Inputs`] has all numbers with respect to which a rollout can be differentiated. A loss is written once, for any
 //! number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a tape.
@@ -21,7 +21,7 @@ pub struct Inputs<R> {
     pub start: State<R>,
 }
 
-/// A group of the numbers in [`Inputs`].
+/// One of the groups into which the numbers of [`Inputs`] are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
     /// Design vectors.
@@ -46,7 +46,7 @@ pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
 /// The numbers that files store under one key: a whole [`Block`], or one named block of the controller's parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// The key.
+    /// The key under which files store the numbers.
     pub name: String,
     /// The block that contains the part.
     pub block: Block,

@@ -1,5 +1,5 @@
-//! Keys of files and columns of tables. Each is declared once: the struct, the file, the table and the
-//! documentation follow from one declaration.
+//! The keys of files and the columns of tables. Each is declared once: the struct, the file, the table and the
+//! documentation follow from this declaration.
 
 /// A key of a JSON file.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,9 +8,9 @@ pub struct Key {
     pub name: &'static str,
     /// The type of the value in words, such as "number or `null`".
     pub kind: &'static str,
-    /// The unit; empty if there is none.
+    /// The unit of the value; empty if there is none.
     pub unit: &'static str,
-    /// The meaning, in Markdown on one line.
+    /// The meaning of the key, in Markdown on one line.
     pub doc: &'static str,
     /// The names of the table columns that show the key.
     pub columns: Vec<&'static str>,
@@ -20,10 +20,10 @@ pub struct Key {
 
 /// A struct whose fields are the keys of a file.
 pub trait Keyed {
-    /// Every key, in the order in the file.
+    /// Every key, in the order in which the file lists them.
     fn keys() -> Vec<Key>;
 
-    /// A cell for every column, in the order of [`columns`].
+    /// The value of every column, in the order of [`columns`].
     fn cells(&self) -> Vec<Cell>;
 }
 
@@ -32,7 +32,7 @@ pub fn columns(keys: &[Key]) -> Vec<&'static str> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
 }
 
-/// The value of a column.
+/// The value in a column of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell {
     /// A word.

@@ -1,4 +1,4 @@
-//! Independent jobs that run at the same time.
+//! Runs independent jobs at the same time.
 
 use crate::error::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -43,7 +43,7 @@ impl Crew {
     }
 }
 
-/// The reason why the lock on the results is never poisoned.
+/// Why the lock on the results is never poisoned.
 const NO_PANIC: &str = "no push panics";
 
 /// Calls `job` with the numbers 0 to `jobs - 1`, lower numbers first, and returns the results in the order of the
@@ -140,7 +140,7 @@ mod tests {
             }
         });
         assert_eq!(error.unwrap_err().to_string(), "the third");
-        // The other thread may be working on any job, and stops before its next one.
+        // When the error occurs, the other thread may be working on any job. It begins no other job.
         assert!((4..=100).contains(&begun.load(Ordering::Relaxed)));
     }
 

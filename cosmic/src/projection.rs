@@ -1,4 +1,4 @@
-//! Projections from design vectors to mixtures of materials, and the body of a design.
+//! The projections from design vectors to mixtures of materials. Also computes the body that belongs to a design.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use crate::geometry::{Vector, mean};
 use crate::lattice::{Body, Lattice};
 use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
 
-/// The two projections of the paper.
+/// The projections of the paper from a design vector to a mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Projection {
@@ -146,7 +146,7 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     e.map(|e| e / sum)
 }
 
-/// The factors by which a robot as built differs from its design.
+/// The factors by which a robot, as it is built, differs from its design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     /// The factor on the stiffness of each edge.
@@ -248,7 +248,7 @@ impl<R: Real> Body<R> {
     }
 }
 
-/// The mass of each node: `physics.node_mass` (D2), half the mass of each of its edges, and its payload.
+/// The mass of each node: the sum of `physics.node_mass` (D2), half the mass of each of its edges, and its payload.
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
     for payload in &lattice.payload {
@@ -304,7 +304,7 @@ mod tests {
             &ProjectionSettings::default(),
             &Holds::default(),
         ) {
-            // The mean of three equal numbers has a rounding error, which is multiplied by 500.
+            // The mean of three equal numbers has a rounding error. The sharpness of 500 multiplies this error.
             assert!(
                 mixture
                     .0

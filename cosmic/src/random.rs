@@ -1,4 +1,4 @@
-//! Random numbers: one independent stream for every seed and purpose.
+//! Random numbers. Every seed and purpose has its own independent stream.
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -11,9 +11,9 @@ pub enum Purpose {
     Weights = 0,
     /// Perturbed initial states for choosing the result of a run.
     Selection = 1,
-    /// Perturbed initial states for judging the result of a run. They differ from the states that chose it.
+    /// Perturbed initial states for judging the result of a run. They are not the states that chose the result.
     Judgement = 2,
-    /// Perturbed initial states, directions and random lattices for `verify`.
+    /// Perturbed initial states, directions and random lattices for the command `verify`.
     Verification = 3,
     /// The side towards which a tilted initial design becomes thinner.
     Tilt = 5,
@@ -42,7 +42,7 @@ pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     stream
 }
 
-/// A number drawn uniformly from `[-limit, limit)`.
+/// Draws a number uniformly from `[-limit, limit)`.
 pub fn symmetric(stream: &mut ChaCha8Rng, limit: f64) -> f64 {
     (2.0 * stream.random::<f64>() - 1.0) * limit
 }

@@ -12,8 +12,8 @@ use serde_json::value::RawValue;
 
 use crate::error::{Error, Result};
 
-/// The most bytes that are read from a source without a known size, such as a pipe. It is enough for a hundred designs
-/// of the paper's size.
+/// The largest number of bytes that are read from a source without a known size, such as a pipe. It is enough for a
+/// hundred designs of the paper's size.
 const STREAM: u64 = 1 << 26;
 
 /// The byte order mark that some editors put before a text. It is ignored.
@@ -75,9 +75,9 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     end.map(|()| value)
 }
 
-/// The place and the message of an error in a JSON text. `keys` is the path of the wrong value.
+/// Describes an error in a JSON text: its place and its message. `keys` is the path of the wrong value.
 fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, String) {
-    // For an empty text serde_json reports column 0; columns count from 1.
+    // serde_json reports column 0 for an empty text, but columns count from 1.
     let (line, column) = (error.line(), error.column().max(1));
     let place = Position { line, column };
     if json.trim_ascii().is_empty() {
@@ -139,7 +139,7 @@ pub fn placed(file: &str, text: &str, error: Error) -> Error {
     }
 }
 
-/// A place in a text. Line and column count from 1, the column in characters.
+/// A place in a text. Lines and columns count from 1. Columns are counted in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Position {
     pub(crate) line: usize,
@@ -174,7 +174,7 @@ fn place(text: &str, keys: &str) -> Option<Position> {
     Some(Position::after(before))
 }
 
-/// Parses an object or an array, but not the values in it.
+/// Parses the entries of an object or an array, but not the values of the entries.
 fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }

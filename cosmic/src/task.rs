@@ -49,18 +49,18 @@ pub fn together(rollouts: usize) -> usize {
 /// the lattice, the physics, and the settings that turn a design into a body.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// Nodes, edges and rest lengths.
+    /// The nodes, edges and rest lengths of the robot.
     pub lattice: Lattice,
-    /// Time step, number of steps, forces, masses and ground.
+    /// The physics: time step, number of steps, forces, masses and ground.
     pub physics: PhysicsSettings,
-    /// The library of materials.
+    /// The stiffnesses, densities and strains of the materials.
     pub materials: MaterialSettings,
-    /// The sharpness of the projections, and `delta` of the overlap measures.
+    /// The sharpness of the projections, and `delta`, the small number in the overlap measures.
     pub sharpness: ProjectionSettings,
     /// The restrictions on the mixtures of edges.
     holds: Holds,
     pub(crate) simulator: Simulator,
-    /// Whether the presence of a node depends on how solid its edges are.
+    /// True if the presence of a node depends on how solid its edges are.
     one_piece: bool,
     /// The factors by which the simulated robot differs from its design; `None` for the nominal robot.
     variation: Option<Variation>,
@@ -167,7 +167,7 @@ impl Task {
         Ground::from(&self.physics)
     }
 
-    /// The mixtures that `projection` makes from the design vectors `z`.
+    /// Projects the design vectors `z` to mixtures with `projection`.
     pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
         projection::mixtures(projection, z, &self.sharpness, &self.holds)
     }

@@ -77,7 +77,7 @@ impl Case {
         simulator.overflow(&body, &self.controller, &self.start, steps)
     }
 
-    /// Checks the time step against the vibrations of the robot at rest in its initial positions.
+    /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.
     pub fn step_check(&self) -> StepCheck {
         self.task()
             .step_check(&self.own_design(), &self.start.x, 1.0)
@@ -91,8 +91,8 @@ impl Case {
         task.loss(&design, inputs, &loss, &Horizon::head(self.physics.steps))
     }
 
-    /// Runs the case. The results hold the states after the steps in `record` (see
-    /// [`recorded_steps`](Self::recorded_steps)), and the exact gradients if `gradient` is true.
+    /// Simulates the case. The results hold the states after the steps in `record` (see
+    /// [`recorded_steps`](Self::recorded_steps)). They also hold the exact gradients if `gradient` is true.
     ///
     /// # Errors
     /// If a step to record is beyond the end of the rollout.

@@ -55,8 +55,8 @@ pub(super) struct RawCase {
     note: Option<IgnoredAny>,
 }
 
-/// Declares the keys of an object in a case: the type of each key in the file, and the setting of a scene that it
-/// stands for. The macro makes the object and its conversions from and to a scene. An object within the object follows
+/// Declares an object in a case file. Each key has the type of its value in the file and the setting of a scene that it
+/// stands for. The macro makes the struct, and its conversions from and to a scene. An object within the object follows
 /// after the semicolon.
 macro_rules! keys {
     (
@@ -79,7 +79,7 @@ macro_rules! keys {
                 }
             }
 
-            /// Copies the settings to a scene. Errors name `file`.
+            /// Copies the values of the keys to the settings of a scene. Errors name `file`.
             pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
                 $(
                     let key = concat!($path, ".", stringify!($key));
@@ -142,7 +142,8 @@ keys! {
     m_eps: f64 = physics.node_mass,
     payload_mass: f64 = physics.payload_mass,
     dt: f64 = physics.dt,
-    // Written only if it differs from the paper's value, so that older programs can read the other cases.
+    // This key is written only if it differs from the paper's value, so that older programs can read cases with the
+    // paper's value.
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     integrator: Integrator = physics.integrator,
     #[serde(default = "one", skip_serializing_if = "is_one")]
@@ -236,12 +237,12 @@ impl Form<Chosen> for String {
     }
 }
 
-/// Converts a sentence about the value of a key to an error.
+/// For `map_err`: converts a sentence about the value of `key` to an error.
 fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
     move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
 
-/// The list at `key` as an array. It must have `N` entries.
+/// Converts the list at `key` to an array. The list must have `N` entries.
 pub(super) fn array<T: Copy, const N: usize>(
     file: &str,
     key: &str,

@@ -24,12 +24,12 @@ use crate::scene::{
 /// could exhaust the memory or run for ever.
 const LONGEST: usize = 10_000_000;
 
-/// A case with consistent shapes.
+/// A case that was read from a file or made from a scene. The lengths of its lists fit one another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// The settings of the lattice. Its positions, edges and rest lengths are in `lattice`.
+    /// The settings of the lattice. The positions, edges and rest lengths themselves are in `lattice`.
     pub layout: LatticeSettings,
-    /// Initial positions, edges and rest lengths of the file.
+    /// The lattice with the initial positions, edges and rest lengths of the file.
     pub lattice: Lattice,
     /// Time step, number of steps, forces, masses and ground.
     pub physics: PhysicsSettings,
@@ -43,18 +43,17 @@ pub struct Case {
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
     pub start: State<f64>,
-    /// The materials of the edges: the layout `materials` of the file if it has one, otherwise the design vectors `z`
-    /// (D7).
+    /// The design: the layout `materials` of the file if the file has one, otherwise the design vectors `z` (D7).
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The projection for the materials of the rollout and for the measures.
+    /// The projection that makes the mixtures of the rollout and of the measures.
     pub projection: Projection,
     /// Multipliers and penalties of the augmented objective.
     pub lagrangian: AugmentedLagrangian,
     /// The thresholds of the four measures that the augmented objective bounds.
     pub thresholds: [f64; 4],
-    /// The numbers of the steps whose states the file lists as results, ascending. Empty if it has no results.
+    /// The numbers of the steps whose states the file lists as results, ascending. Empty if the file has no results.
     pub listed_steps: Vec<usize>,
 }
 
@@ -79,7 +78,7 @@ impl Case {
         Self::parse_with(&Registry::default(), file, text)
     }
 
-    /// Like [`parse`](Case::parse), for a case that may name laws and policies of a registry.
+    /// Like [`parse`](Case::parse), for a case whose laws and policy may be items of a registry.
     ///
     /// # Errors
     /// The errors of [`parse`](Case::parse).
@@ -113,7 +112,7 @@ impl Case {
     }
 }
 
-/// Checks the shapes of a case in a file.
+/// Checks that the lists of a case file have the right lengths, and that its numbers are possible.
 struct Shapes<'a> {
     file: &'a str,
 }
@@ -169,7 +168,7 @@ impl Shapes<'_> {
         })
     }
 
-    /// Checks the format. A case may omit it.
+    /// Checks the keys `format` and `version`. A case may omit them.
     fn format(&self, raw: &RawCase) -> Result<()> {
         let format = raw.format.as_deref().unwrap_or(FORMAT);
         let version = raw.version.unwrap_or(VERSION);
@@ -181,8 +180,8 @@ impl Shapes<'_> {
         ))
     }
 
-    /// Refuses numbers without a physical meaning, which are outside the ranges of scenes. The numbers of other keys
-    /// are not checked.
+    /// Refuses numbers that have no physical meaning, such as a negative mass: those outside the ranges that scenes
+    /// allow. Only some keys are checked.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
         for (section, key, value) in [
             ("physics", "substeps", scene.substeps as f64),
@@ -283,8 +282,8 @@ impl Shapes<'_> {
         })
     }
 
-    /// Checks that there is an edge, that each edge joins two different existing nodes, in either direction, and that no
-    /// two edges join the same nodes.
+    /// Checks the edges. There must be at least one. Each edge must join two different existing nodes, in either order.
+    /// No two edges may join the same nodes.
     fn edges(&self, edges: &[[usize; 2]], nodes: usize) -> Result<()> {
         some(self.file, "`edges`", edges.len())?;
         let mut seen = HashSet::new();

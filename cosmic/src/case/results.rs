@@ -16,23 +16,23 @@ use crate::simulator::Divergence;
 pub struct CaseResults {
     /// The mixture of each edge.
     pub z_projected: Vec<[f64; 3]>,
-    /// Mass per node, kg.
+    /// The mass of each node, in kg.
     pub node_mass: Vec<f64>,
-    /// Activation per edge in step 0.
+    /// The activation of each edge in step 0.
     pub u0: Vec<f64>,
     /// The recorded states in the world's frame. The key of a state is the number of steps done before it.
     pub trajectory: BTreeMap<usize, State<f64>>,
-    /// The loss: minus the final position of the payload along the ground, `-(s . x_0(T))`, m.
+    /// The loss, in metres: minus the final position of the payload along the ground, `-(s . x_0(T))`.
     pub l_disp: f64,
-    /// How far the payload got along the ground, `s . x_0(T) - s . x_0(0)`, m.
+    /// How far the payload got along the ground, in metres: `s . x_0(T) - s . x_0(0)`.
     pub displacement: f64,
-    /// Share of solid material.
+    /// The share of solid material in the mixtures, as a mean over the edges.
     #[serde(rename = "V")]
     pub volume: f64,
-    /// Share of actuators.
+    /// The share of actuators in the mixtures, as a mean over the edges.
     #[serde(rename = "V_act")]
     pub actuator_volume: f64,
-    /// The binarisation measure.
+    /// The binarisation measure of the mixtures.
     pub g_bin: f64,
     /// The overlap measures of the pairs of materials (0,1), (0,2) and (1,2).
     pub g_ortho: [f64; 3],
@@ -58,22 +58,21 @@ pub struct CaseResults {
 /// The derivative of one number, such as a loss, with respect to all inputs of a rollout.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gradient {
-    /// With respect to the design vectors.
+    /// The derivative with respect to the design vectors.
     pub z: Vec<[f64; 3]>,
-    /// With respect to the controller's weights.
+    /// The derivative with respect to the controller's weights.
     #[serde(flatten)]
     pub weights: Weights,
-    /// With respect to the initial positions. Rest lengths and masses count as constants, although they are computed
-    /// from these positions.
+    /// The derivative with respect to the initial positions. Rest lengths and masses count as constants.
     pub x0: Vec<Vector<f64>>,
-    /// With respect to the initial velocities.
+    /// The derivative with respect to the initial velocities.
     pub v0: Vec<Vector<f64>>,
 }
 
 /// The derivative of one number, such as a loss, with respect to the design vectors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignGradient {
-    /// One row per edge.
+    /// The three derivatives of each edge.
     pub z: Vec<[f64; 3]>,
 }
 

@@ -46,7 +46,7 @@ struct LastStates<'a> {
 }
 
 impl Case {
-    /// The text of a case file with all inputs of this case.
+    /// The text of a case file that holds all inputs of this case, but no results.
     pub fn to_json(&self) -> String {
         json(&self.file())
     }

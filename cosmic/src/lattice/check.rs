@@ -1,4 +1,4 @@
-//! Validation of trusses.
+//! Checks trusses and renumbers their nodes.
 
 use std::collections::HashSet;
 
@@ -122,7 +122,7 @@ impl Truss {
         }
     }
 
-    /// Checks the payload and the rules only.
+    /// Checks only the payload and the edge rules.
     ///
     /// # Errors
     /// The errors of [`checked`](Self::checked).
@@ -344,7 +344,7 @@ mod tests {
         assert!(none.contains("expected at least one edge"), "{none}");
     }
 
-    /// Crossing, overlapping and dangling edges and separate pieces are valid.
+    /// A truss is valid even if its edges cross, overlap or end freely, or if it consists of separate pieces.
     #[test]
     fn unusual_trusses_are_read() {
         let fine = r#"{"format": "cosmic-truss", "version": 1,

@@ -10,9 +10,9 @@ use crate::geometry::Vector;
 use crate::reading::{from_json, placed, read_at_most};
 use crate::registry::Registry;
 
-/// The format of a truss file.
+/// The value of the key `format` in a truss file.
 const FORMAT: &str = "cosmic-truss";
-/// The version of the format.
+/// The value of the key `version` in a truss file.
 const VERSION: u32 = 1;
 
 /// The size of the largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million bytes.
@@ -27,15 +27,15 @@ pub struct Truss {
     pub nodes: Vec<Vector<f64>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
-    /// Nodes with extra mass, at least one. The first one is the payload in reports and losses.
+    /// The nodes with extra mass. There is at least one. In reports and losses, the payload is the first one.
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
-    /// The number of each node in the original file or program. Empty if no node was renumbered.
+    /// The number that each node had in the original file or program. Empty if no node was renumbered.
     pub given_numbers: Vec<usize>,
 }
 
-/// Compares everything except the original numbers of the nodes.
+/// Compares trusses without the original numbers of their nodes.
 impl PartialEq for Truss {
     fn eq(&self, other: &Self) -> bool {
         (&self.nodes, &self.edges) == (&other.nodes, &other.edges)
@@ -49,7 +49,7 @@ impl PartialEq for Truss {
 pub struct Payload {
     /// The number of the node.
     pub node: usize,
-    /// The node's extra mass, kg. `None` means `physics.payload_mass` of the scene.
+    /// The extra mass of the node, in kg. `None` means the setting `physics.payload_mass` of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
 }
@@ -64,19 +64,19 @@ impl Payload {
     }
 }
 
-/// Restrictions on the materials of edges. Edges are indices into the list of edges.
+/// Restrictions on the materials of edges. The numbers are indices into the list of edges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeRules {
     /// Edges that are always solid: either skeleton or actuator.
     pub keep: Vec<usize>,
     /// Edges that are always void.
     pub forbid: Vec<usize>,
-    /// Groups of edges that share one design vector, in ascending order.
+    /// Groups of edges that share one design vector. Each group is in ascending order.
     pub tie: Vec<Vec<usize>>,
 }
 
 impl EdgeRules {
-    /// True if the edge may be solid (for `solid = true`) or void (for `solid = false`).
+    /// True if the rules allow that `edge` is solid (for `solid = true`) or void (for `solid = false`).
     pub fn allow(&self, edge: usize, solid: bool) -> bool {
         let against = if solid { &self.forbid } else { &self.keep };
         !against.contains(&edge)
@@ -219,7 +219,7 @@ impl Truss {
         self.given_numbers.get(node).copied().unwrap_or(node)
     }
 
-    /// The height of the lowest node above the ground line, m.
+    /// The height of the lowest node above the ground line, in metres.
     pub fn lowest(&self) -> f64 {
         let heights = self.nodes.iter().map(|x| x.up());
         heights.fold(f64::INFINITY, f64::min)
@@ -236,8 +236,8 @@ impl Truss {
 const LATTICE: &str = "lattice";
 
 impl Registry {
-    /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders hold a copy of it, which every
-    /// program can read.
+    /// Adds a lattice. Scenes choose it by `lattice.file = "its_name"`. The folder of a run holds a copy of the
+    /// lattice, so that every program can read the run.
     ///
     /// # Panics
     /// If the name is taken, or if [`Truss::checked`] fails.

@@ -1,4 +1,4 @@
-//! The state, which changes in a rollout.
+//! The state of a robot: positions and velocities, which change in a rollout.
 
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
@@ -12,9 +12,9 @@ use crate::geometry::{Ground, Vector, columns, from_columns};
     deserialize = "Vector<R, D>: Deserialize<'de>"
 ))]
 pub struct State<R, const D: usize = 2> {
-    /// Positions, one per node.
+    /// The positions, one per node.
     pub x: Vec<Vector<R, D>>,
-    /// Velocities, one per node.
+    /// The velocities, one per node.
     pub v: Vec<Vector<R, D>>,
 }
 

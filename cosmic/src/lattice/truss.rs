@@ -16,21 +16,22 @@ pub struct Lattice<const D: usize = 2> {
     pub positions: Vec<Vector<f64, D>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
-    /// Rest length per edge, in metres.
+    /// The rest length of each edge, in metres.
     pub rest_length: Vec<f64>,
-    /// The positions of the nodes along and above the ground, from the lower left corner of the lattice, in units of
-    /// `spacing`. On a rectangular lattice they are whole numbers: column and row.
+    /// The initial positions of the nodes along and above the ground, measured from the lower left corner of the
+    /// lattice in units of `spacing`. On a rectangular lattice they are whole numbers: column and row.
     pub places: Vec<Vector<f64, D>>,
     /// The distance between neighbouring nodes, in metres. For a truss, it is the median length of the edges.
     pub spacing: f64,
-    /// Nodes with extra mass, node 0 first.
+    /// The nodes with extra mass. Node 0 is the first one.
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
 }
 
 impl Lattice {
-    /// A lattice of nodes at these positions (m) over level ground, whose edges are at rest.
+    /// Makes a lattice over level ground from nodes at these positions (m). The rest length of each edge is the
+    /// distance of its two nodes.
     ///
     /// # Panics
     /// If an edge has a node that does not exist.
@@ -93,7 +94,7 @@ impl<const D: usize> Lattice<D> {
         }
     }
 
-    /// How far the nodes reach along and above the ground, in units of `spacing`.
+    /// The size of the lattice along the ground and above it, in units of `spacing`.
     pub fn extent(&self) -> Vector<f64, D> {
         Bounds::of(self.places.iter().copied())
             .high
@@ -105,7 +106,7 @@ impl<const D: usize> Lattice<D> {
         (self.extent().forward() + 1.0) * self.spacing
     }
 
-    /// The larger of width and height, plus half a spacing on either side, in metres.
+    /// The width or the height of the lattice, whichever is larger, plus half a spacing on either side, in metres.
     pub fn side(&self) -> f64 {
         (self.extent().largest() + 1.0) * self.spacing
     }
@@ -133,9 +134,9 @@ pub const SOFTENING: f64 = 1e-12;
 /// The position and the velocity of an edge's second node relative to its first node.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeVector<R, const D: usize = 2> {
-    /// The vector from the edge's first node to its second, m.
+    /// The vector from the edge's first node to its second node, in metres.
     pub d: Vector<R, D>,
-    /// The velocity of the second node minus that of the first, m/s.
+    /// The velocity of the second node minus the velocity of the first node, in m/s.
     pub dv: Vector<R, D>,
 }
 

@@ -1,4 +1,4 @@
-//! Losses behind a pointer, and the losses that scenes choose by name.
+//! Losses that are called through a pointer, and the choice of a loss by its name in a scene.
 //!
 //! An optimisation evaluates its loss in four number types, a gradient check in a fifth. If the loss is behind a
 //! pointer, the user's crate compiles only the loss for these types, and this crate compiles the simulator. So the
@@ -15,7 +15,7 @@ use crate::simulator::Trajectory;
 
 /// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be called through a pointer.
 pub trait LossOf<R> {
-    /// The loss of a trajectory.
+    /// Computes the loss of a trajectory.
     fn loss_of(&self, trajectory: &Trajectory<R>) -> R;
 }
 
@@ -34,7 +34,7 @@ pub trait AnyLoss:
 impl<L: Loss> AnyLoss for L {}
 
 impl Registry {
-    /// Adds a loss, which scenes choose by `objective.own_loss = "its_name"`.
+    /// Adds a loss. Scenes choose it by `objective.own_loss = "its_name"`.
     ///
     /// # Panics
     /// If the name is taken.
@@ -45,7 +45,7 @@ impl Registry {
     }
 }
 
-/// The loss of a scene: the loss that it names, or else the loss of its task.
+/// The loss that a scene names, or else the loss of the scene's task.
 pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
     let own = scene.objective.own_loss.item::<Arc<dyn AnyLoss>>();
     own.cloned().unwrap_or_else(|| {

@@ -1,4 +1,4 @@
-//! The augmented Lagrangian of the binarisation measures.
+//! The augmented Lagrangian, which keeps the binarisation measures below their thresholds.
 
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ const LARGEST: f64 = 1e100;
 /// The smallest value that a penalty can reach. A penalty of zero could never grow again.
 const LEAST: f64 = 1e-100;
 
-/// Multipliers and penalties of the four measures, in the order of
+/// The multiplier and the penalty of each of the four measures, in the order of
 /// [`Measures::constrained`](super::Measures::constrained).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,7 +36,7 @@ impl AugmentedLagrangian {
         }
     }
 
-    /// The augmented objective, `loss + sum_k (-lambda_k v_k + tau_k v_k^2 / 2)`.
+    /// The augmented objective, `loss + sum_k (-lambda_k v_k + tau_k v_k^2 / 2)`. `v_k` are the `violations`.
     pub fn objective<R: Real>(&self, loss: R, violations: [R; 4]) -> R {
         (0..4).fold(loss, |objective, k| {
             let v = violations[k];

@@ -1,4 +1,4 @@
-//! The displacement of the payload along the ground.
+//! The loss for robots that shall get far: the displacement of the payload along the ground.
 
 use autodiff::Real;
 
@@ -11,9 +11,9 @@ use crate::simulator::Trajectory;
 /// taken at the end, as in the paper, or averaged over the last part of the rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
-    /// The ground.
+    /// The ground along which the position is measured.
     pub ground: Ground,
-    /// Which states the loss reads.
+    /// The settings that choose the states that the loss reads.
     pub settings: LossSettings,
 }
 
@@ -99,7 +99,7 @@ mod tests {
             steps: vec![0, 8, 24, 40],
             states: [9.0, 1.0, 2.0, 6.0].map(state).to_vec(),
         };
-        // Rotating numbers below 10 has a rounding error of 1e-15.
+        // Rotating vectors with entries below 10 has rounding errors of 1e-15.
         let last = displacement(LossKind::Final).loss(&trajectory);
         assert!((last + 6.0).abs() < 1e-14);
         let mean = displacement(LossKind::Mean).loss(&trajectory);

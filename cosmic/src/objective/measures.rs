@@ -1,4 +1,4 @@
-//! The measures of mixtures: how much material they have, and how far they are from one material per edge.
+//! The measures of mixtures: how much material they have, and how far they are from a single material per edge.
 
 use autodiff::Real;
 
@@ -7,9 +7,9 @@ use crate::design::{Material, Mixture};
 /// Measures of the mixtures of a robot. Each measure is a mean over the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures<R> {
-    /// Share of solid material, `V`.
+    /// `V`: the share of solid material.
     pub volume: R,
-    /// Share of actuators, `V_act`.
+    /// `V_act`: the share of actuators.
     pub actuator_volume: R,
     /// `g_bin`: one minus the norm of the mixture. It is 0 for an edge of a single material.
     pub binarisation: R,

@@ -11,21 +11,21 @@ use crate::lattice::State;
 use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
 use crate::simulator::Trajectory;
 
-/// The loss of the task of a scene.
+/// The loss of the task that a scene chooses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Objective {
-    /// The task and its numbers.
+    /// The settings of the task.
     pub settings: ObjectiveSettings,
-    /// The displacement loss, with the ground and the choice of the states that the loss reads.
+    /// The loss of the task "far". It also has the ground and the settings that choose the states of the other losses.
     pub far: Displacement,
-    /// Damping rate, 1/s.
+    /// The damping rate, in 1/s.
     pub damping: f64,
-    /// Length of a step, s.
+    /// The length of a step, in seconds.
     pub dt: f64,
 }
 
 impl Objective {
-    /// The objective for these sections of a scene.
+    /// Makes the loss from these sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,
@@ -72,7 +72,7 @@ impl Objective {
         R::sum_of(&weighed) * R::lit(self.damping * self.dt)
     }
 
-    /// The mean of a function over the observed states.
+    /// The mean of the values of `of` in the states that the loss reads.
     fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
         let observed = self.observed(trajectory.last_step());
         let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();
@@ -201,7 +201,7 @@ mod tests {
         assert_eq!([2, 16].map(|every| energy(every, &walk())), [8.0, 0.0]);
         let mut fast = walk();
         fast.states[3].v[0] = Vector::new([2.0, 0.0]);
-        // 4 / 2 nodes * 2 / s * 3 steps of 0.5 s.
+        // The energy is 4 / 2 nodes * 2 / s * 3 steps of 0.5 s.
         assert_eq!(energy(16, &fast), 6.0);
     }
 }

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The shape of a block.
+/// The shape of a block: a vector or a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// A list of numbers of this length.
+    /// A vector with this number of entries.
     Vector(usize),
     /// A matrix whose rows are stored one after the other.
     Matrix {
@@ -33,7 +33,7 @@ impl Shape {
         self.len() == 0
     }
 
-    /// The lengths of the axes, as in NumPy.
+    /// The lengths of the axes, like the `shape` of an array in NumPy.
     pub fn axes(self) -> Vec<usize> {
         match self {
             Self::Vector(len) => vec![len],
@@ -48,14 +48,14 @@ pub enum Role {
     /// Weights. They start with random numbers between plus and minus `gain sqrt(6 / (rows + columns))`. The weights of
     /// a layer have one row per unit.
     Weights {
-        /// The factor on the range of the random numbers.
+        /// The factor by which the range of the random numbers is multiplied.
         gain: f64,
     },
     /// Biases, or other numbers that start at zero.
     Biases,
 }
 
-/// A block of a policy's parameters.
+/// Describes a block: a part of a policy's parameters that has a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
     /// The key of the block in files.
@@ -143,7 +143,7 @@ impl<R> Controller<R> {
         &mut self.numbers
     }
 
-    /// The name, the shape and the range of every block.
+    /// The name and the shape of every block, and its range within the flat vector.
     pub fn blocks(&self) -> impl Iterator<Item = (&str, Shape, Range<usize>)> {
         let mut end = 0;
         self.layout.iter().map(move |part| {
@@ -158,7 +158,7 @@ impl<R> Controller<R> {
         range
     }
 
-    /// The numbers of a block.
+    /// The numbers of the block with this name.
     ///
     /// # Panics
     /// If there is no block of this name.

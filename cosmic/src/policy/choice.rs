@@ -12,7 +12,7 @@ use crate::registry::Registry;
 use crate::scene::{Chosen, ControllerSettings};
 
 impl Registry {
-    /// Adds a policy, which scenes choose by `controller.policy = "its_name"`.
+    /// Adds a policy. Scenes choose it by `controller.policy = "its_name"`.
     ///
     /// # Panics
     /// If the name is taken.
@@ -32,7 +32,7 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     }
 }
 
-/// The blocks of the policy that a scene chooses, for a lattice with these numbers of nodes and edges.
+/// The blocks that the chosen policy declares for a robot with these numbers of nodes and edges.
 pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> Vec<Block> {
     of_settings(settings).parameters(&Sizes {
         nodes,

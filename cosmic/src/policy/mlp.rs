@@ -18,7 +18,7 @@ const B1: &str = NETWORK[1];
 const W2: &str = NETWORK[2];
 const B2: &str = NETWORK[3];
 
-/// A network of one hidden layer, `tanh(W2 tanh(W1 o + b1) + b2)`, that observes the robot.
+/// A network with one hidden layer that observes the robot: `tanh(W2 tanh(W1 o + b1) + b2)` of the observation `o`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mlp;
 
@@ -43,22 +43,22 @@ pub(super) fn blocks(robot: &Sizes, inputs: usize) -> Vec<Block> {
     ]
 }
 
-/// Records both layers of a network.
+/// Records both layers of a network. Returns the activations.
 pub(super) fn record(step: &mut PolicyStep) -> Array {
     let hidden = step.observed_layer(W1, B1);
     step.output_layer(W2, B2, hidden)
 }
 
-/// A layer of a network: `tanh(W x + b)`.
+/// The parameters of a layer `tanh(W x + b)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer<R> {
-    /// Weights, one row per output.
+    /// The weights `W`, row by row. Each row belongs to an output.
     pub weights: Vec<R>,
-    /// Biases, one per output.
+    /// The biases `b`, one per output.
     pub biases: Vec<R>,
 }
 
-/// The layers of a network with one hidden layer.
+/// The two layers of a network with one hidden layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network<R> {
     /// The layer from the inputs to the hidden units.
@@ -108,7 +108,7 @@ impl<R: Real> Network<R> {
         }
     }
 
-    /// The activations for given inputs.
+    /// The activations that the network computes from `inputs`.
     pub fn activation(&self, inputs: &[R]) -> Vec<R> {
         self.second.outputs(&self.first.outputs(inputs))
     }

@@ -1,4 +1,4 @@
-//! The trait of policies.
+//! The trait that every policy implements.
 
 use std::fmt::Debug;
 
@@ -21,7 +21,7 @@ pub struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// The length of an observation.
+    /// The number of entries in an observation of this robot.
     pub fn observation(&self, sight: Sight) -> usize {
         sight.length(self.settings, self.nodes)
     }
@@ -29,8 +29,8 @@ impl Sizes<'_> {
 
 /// A policy computes the activations of the edges from the state of a robot.
 ///
-/// It declares its parameters and records one step. Rollouts, gradients, optimisation and files need nothing more.
-/// `cosmic/program/examples/rhythm.rs` is an example.
+/// A policy declares its parameters and records one step. Nothing more is needed for rollouts, gradients, optimisation
+/// and files. `cosmic/program/examples/rhythm.rs` is an example.
 pub trait Policy: Debug + Send + Sync {
     /// The blocks of the parameters. The name of a block is its key in files. It consists of lower case letters, digits
     /// and underscores.

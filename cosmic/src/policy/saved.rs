@@ -17,7 +17,8 @@ use crate::scene::ControllerSettings;
 /// The block of the network that has one number for each hidden unit: its biases.
 const HIDDEN: &str = NETWORK[1];
 
-/// The parameters of a controller block by block, with matrices as lists of rows. Gradients have this form too.
+/// The parameters of a controller as designs and cases store them: block by block, with a matrix as a list of rows.
+/// Gradients with respect to the parameters have this form too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights(Vec<(Cow<'static, str>, Numbers)>);
 
@@ -121,7 +122,7 @@ impl Weights {
         hidden.map_or(Ok(()), |hidden| fits(file, &what, hidden, settings.hidden))
     }
 
-    /// The name, the lengths of the axes and the numbers of every block.
+    /// For every block, its name, the lengths of its axes, and its numbers.
     pub fn blocks(&self) -> impl Iterator<Item = (&str, Vec<usize>, Vec<f64>)> {
         self.0.iter().map(|(name, numbers)| match numbers {
             Numbers::Vector(vector) => (&**name, vec![vector.len()], vector.clone()),
@@ -238,7 +239,7 @@ impl<'de> Visitor<'de> for Entries {
     }
 }
 
-/// The first entry of a block. It decides whether the block is a vector or a matrix.
+/// The first entry in the file of a block. It decides whether the block is a vector or a matrix.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a number or a row of numbers")]
 enum Entry {

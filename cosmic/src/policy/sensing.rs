@@ -1,4 +1,4 @@
-//! What a policy observes.
+//! The observation of a policy.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::geometry::{Ground, Vector, mean, weighted_mean};
 use crate::lattice::State;
 use crate::scene::{ControllerSettings, Senses};
 
-/// What a policy observes.
+/// The things that the observation of a policy contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
     /// The clocks, the goal, and the positions and velocities of the robot.

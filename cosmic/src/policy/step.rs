@@ -19,7 +19,7 @@ pub(crate) struct Seen {
     pub(crate) presence: Option<Array>,
 }
 
-/// Where a step stores its activations.
+/// The slots in which a step stores its activations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outputs<'a> {
     pub(crate) graph: &'a Graph,

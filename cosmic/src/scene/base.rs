@@ -2,7 +2,7 @@
 
 use super::Scene;
 
-/// The keys of a scene file above its first section.
+/// The keys that a scene file may have above its first section.
 pub(super) const TOP_KEYS: [&str; 3] = ["format", "version", "base"];
 
 /// A built-in scene that supplies the keys that are missing in a scene file. It is `earth` unless the file names

@@ -15,7 +15,7 @@ use std::path::Path;
 /// A scene that ships with the crate, or that a program adds.
 #[derive(Debug, Clone, Copy)]
 pub struct Builtin {
-    /// The name.
+    /// The name by which the scene is chosen.
     pub name: &'static str,
     /// The text of the scene in TOML: the settings that differ from its base.
     pub text: &'static str,
@@ -201,7 +201,7 @@ impl Registry {
         self.parse(&path.display().to_string(), &Scene::text(path)?)
     }
 
-    /// Reads a scene from the bytes of a file; messages name `path`.
+    /// Reads a scene from the bytes of the file `path`. Errors name `path`.
     ///
     /// # Errors
     /// [`Error::Usage`] for too many bytes, [`Error::Malformed`] for bytes that are not UTF-8, and the errors of

@@ -45,7 +45,7 @@ pub(super) struct Conflict {
     pub(super) says: String,
 }
 
-/// Every conflict of a scene.
+/// Finds every conflict between the settings of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [

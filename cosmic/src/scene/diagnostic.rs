@@ -9,7 +9,7 @@ use std::ops::Range;
 /// The largest number of errors that one report shows. A file that is not a scene can have thousands.
 const SHOWN: usize = 10;
 
-/// The command-line option that is written before a setting.
+/// The command-line option that sets a key of a scene, as it is written before `KEY=VALUE`.
 const OPTION: &str = "--set ";
 
 /// A source: a text that sets keys of a scene. It is a file or an option `--set KEY=VALUE` of the command line.
@@ -59,7 +59,7 @@ pub(super) struct Fault {
     pub(super) span: Range<usize>,
     /// The problem in a sentence, with the wrong value.
     pub(super) message: String,
-    /// The allowed values, or a hint; may be empty.
+    /// The allowed values, or a hint. May be empty.
     pub(super) allowed: String,
 }
 

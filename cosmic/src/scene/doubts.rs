@@ -11,9 +11,9 @@ use std::fmt;
 pub struct Finding {
     /// The settings that the remark is about. The user should change the first one.
     pub settings: Vec<Setting>,
-    /// The problem.
+    /// The problem, in a sentence.
     pub says: String,
-    /// The change that would solve the problem; may be empty.
+    /// The change that would solve the problem. May be empty.
     pub remedy: String,
 }
 

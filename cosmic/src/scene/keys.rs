@@ -60,12 +60,12 @@ impl Scene {
     }
 }
 
-/// A setting of a scene.
+/// A setting of a scene as text: its key and its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Setting {
     /// The key, such as `physics.dt`.
     pub key: String,
-    /// The value as a scene file has it.
+    /// The value as a scene file states it.
     pub value: String,
 }
 
@@ -75,7 +75,7 @@ pub(super) struct SectionKeys {
     pub(super) keys: Vec<&'static str>,
 }
 
-/// Every section of a scene. The sections of the ground and of laws come last.
+/// The name and the keys of every section. The sections of the ground and of laws come last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     scene.of_sections(|name, settings| SectionKeys {
         name,

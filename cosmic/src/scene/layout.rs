@@ -6,8 +6,8 @@ use super::design::Layout;
 /// The three-legged layouts are made for a square lattice with this number of nodes along each side.
 pub(crate) const LAYOUT_SIDE: usize = 6;
 
-/// The layout "tall": one digit for each edge (0 void, 1 skeleton, 2 actuator), and one string for each row of nodes,
-/// bottom row first.
+/// The layout "tall". Each string holds the edges of a row of nodes, the bottom row first. Each digit is the material
+/// of one edge: 0 is void, 1 skeleton, 2 actuator.
 const TALL: [&str; LAYOUT_SIDE] = [
     "121020112100201121021",
     "021020102100201021021",

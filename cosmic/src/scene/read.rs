@@ -63,8 +63,8 @@ impl Scene {
         Reader::over(registry.blank(), Kind::Run, &source).resolved()
     }
 
-    /// Like [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. The snapshot stores the truss, if there
-    /// is one, next to the scene.
+    /// Like [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. If the scene has a truss, the snapshot
+    /// stores it next to the scene.
     ///
     /// # Errors
     /// The errors of [`Scene::parse_of_run`].
@@ -190,7 +190,7 @@ pub(super) fn pointed(
     Some(malformed(sources, vec![fault]))
 }
 
-/// Reads sources one after the other into a scene.
+/// Reads the sources of a scene, one after the other. Later sources override earlier ones.
 pub(super) struct Reader<'s, 't> {
     pub(super) sources: &'s [SceneText<'t>],
     /// The index of the source that is being read.
@@ -362,7 +362,7 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Records an error for a value that a key cannot have.
+    /// Records an error for a value that `path`, the key, does not allow.
     fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
         if LAW_KEYS.contains(&path) {
             self.untaken.extend(words(value));

@@ -65,7 +65,7 @@ impl LatticeSettings {
         self.file.truss().is_some()
     }
 
-    /// Height of the lowest node above the ground line at the start, m.
+    /// The height of the lowest node above the ground line at the start, in metres.
     pub fn lowest(&self) -> f64 {
         let truss = self.file.truss();
         truss.map_or(self.drop, |truss| truss.lowest())
@@ -82,7 +82,7 @@ impl LatticeSettings {
         settings
     }
 
-    /// A short name of the lattice, such as `6x6`.
+    /// A short name of the lattice: its size, such as `6x6`, or the path of its truss file.
     pub fn name(&self) -> String {
         let size = format!("{}x{}", self.columns, self.rows);
         match (self.file.truss(), self.kind) {

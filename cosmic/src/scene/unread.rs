@@ -3,7 +3,7 @@
 use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
-    /// The settings that differ from the base of the scene.
+    /// The settings whose values differ from the base of the scene.
     pub fn changed(&self) -> Vec<Setting> {
         let base = self.base.scene().settings();
         let mut settings = self.settings();
@@ -11,7 +11,7 @@ impl Scene {
         settings
     }
 
-    /// A warning for every setting that was changed although nothing reads it.
+    /// A warning for every setting that differs from the base although the scene does not read it.
     pub(super) fn unread(&self) -> Vec<Finding> {
         let remark = |Setting { key, .. }: Setting| {
             let when = self.clone().when_read(&key, self)?;

@@ -63,8 +63,8 @@ impl Reader<'_, '_> {
         Err(self.wrong(BASE, value, says, known))
     }
 
-    /// The version whose keys the scene must hold: the stated version, or 0 for the scene of a run without a version.
-    /// `None` if keys may be missing.
+    /// The version whose keys a complete scene must hold. It is the version that the file states. If the scene of a run
+    /// states none, it is 0. `None` if keys may be missing.
     fn version(&self, document: &DeTable) -> Result<Option<u32>, Fault> {
         let [format, version] = ["format", "version"].map(|key| document.get(key));
         let (format, version) = match (format, version) {

@@ -11,7 +11,7 @@ impl Scene {
         let write = |name: &str, settings: &mut dyn Settings| {
             let mut text = format!("# {}\n[{name}]\n", settings.about());
             for field in settings.fields() {
-                // The unit and the source end the sentence: "Time step, s (paper, table 2)."
+                // The unit and the source stand at the end of the sentence: "Time step, s (paper, table 2)."
                 let doc = field.doc.trim_end_matches('.');
                 let comma = if field.unit.is_empty() { "" } else { ", " };
                 let (unit, source, allowed) = (field.unit, field.source, field.allowed());

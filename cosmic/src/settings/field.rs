@@ -79,7 +79,7 @@ pub trait Settings {
     }
 }
 
-/// The keys of a section with their values as JSON, in the order in which they are written.
+/// The keys of a section and their values as JSON, in the order in which they are written.
 pub struct Values(Vec<(&'static str, Value)>);
 
 impl Values {
