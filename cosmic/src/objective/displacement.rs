@@ -1,4 +1,4 @@
-//! The loss for robots that shall get far: the displacement of the payload along the ground.
+//! The loss for robots that should get far: the displacement of the payload along the ground.
 
 use autodiff::Real;
 
