@@ -109,8 +109,8 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
 /// }
 /// ```
 ///
-/// A single column shows the value of the field. Several columns show its entries. `columns ["a"] of |file: &Summary| ...`
-/// shows another value, computed from the whole struct.
+/// A single column shows the value of the field. Several columns show its entries. `columns ["a"] of
+/// |file: &Summary| ...` shows another value, computed from the whole struct.
 macro_rules! keys {
     (
         $(#[$about:meta])+
