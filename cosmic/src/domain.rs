@@ -1,4 +1,4 @@
-//! Domain randomisation: draws random variations of the nominal robot and its surroundings.
+//! Domain randomisation: draws random variations of a robot and its surroundings.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,8 @@ use crate::random::symmetric;
 use crate::scene::RobustSettings;
 use crate::task::Task;
 
-/// A task whose numbers belong to one drawn robot and its surroundings, and the initial state of this robot.
+/// One robot in its surroundings: the task that simulates it, and its initial state. The numbers of the task may be
+/// drawn at random.
 #[derive(Clone, Debug)]
 pub struct Domain<'a> {
     /// The task.
@@ -20,7 +21,7 @@ pub struct Domain<'a> {
 }
 
 impl<'a> Domain<'a> {
-    /// The domain of `task` in which the robot starts in the state `start`.
+    /// The domain that simulates `task` as it is. The robot starts in the state `start`.
     pub fn of(task: &'a Task, start: State<f64>) -> Self {
         Self {
             task: Cow::Borrowed(task),
@@ -28,7 +29,8 @@ impl<'a> Domain<'a> {
         }
     }
 
-    /// This domain in open loop: the controller always observes the state `seen`, so that only its clock changes.
+    /// This domain without feedback (open loop): the controller observes the state `seen` in every step, so that only
+    /// its clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Domain<'static> {
         Domain {
@@ -62,7 +64,7 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
     }
 }
 
-/// The state `start` with every coordinate of the positions moved by `distance` (m), up or down at random.
+/// Moves every coordinate of the positions in `start` by `distance` (m). The sign of each move is random.
 pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> State<f64> {
     let mut moved = |x: f64| x + distance.copysign(symmetric(stream, 1.0));
     State {

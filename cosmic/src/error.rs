@@ -23,12 +23,12 @@ pub enum Error {
         /// Every problem, with the source line and a caret under it.
         report: String,
     },
-    /// Two things that belong together but have different sizes, such as a design and its lattice.
+    /// Two things that belong together, such as a design and its lattice, but have different sizes.
     #[error("{file}: expected {expected} {what}, found {found}")]
     Misfit {
         /// The file's name as the user gave it.
         file: String,
-        /// The noun for what was counted.
+        /// What was counted, as a plural noun such as "edges".
         what: String,
         /// The expected count.
         expected: usize,
@@ -46,7 +46,7 @@ pub enum Error {
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// What that program can do, as the end of a sentence that begins with "that program".
+        /// What the user can do in that program, as the end of a sentence that begins with "that program".
         remedy: &'static str,
     },
     /// There is no built-in scene and no file of this name.
@@ -62,7 +62,7 @@ pub enum Error {
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// The error of the system, or the reason why the file is missing and what to do.
+        /// The error of the operating system. If the file is missing, it may also say why and what to do.
         source: io::Error,
     },
     /// A file or folder that cannot be written.
@@ -70,10 +70,11 @@ pub enum Error {
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// The error of the system.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A simulated state is not finite, is beyond 1e6 m or 1e6 m/s, or has a node faster than its scene allows.
+    /// The simulation diverged: a state is not finite, is beyond 1e6 m or 1e6 m/s, or has a node that is faster than
+    /// the scene allows.
     #[error(
         "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, {cause}"
     )]
@@ -82,46 +83,46 @@ pub enum Error {
         step: usize,
         /// The first node that is not finite, out of bounds or too fast.
         node: usize,
-        /// Its position, m.
+        /// The position of this node, in metres.
         position: Vector<f64>,
-        /// Its velocity, m/s.
+        /// The velocity of this node, in m/s.
         velocity: Vector<f64>,
         /// What caused the divergence, or the bound that is exceeded.
         cause: String,
     },
-    /// A time step that makes the vibrations of the robot grow.
+    /// The time step is so long that the vibrations of the robot grow.
     #[error(
         "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, \
          strongest at node {node}) grows if the time step is {limit:.3e} s or more; {remedy}"
     )]
     UnstableStep {
-        /// The time step, s.
+        /// The time step, in seconds.
         dt: f64,
-        /// The smallest unstable time step, s.
+        /// The smallest time step that is unstable, in seconds.
         limit: f64,
-        /// The largest angular frequency, 1/s.
+        /// The largest angular frequency among the vibrations, in 1/s.
         frequency: f64,
-        /// The node that moves most in this vibration.
+        /// The node that moves most in the fastest vibration.
         node: usize,
-        /// The remedy, as an instruction.
+        /// How to make the time step stable, as an instruction.
         remedy: String,
     },
-    /// A run whose robot has changed so that the time step became unstable. The run is saved.
+    /// A run that stopped because its robot changed in such a way that the time step became unstable. The run is saved.
     #[error("after iteration {iteration}: {step}{}", or_go_on(run, *own_loss))]
     UnstableRun {
         /// The run's folder.
         run: PathBuf,
-        /// The last iteration.
+        /// The last iteration that was done.
         iteration: usize,
-        /// True if the loss belongs to the caller. Then no command can resume the run.
+        /// True if the loss of the run is code of the program that began it. No command can resume such a run.
         own_loss: bool,
-        /// The unstable step of the new robot: an [`Error::UnstableStep`].
+        /// The error about the time step of the changed robot: an [`Error::UnstableStep`].
         step: Box<Error>,
     },
-    /// A run that another process, or another thread of this process, is running.
+    /// A run in use: another process, or another thread of this process, is running it.
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
-    /// Results that are not finite although no simulated state diverged.
+    /// Some results are not finite although no simulated state diverged.
     #[error("these results are not finite: {}{}", names.join(", "), because(cause.as_deref()))]
     NotFinite {
         /// The keys of the results that are not finite.
@@ -129,30 +130,30 @@ pub enum Error {
         /// The place where a gradient overflowed in the reverse sweep, if it did.
         cause: Option<String>,
     },
-    /// A number that cannot be computed, because the rollouts that it needs diverged.
+    /// A number cannot be computed, because the rollouts that it needs diverged.
     #[error("{0}")]
     NoFigure(String),
-    /// A check that found errors.
+    /// Some checks of a group failed.
     #[error("{failed} of {total} checks failed: {what}")]
     CheckFailed {
-        /// The name of the check.
+        /// The failed checks, joined to one text.
         what: String,
         /// The number of checks that failed.
         failed: usize,
         /// The number of checks that ran.
         total: usize,
     },
-    /// Runs of a sweep that failed, each for its own reason. All other runs are finished.
+    /// Some runs of a sweep failed, each for its own reason. All other runs of the sweep are finished.
     #[error("{run}: {}{}", error.within(), and_others(*others))]
     PassedOver {
         /// The first run that failed.
         run: String,
-        /// The reason.
+        /// The reason why the first run failed.
         error: Box<Error>,
         /// The number of other runs that failed.
         others: usize,
     },
-    /// Several runs that were interrupted. Each of them can be resumed.
+    /// A command with several runs was interrupted. Each of its runs can be resumed.
     #[error("interrupted with {done} of {total} runs done; repeat the same command to continue")]
     Stopped {
         /// The number of runs that are done.
@@ -160,35 +161,35 @@ pub enum Error {
         /// The number of all runs.
         total: usize,
     },
-    /// A run that was interrupted. It can be resumed.
+    /// A run was interrupted. It can be resumed.
     #[error("interrupted after iteration {iteration}; {}", go_on(run, *own_loss))]
     Interrupted {
         /// The run's folder.
         run: PathBuf,
         /// The number of iterations done.
         iteration: usize,
-        /// True if the loss belongs to the caller. Then no command can resume the run.
+        /// True if the loss of the run is code of the program that began it. No command can resume such a run.
         own_loss: bool,
     },
 }
 
-/// The result of fallible functions of this crate.
+/// The result of a function of this crate that can fail.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// For `map_err`: the error for a file or folder that cannot be read.
+    /// Converts an I/O error to the error for a file or folder that cannot be read. Made for `map_err`.
     pub fn reading(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         |source| Error::Read { path, source }
     }
 
-    /// For `map_err`: the error for a file or folder that cannot be written.
+    /// Converts an I/O error to the error for a file or folder that cannot be written. Made for `map_err`.
     pub fn writing(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         |source| Error::Write { path, source }
     }
 
-    /// True if rollouts of the robot diverged or had results that are not finite.
+    /// True if the error is about rollouts: they diverged, or their results are not finite.
     #[cfg(feature = "files")]
     pub(crate) fn is_of_rollouts(&self) -> bool {
         matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
@@ -217,7 +218,7 @@ impl Error {
         message.trim_end_matches("; ").to_owned()
     }
 
-    /// The message without its leading `error: `, for embedding in another message.
+    /// The message without a leading `error: `, so that it can be a part of another message.
     pub fn within(&self) -> String {
         let text = self.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).to_owned()
@@ -272,12 +273,12 @@ pub(crate) fn some(file: &str, what: &str, found: usize) -> Result<()> {
     }
 }
 
-/// The cause of an error as the end of its message.
+/// The part of a message that names the cause of the error; empty without a cause.
 fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// The advice to make room, if a file could not be written because the disk or the quota is full.
+/// The part of a message that advises to free disk space. It is empty unless the disk or the quota is full.
 fn make_room(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -287,7 +288,7 @@ fn make_room(source: &io::Error) -> &'static str {
     }
 }
 
-/// The number of failed runs of a sweep besides the first, as the end of a message.
+/// The part of a message that counts the failed runs of a sweep other than the first one.
 fn and_others(others: usize) -> String {
     match others {
         0 => String::new(),
@@ -296,7 +297,7 @@ fn and_others(others: usize) -> String {
     }
 }
 
-/// A path as one word of a command line, quoted if necessary.
+/// Writes a path as one word of a shell command, quoted if necessary.
 pub fn in_shell(path: &Path) -> String {
     let text = path.display().to_string();
     let folder = if text.starts_with('-') { "./" } else { "" };
@@ -309,7 +310,7 @@ pub fn in_shell(path: &Path) -> String {
     }
 }
 
-/// How to continue an unfinished run.
+/// The advice how to continue an unfinished run, for the end of a message.
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         format!(
@@ -321,7 +322,8 @@ pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     }
 }
 
-/// The end of a message about the unstable time step of a run, after the advice about the time step.
+/// The advice to begin a new run or to continue this one, for a message about an unstable time step. It follows the
+/// advice about the time step.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         ", and begin a new run; to keep the time step, set physics.unstable_step = \"warn\" in its scene".into()

@@ -1,23 +1,23 @@
-//! Generates lattices: nodes on a grid of squares or triangles with edges between neighbours, or the nodes and edges of
-//! a truss. Only this module knows columns and rows.
+//! Generates lattices. The nodes are on a grid of squares or triangles, with edges between neighbours, or they come
+//! from a truss. Only this module knows columns and rows.
 
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
 use crate::scene::{LatticeKind, LatticeSettings};
 
 impl Lattice {
-    /// Generates the lattice of these settings on `ground`, rotated with the ground (D1). Each rest length is the
-    /// initial distance of the two nodes.
+    /// Generates the lattice that `settings` describe. It stands on `ground` and is rotated with it (D1). The rest
+    /// length of each edge is the initial distance of its two nodes.
     ///
     /// # Panics
-    /// If the settings name a file that was not read yet. Reading a scene reads it.
+    /// If the settings name a truss file that was not read yet. Reading a scene also reads its truss file.
     pub fn new(settings: &LatticeSettings, ground: impl Into<Ground>) -> Self {
         let ground = ground.into();
         if let Some(truss) = settings.file.truss() {
             let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
             return Self::of_truss(truss, positions.collect());
         }
-        // The exact numbers of D1: with `drop = 0` the lowest row is exactly on the ground.
+        // The positions follow D1 without rounding errors: with `drop = 0` the lowest row is exactly on the ground.
         let places = places(settings);
         let origin = Vector::new([settings.origin_x, settings.drop]);
         let position =
@@ -35,8 +35,8 @@ impl Lattice {
 /// The height of an equilateral triangle with sides of length 1.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;
 
-/// The places of the nodes in units of the spacing, row by row from the lowest, each row from left to right. On a
-/// triangular lattice every second row is shifted by half a spacing.
+/// The places of the nodes in units of the spacing. Nodes are ordered row by row from the lowest row, each row from
+/// left to right. On a triangular lattice every second row is shifted by half a spacing.
 pub(crate) fn places(settings: &LatticeSettings) -> Vec<Vector<f64>> {
     let LatticeSettings { columns, rows, .. } = *settings;
     let place = |node: usize| {
@@ -49,13 +49,13 @@ pub(crate) fn places(settings: &LatticeSettings) -> Vec<Vector<f64>> {
     (0..columns * rows).map(place).collect()
 }
 
-/// The edges of a rectangular lattice as `[i, j]` with `i < j`: for each node, ascending, the edges to its right, upper,
-/// upper-right and upper-left neighbour if they exist.
+/// The edges of a rectangular lattice, each as `[i, j]` with `i < j`. They are ordered by node `i`. For each node come
+/// the edges to its right, upper, upper-right and upper-left neighbour, if these exist.
 pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
     edges_of(LatticeKind::Rectangular, columns, rows)
 }
 
-/// Like [`edges`], for a lattice of any kind. Nodes of a triangular lattice have no upper neighbour.
+/// Like [`edges`], for a lattice of any kind. A node of a triangular lattice has no edge straight up.
 fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
     let mut edges = Vec::new();
     for node in 0..columns * rows {
@@ -63,7 +63,7 @@ fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
         let right = column + 1 < columns;
         let up = row + 1 < rows;
         let above = node + columns;
-        // The row above is shifted by half a spacing to the right or to the left.
+        // The row above is shifted by half a spacing relative to this row: to the right or to the left, in turn.
         let shifted = row % 2;
         let neighbours = match kind {
             LatticeKind::Rectangular => [
@@ -168,8 +168,8 @@ mod tests {
         }
     }
 
-    /// Nodes are numbered row by row from the lowest, each row from left to right. Each node lists the edges to its
-    /// right, upper-right and upper-left neighbour.
+    /// Nodes are numbered row by row from the lowest row, each row from left to right. The edges of a node go to its
+    /// right, upper-right and upper-left neighbour, in this order.
     #[test]
     fn triangles_are_numbered_row_by_row() {
         let lattice = triangular(3, 3);

@@ -1,7 +1,7 @@
-//! The inputs of a rollout, and derivatives with respect to them.
+//! The inputs of a rollout, and derivatives of functions with respect to these inputs.
 //!
-//! [`Inputs`] has all numbers with respect to which a rollout can be differentiated. Losses are written once over
-//! [`Real`]. [`Inputs::differentiate`] makes the chosen blocks variables of a tape.
+//! [`Inputs`] has all numbers with respect to which a rollout can be differentiated. A loss is written once, for any
+//! number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a tape.
 
 use crate::geometry::{fill, flat};
 use crate::lattice::State;
@@ -21,7 +21,7 @@ pub struct Inputs<R> {
     pub start: State<R>,
 }
 
-/// A group of the numbers in [`Inputs`].
+/// One of the groups into which the numbers of [`Inputs`] are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
     /// Design vectors.
@@ -34,19 +34,19 @@ pub enum Block {
     V0,
 }
 
-/// The design vectors.
+/// Only the design vectors, as a list of blocks.
 pub const DESIGN: &[Block] = &[Block::Z];
-/// The controller.
+/// Only the numbers of the controller, as a list of blocks.
 pub const CONTROLLER: &[Block] = &[Block::Controller];
-/// No block: nothing is differentiated.
+/// The empty list of blocks: nothing is differentiated.
 pub const NOTHING: &[Block] = &[];
 /// All blocks, in the order in which files and tables list them.
 pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
 
-/// The numbers that files store under one key: a [`Block`], or one named block of the controller.
+/// The numbers that files store under one key: a whole [`Block`], or one named block of the controller's parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// The key.
+    /// The key under which files store the numbers.
     pub name: String,
     /// The block that contains the part.
     pub block: Block,
@@ -65,7 +65,7 @@ impl<R: Real> Inputs<R> {
         })
     }
 
-    /// Replaces the numbers of `blocks`, one block after the other, by `numbers`.
+    /// Replaces the numbers of `blocks` by `numbers`, which holds the numbers of each block, one block after the other.
     ///
     /// # Panics
     /// If `numbers` does not have exactly as many entries as the blocks.
@@ -87,7 +87,7 @@ impl<R: Real> Inputs<R> {
         );
     }
 
-    /// All numbers as parts, in the order of [`ALL`].
+    /// Lists the parts of these inputs, in the order of [`ALL`]. Together they contain every number once.
     pub fn parts(&self) -> Vec<Part> {
         let part = |name: &str, block: Block, range: Range<usize>| Part {
             name: name.to_owned(),
@@ -136,7 +136,7 @@ impl<R: Real> Inputs<R> {
         }
     }
 
-    /// The value of a function and its gradient with respect to the numbers of `blocks`, in the order of
+    /// The value of `f` and its gradient with respect to the numbers of `blocks`. The gradient has the order of
     /// [`get`](Self::get).
     pub fn differentiate(
         &self,
@@ -147,8 +147,9 @@ impl<R: Real> Inputs<R> {
         result
     }
 
-    /// Evaluates `N` functions, each at its own copy of the inputs. Returns the value of each function and its gradient
-    /// with respect to `blocks` of its copy. All functions share one recording and one reverse sweep.
+    /// Evaluates `N` functions, each on its own copy of the inputs. For each function, returns its value and its
+    /// gradient with respect to the numbers of `blocks` in its copy. All functions share one recording and one reverse
+    /// sweep.
     pub fn differentiate_copies<const N: usize>(
         &self,
         blocks: &[Block],
@@ -169,7 +170,7 @@ impl<R: Real> Inputs<R> {
         })
     }
 
-    /// The inputs as constants, except for `blocks`, whose numbers are `variables`.
+    /// These inputs with `variables` as the numbers of `blocks`. All other numbers are constants.
     fn with_variables(&self, blocks: &[Block], variables: &[Var<R>]) -> Inputs<Var<R>> {
         let mut inputs = self.map(Var::constant);
         inputs.set(blocks, variables);
@@ -196,8 +197,8 @@ impl<R: Real> Inputs<R> {
         (values.iter().map(|value| value.value()).collect(), gradient)
     }
 
-    /// The values of a function with several results, and its Jacobian-vector product: the derivatives of the values in
-    /// the direction `tangents`.
+    /// The values of a function with several results, and its Jacobian-vector product: the derivatives of these values
+    /// in the direction `tangents` of the inputs.
     pub fn jvp(
         &self,
         tangents: &Self,
@@ -215,8 +216,8 @@ impl<R: Real> Inputs<R> {
         results.map(|y| (y.value, y.tangent[0])).unzip()
     }
 
-    /// The value of each function and its gradient with respect to the numbers of `blocks`. All functions share one
-    /// recording, with one reverse sweep per function.
+    /// For each of `N` functions, its value and its gradient with respect to the numbers of `blocks`. All functions
+    /// share one recording. Each function has its own reverse sweep.
     pub fn differentiate_each<const N: usize>(
         &self,
         blocks: &[Block],
@@ -235,7 +236,7 @@ impl<R: Real> Inputs<R> {
 }
 
 impl Inputs<f64> {
-    /// The same numbers as constants of another type.
+    /// These inputs with every number converted to a constant of the number type `R`.
     pub fn lift<R: Real>(&self) -> Inputs<R> {
         self.map(R::lit)
     }
@@ -250,7 +251,8 @@ mod tests {
     use crate::simulator::Span;
     use autodiff::Real;
 
-    /// For the states of a rollout, the cotangent times the JVP equals the VJP times the tangent.
+    /// The two products use the same Jacobian: for the states of a rollout, the cotangent times the JVP equals the VJP
+    /// times the tangent.
     #[test]
     fn both_products_are_of_one_jacobian() {
         let scene = Scene::parse(
@@ -277,10 +279,11 @@ mod tests {
         let cotangent = wave(values.len(), f64::sin);
         let recorded = |inputs: &Inputs<_>| seen(&case, &task, inputs);
         let (same, gradient) = inputs.vjp(ALL, recorded, &cotangent);
-        // Duals add the products of a layer in another order, so numbers of order one differ in their last bits.
+        // Dual numbers add the products of a layer in another order. So numbers of order one differ in their last bits.
         assert!(values.iter().zip(&same).all(|(a, b)| (a - b).abs() < 1e-12));
         let [forward, reverse] = [f64::dot(&cotangent, &slopes), f64::dot(&gradient, &tangent)];
-        // Each sum has about 600 terms, rounded at 1e-16, and is a hundred times smaller than its parts.
+        // Each sum has about 600 terms with rounding errors of 1e-16. The sum is a hundred times smaller than its
+        // terms.
         assert!(
             (forward - reverse).abs() < 1e-12 * forward.abs(),
             "{forward} {reverse}"

@@ -1,5 +1,5 @@
-//! Keys of files and columns of tables. Each is declared once: the struct, the file, the table and the
-//! documentation follow from one declaration.
+//! The keys of files and the columns of tables. Each is declared once: the struct, the file, the table and the
+//! documentation follow from this declaration.
 
 /// A key of a JSON file.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,31 +8,31 @@ pub struct Key {
     pub name: &'static str,
     /// The type of the value in words, such as "number or `null`".
     pub kind: &'static str,
-    /// The unit; empty if there is none.
+    /// The unit of the value; empty if there is none.
     pub unit: &'static str,
-    /// The meaning, in Markdown on one line.
+    /// The meaning of the key, in Markdown on one line.
     pub doc: &'static str,
     /// The names of the table columns that show the key.
     pub columns: Vec<&'static str>,
-    /// The keys of the objects in the value.
+    /// The keys of the object, or of each object in the list, that is the value. Empty for any other value.
     pub parts: Vec<Key>,
 }
 
 /// A struct whose fields are the keys of a file.
 pub trait Keyed {
-    /// Every key, in the order in the file.
+    /// Every key, in the order in which the file lists them.
     fn keys() -> Vec<Key>;
 
-    /// A cell for every column, in the order of [`columns`].
+    /// The value of every column, in the order of [`columns`].
     fn cells(&self) -> Vec<Cell>;
 }
 
-/// The names of all columns of some keys, in order.
+/// The names of all table columns that show `keys`, in the order of the keys.
 pub fn columns(keys: &[Key]) -> Vec<&'static str> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
 }
 
-/// The value of a column.
+/// The value in a column of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell {
     /// A word.
@@ -41,12 +41,12 @@ pub enum Cell {
     Count(usize),
     /// A number.
     Number(f64),
-    /// There is no value.
+    /// No value: the cell is empty.
     Missing,
 }
 
 impl Cell {
-    /// The number, or `None` for a missing value or a word.
+    /// The number in the cell; `None` for a missing value or a word.
     pub fn number(self) -> Option<f64> {
         match self {
             Self::Count(count) => Some(count as f64),
@@ -55,8 +55,8 @@ impl Cell {
         }
     }
 
-    /// The text in CSV. Numbers are the shortest decimals that read back to the same bits; a missing value is
-    /// empty.
+    /// The cell as CSV. A number has the shortest decimals that read back to the same bits. A missing value is an empty
+    /// cell.
     pub fn csv(self) -> String {
         match self {
             Self::Word(word) => word.to_owned(),
@@ -109,8 +109,8 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
 /// }
 /// ```
 ///
-/// The columns show the field, or the entries of the field if there are several columns. `columns ["a"] of |file: &Summary|
-/// ...` shows another value.
+/// A single column shows the value of the field. Several columns show its entries. `columns ["a"] of
+/// |file: &Summary| ...` shows another value, computed from the whole struct.
 macro_rules! keys {
     (
         $(#[$about:meta])+

@@ -1,24 +1,23 @@
-//! Co-design of truss-lattice robots: structure, material and neural control optimised together by
-//! gradients through a differentiable simulator.
+//! Co-design of truss-lattice robots: structure, material and neural control are optimised together by gradients
+//! through a differentiable simulator.
 //!
-//! The order of the modules is the architecture: each uses only those above it.
+//! The order of the modules is the architecture: each module uses only modules above it.
 //!
-//! - [`scene`] has every number of an experiment, in one small struct per part of the model; [`registry`] has the laws,
+//! - [`scene`] has every number of an experiment, in one small struct per part of the model. [`registry`] has the laws,
 //!   losses, policies, lattices and scenes that a program adds to the built-in ones.
 //! - [`keys`] declares the keys of files and the columns of tables.
-//! - Space: [`geometry`], with vectors, the ground and the coordinate frames.
-//! - The robot: [`lattice`], [`design`] (the design vectors that an optimiser changes), [`projection`] (from design
-//!   vectors to materials and a body), [`policy`] (the controller).
-//! - Its motion and score: [`simulator`], [`objective`]; [`inputs`] has the numbers with respect to which losses are
-//!   differentiated. [`task`] joins all of these. [`domain`] draws random variations of a robot and its surroundings.
-//!   [`case`] is one rollout with all its numbers in a file.
-//! - The search for a good robot: [`optimiser`], which does not depend on robots, and [`codesign`], the paper's
-//!   algorithm 1.
-//! - On disk: [`record`], the folder of a run. This module (except for the text of a design) and [`parallel`] need the
-//!   feature `files`, which is on by default. Without this feature the crate needs no file system and no threads, and
-//!   also builds for `wasm32-unknown-unknown`.
+//! - Space: [`geometry`] has vectors, the ground and the coordinate frames.
+//! - The robot: [`lattice`] has its nodes and edges, [`design`] the design vectors that an optimiser changes, and
+//!   [`policy`] the controller. [`projection`] converts design vectors to materials and a body.
+//! - Its motion and score: [`simulator`] computes rollouts, and [`objective`] computes losses from them. [`inputs`] has
+//!   the numbers with respect to which losses are differentiated. [`task`] joins all of these. [`domain`] draws random
+//!   variations of a robot and its surroundings. [`case`] is one rollout with all its numbers in a file.
+//! - The search for a good robot: [`optimiser`] does not depend on robots. [`codesign`] is the paper's algorithm 1.
+//! - On disk: [`record`] reads and writes the folder of a run. This module (except for the text of a design) and
+//!   [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
+//!   and no threads, and also builds for `wasm32-unknown-unknown`.
 //!
-//! The crate `cosmic-lab` has checks, studies and reports; the program is `cosmic-program`.
+//! The crate `cosmic-lab` has checks, studies and reports. The crate `cosmic-program` is the program.
 
 pub mod geometry;
 pub mod error;

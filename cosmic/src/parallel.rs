@@ -1,4 +1,4 @@
-//! Independent jobs that run at the same time.
+//! Runs independent jobs at the same time.
 
 use crate::error::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -7,7 +7,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// The number of jobs that run at a time, and the number of threads of each.
+/// How jobs are shared out to threads: the number of jobs that run at the same time, and the number of threads of each
+/// job.
 #[derive(Clone, Copy, Debug)]
 pub struct Crew {
     at_work: usize,
@@ -15,8 +16,8 @@ pub struct Crew {
 }
 
 impl Crew {
-    /// Runs `threads` jobs at a time, or one per core for `None`. Each job has a single thread, and parallel code
-    /// within the job runs on this thread too.
+    /// A crew that runs `threads` jobs at the same time, or one job per core for `None`. Each job has a single thread.
+    /// Parallel code within a job runs on this thread too.
     pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {
@@ -25,7 +26,7 @@ impl Crew {
         }
     }
 
-    /// Divides `threads` among `jobs`. If there are fewer jobs than threads, each job gets several threads.
+    /// A crew that divides `threads` among `jobs`. If there are fewer jobs than threads, each job gets several threads.
     pub fn shared_out(threads: usize, jobs: usize) -> Self {
         let at_work = threads.min(jobs).max(1);
         Self {
@@ -42,14 +43,14 @@ impl Crew {
     }
 }
 
-/// The reason why the lock on the results is never poisoned.
+/// Why the lock on the results is never poisoned.
 const NO_PANIC: &str = "no push panics";
 
-/// Does the jobs 0 to `jobs - 1`, lower numbers first, and returns their results in this order. The flag that a job
-/// receives is set when another job has failed.
+/// Calls `job` with the numbers 0 to `jobs - 1`, lower numbers first, and returns the results in the order of the
+/// numbers. `job` also receives a flag. The flag becomes true as soon as another job has failed.
 ///
 /// # Errors
-/// The first error. After it, no further job begins.
+/// The first error of a job. After it, no further job begins.
 pub fn in_parallel<T: Send>(
     jobs: usize,
     crew: Crew,
@@ -60,7 +61,8 @@ pub fn in_parallel<T: Send>(
     let note = |index: usize, result: Result<T>| {
         let is_error = result.is_err();
         ended.lock().expect(NO_PANIC).push((index, result));
-        // The flag is set last, so that errors of jobs that stop because of it come later in the list.
+        // The flag is set only after the error is in the list. So the errors of jobs that stop because of the flag come
+        // later in the list.
         failed.fetch_or(is_error, Ordering::Release);
     };
     let work = || {
@@ -138,11 +140,12 @@ mod tests {
             }
         });
         assert_eq!(error.unwrap_err().to_string(), "the third");
-        // The other thread may be working on any job, and stops before its next one.
+        // When the error occurs, the other thread may be working on any job. It begins no other job.
         assert!((4..=100).contains(&begun.load(Ordering::Relaxed)));
     }
 
-    /// The error is the first one, not an error of the jobs that stopped because of it.
+    /// A job stops when it sees that another job has failed. The returned error is the error of the job that failed
+    /// first.
     #[test]
     fn jobs_can_see_an_error_of_others() {
         let crew = Crew::of_one(NonZeroUsize::new(2));

@@ -1,4 +1,4 @@
-//! Projections from design vectors to mixtures of materials, and the body of a design.
+//! The projections from design vectors to mixtures of materials. Also computes the body that belongs to a design.
 
 use std::borrow::Cow;
 
@@ -10,18 +10,19 @@ use crate::geometry::{Vector, mean};
 use crate::lattice::{Body, Lattice};
 use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
 
-/// The two projections of the paper.
+/// The projections of the paper from a design vector to a mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Projection {
-    /// `softmax(beta z)`.
+    /// The softmax of each design vector, `softmax(beta z)`.
     Performance,
-    /// The softmax of the design vectors minus their mean over the edges. It is so sharp that its mixtures resemble the
-    /// layout after a snap. Its derivative is the derivative of a softer projection (straight-through).
+    /// The softmax of each design vector minus the mean of all design vectors. It is so sharp that its mixtures
+    /// resemble the layout after a snap. Its derivative is replaced by the derivative of a softer projection
+    /// (straight-through).
     Stability,
 }
 
-/// The design with its vectors projected to mixtures. A layout stays as it is (D7).
+/// Projects the vectors of a design to mixtures. A layout stays as it is (D7).
 pub fn projected(
     projection: Projection,
     design: &Design<[f64; 3]>,
@@ -36,9 +37,9 @@ pub fn projected(
 
 /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
 ///
-/// The design vectors of [tied](Holds) edges are replaced by their mean. The amounts in `holds` are subtracted from the
-/// design vectors before every softmax. The stability projection subtracts them after the centring, which would
-/// otherwise cancel them.
+/// The design vectors of edges that are [tied](Holds) together are replaced by their mean. Before every softmax, the
+/// amounts in `holds` are subtracted from the design vectors. The stability projection first subtracts the mean of all
+/// design vectors: in the other order, the mean would cancel a part of the amounts.
 pub fn mixtures<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
@@ -72,17 +73,17 @@ pub fn mixtures<R: Real>(
 /// Restrictions on the mixtures of edges. By default there are no restrictions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holds {
-    /// For each edge, the amounts that are subtracted from the entries of its design vector. Empty if all amounts are
-    /// zero.
+    /// For each edge, the amount that is subtracted from each entry of its design vector. The list is empty if all
+    /// amounts are zero.
     amounts: Vec<[f64; 3]>,
     /// Groups of edges that share one design vector.
     ties: Vec<Vec<usize>>,
 }
 
 impl Holds {
-    /// The restrictions of a scene. `hold_materials` holds each edge to the solid material that it has in the filled
-    /// layout: its value is subtracted from the entry of the other solid material. A kept edge has no share of void,
-    /// and a forbidden edge has no share of solid materials.
+    /// The restrictions of a scene. With `hold_materials`, each edge keeps the solid material that it has in the filled
+    /// layout: the value of the setting is subtracted from the entry of the other solid material. An edge that the
+    /// rules keep has no share of void. An edge that they forbid has no share of solid materials.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
@@ -96,7 +97,8 @@ impl Holds {
             settings.beta_stability,
             settings.beta_straight_through,
         ];
-        // Centred entries differ by at most 2, and exp(-37) is less than half of the last bit of 1.
+        // The amount that makes a share vanish. After the mean is subtracted, entries differ by at most 2, and exp(-37)
+        // is less than half of the last bit of 1.
         let never = 2.0 + 37.0 / betas.into_iter().fold(f64::INFINITY, f64::min);
         let hold = |(edge, own): (usize, Material)| {
             Material::ALL.map(|m| {
@@ -114,12 +116,12 @@ impl Holds {
         Self { amounts, ties }
     }
 
-    /// True if the design vector of `edge` is lowered at the entry of `material`.
+    /// True if an amount is subtracted from the entry for `material` in the design vector of `edge`.
     pub fn is_held(&self, edge: usize, material: Material) -> bool {
         (self.amounts.get(edge)).is_some_and(|hold| material.of(hold) > 0.0)
     }
 
-    /// The design vectors, with those of tied edges replaced by their mean.
+    /// The design vectors `z`. The vectors of edges that are tied together are replaced by their mean.
     fn tied<'z, R: Real>(&self, z: &'z [[R; 3]]) -> Cow<'z, [[R; 3]]> {
         let mut z = Cow::Borrowed(z);
         for tie in &self.ties {
@@ -132,10 +134,10 @@ impl Holds {
     }
 }
 
-/// `softmax(beta z)`.
+/// Computes `softmax(beta z)`.
 ///
-/// The largest entry is subtracted before the multiplication by `beta`. So no exponential overflows, and the difference of
-/// nearly equal entries is exact. The softmax does not depend on this shift, so the shift has no derivative.
+/// The largest entry is subtracted before the multiplication by `beta`. So no exponential overflows, and the difference
+/// of nearly equal entries is exact. The softmax does not depend on this shift, so the shift has no derivative.
 pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     let [a, b, c] = z.map(R::detach);
     let largest = a.max(b).max(c);
@@ -144,7 +146,7 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     e.map(|e| e / sum)
 }
 
-/// The factors by which a robot as built differs from its design.
+/// The factors by which a robot, as it is built, differs from its design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     /// The factor on the stiffness of each edge.
@@ -154,8 +156,8 @@ pub struct Variation {
 }
 
 impl<R: Real> Body<R> {
-    /// The body of a design. A property of an edge is the property of its material, or the mean over its mixture. If
-    /// `physics.void_edges` is "drop", the void edges of a layout have no stiffness.
+    /// The body of a design. The properties of an edge are those of its material. For a mixture, they are the means
+    /// over its materials. If `physics.void_edges` is "drop", the void edges of a layout have no stiffness.
     pub fn new(
         design: &Design<Mixture<R>>,
         lattice: &Lattice,
@@ -192,9 +194,9 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// This body with the presence of its nodes, if `one_piece` is true. The presence of a node is 1 minus the product
-    /// of the shares of void of its edges, and 1 for a node with payload. In a layout, no spring pulls a node without a
-    /// bar.
+    /// Adds the presence of the nodes to this body if `one_piece` is true. The presence of a node with payload is 1.
+    /// The presence of any other node is 1 minus the product of the shares of void of its edges. In a layout, a node
+    /// without a bar has presence 0, and no spring pulls it.
     #[must_use]
     pub fn with_one_piece(
         mut self,
@@ -233,7 +235,7 @@ impl<R: Real> Body<R> {
         self
     }
 
-    /// The body of the robot as built: this body times the factors of `variation`.
+    /// The body of a robot as it is built: the stiffnesses and masses of this body, times the factors in `variation`.
     #[must_use]
     pub fn varied(mut self, variation: &Variation) -> Self {
         for (k, &factor) in self.stiffness.iter_mut().zip(&variation.stiffness) {
@@ -246,7 +248,7 @@ impl<R: Real> Body<R> {
     }
 }
 
-/// The mass of each node: `physics.node_mass` (D2), half the mass of each of its edges, and its payload.
+/// The mass of each node: the sum of `physics.node_mass` (D2), half the mass of each of its edges, and its payload.
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
     for payload in &lattice.payload {
@@ -261,8 +263,9 @@ fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsS
     shares.iter().map(|shares| R::sum_of(shares)).collect()
 }
 
-/// The shares of a mixture to the power of `penalisation` (SIMP), as weights of the materials' stiffnesses. With a
-/// power above 1, a small share counts less than in proportion, and a share of 1 counts fully.
+/// The weights with which the stiffnesses of the materials are added up: the shares of the mixture to the power of
+/// `penalisation` (SIMP). With a power above 1, a small share counts less than in proportion. A share of 1 counts
+/// fully.
 fn penalised<R: Real>(mixture: &Mixture<R>, materials: &MaterialSettings) -> Mixture<R> {
     match materials.penalisation {
         1 => *mixture,
@@ -288,7 +291,7 @@ mod tests {
         let weight: f64 = body.mass.iter().sum();
         let diagonal = 0.02f64.sqrt();
         let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
-        // Twelve rounding errors of numbers below 0.1, each at most 7e-18.
+        // The two sums differ by at most twelve rounding errors of numbers below 0.1, each at most 7e-18.
         assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
     }
 
@@ -301,7 +304,7 @@ mod tests {
             &ProjectionSettings::default(),
             &Holds::default(),
         ) {
-            // The mean of three equal numbers has a rounding error, which is multiplied by 500.
+            // The mean of three equal numbers has a rounding error. The sharpness of 500 multiplies this error.
             assert!(
                 mixture
                     .0

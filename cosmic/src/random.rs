@@ -1,19 +1,19 @@
-//! Random numbers: one independent stream for every seed and purpose.
+//! Random numbers. Every seed and purpose has its own independent stream.
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// The purpose of random numbers. Each purpose has its own stream, so drawing more numbers for one purpose does not
-/// change the others. The number of a purpose selects its stream and must never be reused.
+/// What random numbers are used for. Each purpose has its own stream. So drawing more numbers for one purpose does not
+/// change the numbers for others. The number of a purpose selects its stream and must never be reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Initial weights of a controller.
     Weights = 0,
     /// Perturbed initial states for choosing the result of a run.
     Selection = 1,
-    /// Perturbed initial states for judging the result of a run. They differ from the states that chose it.
+    /// Perturbed initial states for judging the result of a run. They are not the states that chose the result.
     Judgement = 2,
-    /// Perturbed initial states, directions and random lattices for `verify`.
+    /// Perturbed initial states, directions and random lattices for the command `verify`.
     Verification = 3,
     /// The side towards which a tilted initial design becomes thinner.
     Tilt = 5,
@@ -27,12 +27,12 @@ pub enum Purpose {
     Bootstrap = 16,
 }
 
-/// The stream of a seed and a purpose, the same on every platform.
+/// The stream of random numbers for a seed and a purpose. It is the same on every platform.
 pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
     stream_of(seed, purpose, 0)
 }
 
-/// One of many streams of a seed and a purpose. Number 0 is the stream of [`stream`].
+/// The stream with this number among the many streams for a seed and a purpose. Number 0 is the stream of [`stream`].
 pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -42,7 +42,7 @@ pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     stream
 }
 
-/// A number drawn uniformly from `[-limit, limit)`.
+/// Draws a number uniformly from `[-limit, limit)`.
 pub fn symmetric(stream: &mut ChaCha8Rng, limit: f64) -> f64 {
     (2.0 * stream.random::<f64>() - 1.0) * limit
 }

@@ -1,5 +1,5 @@
-//! Reads whole files, with a limit for sources that never end, such as `/dev/zero`. Also reads JSON with errors that
-//! name the key and the place of a wrong value.
+//! Reads whole files. A limit protects from sources that never end, such as `/dev/zero`. Also reads JSON: errors name
+//! the key and the place of the wrong value.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -12,8 +12,8 @@ use serde_json::value::RawValue;
 
 use crate::error::{Error, Result};
 
-/// The most bytes that are read from a source without a known size, such as a pipe. It is enough for a hundred designs
-/// of the paper's size.
+/// The largest number of bytes that are read from a source without a known size, such as a pipe. It is enough for a
+/// hundred designs of the paper's size.
 const STREAM: u64 = 1 << 26;
 
 /// The byte order mark that some editors put before a text. It is ignored.
@@ -52,8 +52,8 @@ pub(crate) fn too_long(path: &Path, most: u64) -> Error {
     ))
 }
 
-/// Reads a value from JSON. Messages name `file`. `lines` is the number of lines before the text in the file; line
-/// numbers in messages include them.
+/// Reads a value from JSON text, which may be a part of a file. Messages name `file`. `lines` is the number of lines of
+/// the file before the text, so that messages have the line numbers of the file.
 ///
 /// # Errors
 /// [`Error::Malformed`] with the line, the column and the keys of the wrong value.
@@ -75,9 +75,9 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     end.map(|()| value)
 }
 
-/// The place and the message of an error in a JSON text. `keys` is the path of the wrong value.
+/// Describes an error in a JSON text: its place and its message. `keys` is the path of the wrong value.
 fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, String) {
-    // For an empty text serde_json reports column 0; columns count from 1.
+    // serde_json reports column 0 for an empty text, but columns count from 1.
     let (line, column) = (error.line(), error.column().max(1));
     let place = Position { line, column };
     if json.trim_ascii().is_empty() {
@@ -97,8 +97,8 @@ fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, Strin
     }
 }
 
-/// The word at a place and the column of its first letter, if the word means a number that is not finite,
-/// such as `-Infinity`.
+/// If the word at `place` means a number that is not finite, such as `-Infinity`: the column of its first letter, and
+/// the word.
 fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
     let line = json
         .split(|&byte| byte == b'\n')
@@ -115,8 +115,7 @@ fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
     known.then_some((start + 1, word))
 }
 
-/// Converts a number with a decimal comma to a decimal point: `9,81` to `9.81`. `None` for any
-/// other text.
+/// Replaces the decimal comma of a number by a decimal point: `9,81` becomes `9.81`. `None` for any other text.
 pub fn with_decimal_point(text: &str) -> Option<String> {
     let text = text.trim().trim_matches(['"', '\'']);
     let (whole, rest) = text.split_once(',')?;
@@ -126,9 +125,9 @@ pub fn with_decimal_point(text: &str) -> Option<String> {
     (is_number && number.parse::<f64>().is_ok()).then_some(number)
 }
 
-/// Adds a place to an error about a JSON text. The first words in backquotes in the message, such as `z[3]`, are the
-/// keys of a value, and the place is where this value begins. If there is no such value, the error is returned
-/// unchanged.
+/// Adds a line and a column to an error about a JSON text. The first words in backquotes in its message, such as
+/// `z[3]`, are taken as the path of a value, and the place is where this value begins. If there is no such value, the
+/// error is returned unchanged.
 pub fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
@@ -140,7 +139,7 @@ pub fn placed(file: &str, text: &str, error: Error) -> Error {
     }
 }
 
-/// A place in a text. Line and column count from 1, the column in characters.
+/// A place in a text. Lines and columns count from 1. Columns are counted in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Position {
     pub(crate) line: usize,
@@ -158,7 +157,8 @@ impl Position {
     }
 }
 
-/// The place in a JSON text where the value with keys such as `z[3]` begins, if there is one.
+/// The place where a value of a JSON text begins; `None` if there is no such value. `keys` is the path of the value,
+/// such as `z[3]`.
 fn place(text: &str, keys: &str) -> Option<Position> {
     let text = text.strip_prefix(MARK).unwrap_or(text);
     let mut value: &RawValue = serde_json::from_str(text).ok()?;
@@ -174,15 +174,15 @@ fn place(text: &str, keys: &str) -> Option<Position> {
     Some(Position::after(before))
 }
 
-/// Parses an object or an array, but not the values in it.
+/// Parses the entries of an object or an array, but not the values of the entries.
 fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }
 
-/// The path of the whole value in the errors of `serde_path_to_error`.
+/// The path by which `serde_path_to_error` refers to the whole value.
 const ROOT: &str = ".";
 
-/// The message of an error, with the path of the value in front and without the place that serde_json puts at its end.
+/// The message of an error. The path of the value comes first. The place that serde_json puts at the end is removed.
 fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text
@@ -199,9 +199,9 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
     with_keys(keys, &what)
 }
 
-/// A message that starts with the keys of the value.
+/// A message with the path of the value in front of it.
 fn with_keys(keys: &str, what: &str) -> String {
-    // In a truncated text the keys end with a `?` for the key that was not read.
+    // If the text is truncated, the path ends with `?` for the key that was not read.
     let keys = keys.strip_suffix('?').unwrap_or(keys);
     match keys.strip_suffix('.').unwrap_or(keys) {
         "" | ROOT => what.to_owned(),
@@ -209,7 +209,7 @@ fn with_keys(keys: &str, what: &str) -> String {
     }
 }
 
-/// The expected value in words, in place of the name of a Rust type.
+/// Converts the name of a Rust type to words that a user understands.
 pub(crate) fn in_words(expected: &str) -> &str {
     match expected {
         "usize" | "u64" | "u32" | "u8" => "a whole number from 0 on",
@@ -220,7 +220,7 @@ pub(crate) fn in_words(expected: &str) -> &str {
     }
 }
 
-/// The [`Error::Malformed`] with this message about this place in `file`.
+/// An [`Error::Malformed`] with this message about a place in `file`.
 pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
     let Position { line, column } = place;
     Error::Malformed {

@@ -4,12 +4,12 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// The word in a scene that chooses no item.
+/// The word by which a scene says that it chooses no item.
 pub(crate) const OFF: &str = "off";
 
 /// The laws, losses, policies, lattices and scenes that a program adds to the built-in ones. Functions that read
-/// scenes, cases and runs take a registry. A scene keeps its registry, so that later changes of the scene may name the
-/// same items. Clones share the items.
+/// scenes, cases and runs take a registry. A scene keeps its registry, so that settings that are changed later may name
+/// the same items. Clones of a registry share its items.
 ///
 /// ```
 /// use cosmic::Registry;
@@ -29,7 +29,7 @@ struct Item {
 }
 
 impl Registry {
-    /// Adds an item. `kind` is the noun for it in messages.
+    /// Adds an item. `kind` is the noun by which messages call such an item, such as "policy".
     ///
     /// # Panics
     /// If the name is `off`, is in `built_in`, or belongs to another item of that kind.
@@ -48,7 +48,7 @@ impl Registry {
         self
     }
 
-    /// The items of a kind in the order in which they were added.
+    /// All items of a kind, in the order in which they were added.
     pub(crate) fn all<T: Any>(&self, kind: &str) -> impl DoubleEndedIterator<Item = &T> {
         let items = self.0.iter().filter(move |item| item.kind == kind);
         items.filter_map(|item| item.value.downcast_ref())

@@ -17,19 +17,19 @@ use crate::scene::{
 use crate::simulator::stability::{Vibration, bound_of_any_design};
 use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
 
-/// Which steps carry a gradient (D11).
+/// The steps of a rollout that carry the gradient (D11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
-    /// The number of steps.
+    /// The number of steps that carry the gradient.
     pub steps: usize,
-    /// The first steps, or the last steps of a whole rollout.
+    /// Whether these are the first steps of a rollout or its last steps.
     pub mode: HorizonMode,
-    /// The bound on the state's cotangent; `None` gives the exact gradient.
+    /// The bound on the state's cotangent in the reverse sweep. With `None` the gradient is exact.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
 impl Horizon {
-    /// The first `steps` steps of a rollout, with the exact gradient.
+    /// A horizon of the first `steps` steps of a rollout. The gradient is exact.
     pub fn head(steps: usize) -> Self {
         Self {
             steps,
@@ -39,34 +39,35 @@ impl Horizon {
     }
 }
 
-/// The number of rollouts with one controller that a thread runs together: 8, one per SIMD lane, or fewer if other
-/// threads would be idle.
+/// How many of `rollouts` rollouts with one controller a thread runs together. It is 8, one per SIMD lane, or fewer if
+/// other threads would have nothing to do.
 pub fn together(rollouts: usize) -> usize {
     (rollouts / rayon::current_num_threads()).clamp(1, 8)
 }
 
-/// A lattice, the physics of its world, and all settings that turn design vectors into robots.
+/// Everything that is needed to simulate a robot, except for its design vectors, its controller and its initial state:
+/// the lattice, the physics, and the settings that turn a design into a body.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// Nodes, edges and rest lengths.
+    /// The nodes, edges and rest lengths of the robot.
     pub lattice: Lattice,
-    /// Time step, number of steps, forces, masses and ground.
+    /// The physics: time step, number of steps, forces, masses and ground.
     pub physics: PhysicsSettings,
-    /// The library of materials.
+    /// The stiffnesses, densities and strains of the materials.
     pub materials: MaterialSettings,
-    /// The sharpness of the projections, and `delta` of the overlap measures.
+    /// The sharpness of the projections, and `delta`, the small number in the overlap measures.
     pub sharpness: ProjectionSettings,
-    /// The restrictions on mixtures.
+    /// The restrictions on the mixtures of edges.
     holds: Holds,
     pub(crate) simulator: Simulator,
-    /// Whether the presence of a node depends on how solid its edges are.
+    /// True if the presence of a node depends on how solid its edges are.
     one_piece: bool,
-    /// The differences of the robot as built from its design; `None` for the nominal robot.
+    /// The factors by which the simulated robot differs from its design; `None` for the nominal robot.
     variation: Option<Variation>,
 }
 
 impl Task {
-    /// A task with rollouts of `physics.steps` steps.
+    /// A task for the nominal robot. Its rollouts have `physics.steps` steps.
     pub fn new(
         lattice: Lattice,
         physics: &PhysicsSettings,
@@ -95,15 +96,15 @@ impl Task {
         }
     }
 
-    /// This task with nodes whose presence [depends on how solid their edges are](Body::with_one_piece), or with all
-    /// nodes present.
+    /// This task with or without the presence of nodes. If `one_piece` is true, the presence of a node [depends on how
+    /// solid its edges are](Body::with_one_piece). Otherwise all nodes are present.
     #[must_use]
     pub fn with_one_piece(self, one_piece: bool) -> Self {
         Self { one_piece, ..self }
     }
 
-    /// This task for a robot as built, whose stiffnesses and masses have the factors of `variation`. The coefficient of
-    /// friction is multiplied by `friction`.
+    /// This task for a robot as it is built: its stiffnesses and masses are multiplied by the factors in `variation`.
+    /// The coefficient of friction is multiplied by `friction`.
     #[must_use]
     pub fn varied(&self, variation: Variation, friction: f64) -> Self {
         let physics = PhysicsSettings {
@@ -118,7 +119,8 @@ impl Task {
         }
     }
 
-    /// This task in open loop: the controller always observes the state `seen`, so that only its clock changes.
+    /// This task without feedback (open loop): the controller observes the state `seen` in every step, so that only its
+    /// clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         Self {
@@ -127,7 +129,7 @@ impl Task {
         }
     }
 
-    /// This task with the goal in the opposite direction.
+    /// This task with the goal on the other side of the origin.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         Self {
@@ -136,7 +138,7 @@ impl Task {
         }
     }
 
-    /// The body of a design, with the [variation](Task::varied) of this task, if it has one.
+    /// The body that belongs to a design. It includes the [variation](Task::varied) of this task, if there is one.
     pub fn body<R: Real>(&self, design: &Design<Mixture<R>>) -> Body<R> {
         let body = Body::new(design, &self.lattice, &self.materials, &self.physics).with_one_piece(
             self.one_piece,
@@ -149,7 +151,7 @@ impl Task {
         }
     }
 
-    /// The lengths, tensions and activations of the edges in the states of a trajectory.
+    /// Computes the length, the tension and the activation of each edge in every state of a trajectory.
     pub fn moments(
         &self,
         design: &Design<Mixture<f64>>,
@@ -160,17 +162,17 @@ impl Task {
         self.simulator.moments(&body, controller, trajectory)
     }
 
-    /// The ground line.
+    /// The ground line of the physics.
     pub fn ground(&self) -> Ground {
         Ground::from(&self.physics)
     }
 
-    /// The mixtures that `projection` makes from the design vectors `z`.
+    /// Projects the design vectors `z` to mixtures with `projection`.
     pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
         projection::mixtures(projection, z, &self.sharpness, &self.holds)
     }
 
-    /// The design with the mixtures that `projection` makes from its vectors. A layout stays as it is.
+    /// Projects the vectors of a design to mixtures with `projection`. A layout stays as it is.
     pub fn projected(
         &self,
         projection: Projection,
@@ -191,8 +193,9 @@ impl Task {
             .rollout(&self.body(design), controller, start, span)
     }
 
-    /// Simulates robots from several starts. `designs` has one design for all robots, or one per start. The results are
-    /// bit-identical to single [rollouts](Task::rollout), but faster.
+    /// Simulates several robots with one controller. There is one robot per start. `designs` has one design for all
+    /// robots, or one design per start. The trajectories are bit-identical to those of single
+    /// [rollouts](Task::rollout), but take less time.
     pub fn rollout_many<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
@@ -205,7 +208,7 @@ impl Task {
             .rollout_many(&bodies, controller, starts, span)
     }
 
-    /// Simulates the robot of a design and checks every state. The result says where the rollout diverged, if it did.
+    /// Simulates the robot of a design and checks every state. The result tells where the rollout diverged, if it did.
     pub fn guarded(
         &self,
         design: &Design<Mixture<f64>>,
@@ -221,8 +224,9 @@ impl Task {
         designs.iter().map(|d| self.body(d.borrow())).collect()
     }
 
-    /// Checks the time step against the vibrations of the robot of a design at rest in `positions`, and of its random
-    /// variations, which vibrate up to [`faster`](crate::scene::RobustSettings::faster) times as fast.
+    /// Checks whether the time step is short enough for the vibrations of a robot. The robot has this design and is at
+    /// rest in `positions`. Its random variations may vibrate [`faster`](crate::scene::RobustSettings::faster) times as
+    /// fast and are checked too.
     pub fn step_check(
         &self,
         design: &Design<Mixture<f64>>,
@@ -235,8 +239,8 @@ impl Task {
         StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
-    /// The loss of a robot over a horizon, with the controller and the start in `inputs`. In the mode "tail" the steps
-    /// before the horizon are done without derivatives.
+    /// Computes the loss of a design over a horizon. The controller and the initial state are in `inputs`. In the mode
+    /// "tail", the steps before the horizon are simulated without derivatives.
     pub fn loss<R: Real>(
         &self,
         design: &Design<Mixture<R>>,
@@ -247,8 +251,8 @@ impl Task {
         self.losses(&[design], inputs, loss, horizon).remove(0)
     }
 
-    /// The losses of several robots, one per design, with one controller and one start. They are bit-identical to
-    /// single losses but faster.
+    /// Computes the losses of several designs with one controller and one initial state. They are bit-identical to the
+    /// losses computed one by one, but take less time.
     pub fn losses<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
@@ -260,7 +264,8 @@ impl Task {
         trajectories.iter().map(|seen| loss.loss_of(seen)).collect()
     }
 
-    /// The states and nodes that a loss reads, for several robots with one controller and one start.
+    /// Simulates several designs with one controller and one initial state. The trajectories hold the states and the
+    /// nodes that the loss reads.
     pub(crate) fn over_horizon<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
@@ -277,7 +282,8 @@ impl Task {
         self.over_span(designs, inputs, seen, horizon.mode)
     }
 
-    /// Rollouts of robots with one controller over a horizon. It does not depend on the loss, so it is compiled once.
+    /// Simulates several designs over a horizon. This function does not depend on the type of the loss, so it is
+    /// compiled once.
     fn over_span<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],

@@ -14,7 +14,7 @@ use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
 impl Case {
-    /// The task with the lattice and the settings of the case.
+    /// Makes the [`Task`] that simulates this case: it has the lattice and the settings of the case.
     pub fn task(&self) -> Task {
         Task::new(
             self.lattice.clone(),
@@ -26,7 +26,8 @@ impl Case {
         .with_one_piece(self.rules.one_piece)
     }
 
-    /// The inputs of the rollout.
+    /// The numbers with respect to which the rollout of this case can be differentiated: the design vectors, the
+    /// controller and the initial state.
     pub fn inputs(&self) -> Inputs<f64> {
         Inputs {
             z: self.design.vectors().into_owned(),
@@ -35,8 +36,8 @@ impl Case {
         }
     }
 
-    /// The design whose mixtures `projection` makes from the design vectors `z`. If the case has a layout, the layout
-    /// instead.
+    /// Projects the design vectors `z` with `projection`: the result has one mixture per edge. If the design of the
+    /// case is a layout, the result is this layout, and `z` is ignored.
     pub fn projected<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
@@ -47,12 +48,13 @@ impl Case {
         }
     }
 
-    /// The design of the rollout: the design of the case, with the case's own projection.
+    /// The design that the rollout simulates: the design of the case, projected with the projection that the case
+    /// names.
     pub fn own_design(&self) -> Design<Mixture<f64>> {
         self.projected(self.projection, &self.design.vectors())
     }
 
-    /// The body of the rollout.
+    /// The body that the rollout simulates: stiffnesses, strains, masses and presences.
     pub fn body(&self) -> Body<f64> {
         let design = self.own_design();
         Body::new(&design, &self.lattice, &self.materials, &self.physics).with_one_piece(
@@ -62,33 +64,35 @@ impl Case {
         )
     }
 
-    /// Where the rollout diverges, if it does.
+    /// Simulates the case and returns the first state that diverged; `None` if the rollout does not diverge.
     pub fn divergence(&self) -> Option<Divergence> {
         let (body, simulator, steps) = (self.body(), self.task().simulator, self.physics.steps);
         simulator.divergence(&body, &self.controller, &self.start, 0..steps)
     }
 
-    /// Where the reverse sweep of the gradient of the displacement overflows, if it does.
+    /// Computes the gradient of the displacement and returns where its reverse sweep overflows; `None` if it does not
+    /// overflow.
     pub fn overflow(&self) -> Option<Overflow> {
         let (body, simulator, steps) = (self.body(), self.task().simulator, self.physics.steps);
         simulator.overflow(&body, &self.controller, &self.start, steps)
     }
 
-    /// Checks the time step against the vibrations of the robot at rest in its initial positions.
+    /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.
     pub fn step_check(&self) -> StepCheck {
         self.task()
             .step_check(&self.own_design(), &self.start.x, 1.0)
     }
 
-    /// The loss of the case: minus the final position of the payload along the ground, for any number type.
+    /// Simulates the case with `inputs` in place of its own numbers. Returns the loss: minus the final position of the
+    /// payload along the ground, in metres.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
         task.loss(&design, inputs, &loss, &Horizon::head(self.physics.steps))
     }
 
-    /// Runs the case. The results hold the states after the steps in `record` (see
-    /// [`recorded_steps`](Self::recorded_steps)), and the exact gradients if `gradient` is true.
+    /// Simulates the case. The results hold the states after the steps in `record` (see
+    /// [`recorded_steps`](Self::recorded_steps)). They also hold the exact gradients if `gradient` is true.
     ///
     /// # Errors
     /// If a step to record is beyond the end of the rollout.
@@ -140,7 +144,7 @@ impl Case {
         })
     }
 
-    /// The rollout of a design, with the states of the given steps and of the last step.
+    /// Simulates a design. The result holds the states after the steps in `recorded` and after the last step.
     fn rollout(&self, task: &Task, design: &Design<Mixture<f64>>, recorded: &[usize]) -> Guarded {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
@@ -149,7 +153,7 @@ impl Case {
         task.guarded(design, &self.controller, &self.start, &span)
     }
 
-    /// The activations of the edges in the first step.
+    /// The activation of each edge in the first step.
     fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
         let moments = &[(&self.start, 0.0)];
         let activations = task.simulator.activations(body, &self.controller, moments);
@@ -169,8 +173,8 @@ impl Case {
         }
     }
 
-    /// The terms that the augmented Lagrangian adds, and their gradient with respect to the design vectors if
-    /// `gradient` is true.
+    /// The sum of the terms that the augmented Lagrangian adds to the loss, and the gradient of this sum with respect
+    /// to the design vectors. The gradient is empty if `gradient` is false.
     fn augmentation(&self, projection: Projection, gradient: bool) -> (f64, Vec<f64>) {
         if gradient {
             let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
@@ -183,8 +187,8 @@ impl Case {
         }
     }
 
-    /// The terms that the augmented Lagrangian adds to the loss, with the measures of the mixtures that `projection`
-    /// makes from `z`.
+    /// The sum of the terms that the augmented Lagrangian adds to the loss. The measures in these terms are the
+    /// measures of the mixtures that `projection` makes from `z`.
     fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
         let design = self.projected(projection, z);
         let measures = measures(&design.mixtures(), self.sharpness.delta);

@@ -1,4 +1,4 @@
-//! Reference cases: one rollout with all its numbers in a file, and the expected results.
+//! Reference cases. The file of a case holds one rollout with all its numbers, and the expected results.
 //!
 //! Lattice, positions, rest lengths, velocities, design and weights all come from the file. Nothing is generated or
 //! assumed.

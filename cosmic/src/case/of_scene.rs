@@ -10,8 +10,8 @@ use crate::projection::Projection;
 use crate::scene::Scene;
 
 impl Case {
-    /// The case of the robot at the start of an optimisation: it has the initial design, in the performance projection,
-    /// and a random controller.
+    /// Makes a case from the robot with which an optimisation of `scene` begins. It has the initial design, in the
+    /// performance projection, and a random controller drawn with `seed`.
     ///
     /// # Errors
     /// If the layout in `scene.start` does not fit the lattice.
@@ -22,8 +22,8 @@ impl Case {
         Ok(Self::of_robot(scene, design, controller))
     }
 
-    /// The case of a robot with this design and controller, at rest in the scene. It has the final thresholds of the
-    /// scene, and its multipliers are zero.
+    /// Makes a case from a robot with this design and this controller, at rest in `scene`. The thresholds of the case
+    /// are the final thresholds of the scene, and its multipliers are zero.
     pub fn of_robot(scene: &Scene, design: Design<[f64; 3]>, controller: Controller<f64>) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {

@@ -34,7 +34,7 @@ pub(super) struct RawCase {
     pub(super) version: Option<u32>,
     pub(super) scene: RawScene,
     pub(super) edges: Vec<Vec<usize>>,
-    /// Present only in cases with a truss.
+    /// The payload and the edge rules of a truss. Present only in cases with a truss.
     pub(super) truss: Option<RawMarks>,
     pub(super) l0: Vec<f64>,
     pub(super) x0: Vec<Vec<f64>>,
@@ -55,8 +55,8 @@ pub(super) struct RawCase {
     note: Option<IgnoredAny>,
 }
 
-/// Declares the keys of an object in a case: the type of each key in the file, and the setting of a scene that it
-/// stands for. The macro makes the object and its conversions from and to a scene. An object within the object follows
+/// Declares an object in a case file. Each key has the type of its value in the file and the setting of a scene that it
+/// stands for. The macro makes the struct, and its conversions from and to a scene. An object within the object follows
 /// after the semicolon.
 macro_rules! keys {
     (
@@ -79,7 +79,7 @@ macro_rules! keys {
                 }
             }
 
-            /// Copies the settings to a scene. Errors name `file`.
+            /// Copies the values of the keys to the settings of a scene. Errors name `file`.
             pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
                 $(
                     let key = concat!($path, ".", stringify!($key));
@@ -92,7 +92,7 @@ macro_rules! keys {
     };
 }
 
-/// The parts of a truss beside its nodes and edges.
+/// What a truss has in addition to its nodes and edges: payload, kept edges, forbidden edges and tied edges.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMarks {
@@ -103,7 +103,7 @@ pub(super) struct RawMarks {
 }
 
 impl RawMarks {
-    /// The parts of the truss of a lattice; `None` for a generated lattice.
+    /// The payload and the edge rules of `lattice`; `None` if the lattice is generated.
     pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
         layout.file.truss()?;
         let EdgeRules { keep, forbid, tie } = lattice.rules.clone();
@@ -142,7 +142,8 @@ keys! {
     m_eps: f64 = physics.node_mass,
     payload_mass: f64 = physics.payload_mass,
     dt: f64 = physics.dt,
-    // Written only if it differs from the paper's value, so that older programs can read the other cases.
+    // This key is written only if it differs from the paper's value, so that older programs can read cases with the
+    // paper's value.
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     integrator: Integrator = physics.integrator,
     #[serde(default = "one", skip_serializing_if = "is_one")]
@@ -191,7 +192,7 @@ keys! {
     a_max: Vec<f64> = materials.max_strain,
 }
 
-/// The type that a setting of type `T` has in a case file.
+/// A type of values in a case file that stand for a setting of type `T`.
 trait Form<T> {
     /// Copies this value to the setting. Errors name the file and the key.
     fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
@@ -236,12 +237,12 @@ impl Form<Chosen> for String {
     }
 }
 
-/// Converts a sentence about the value of a key to an error.
+/// For `map_err`: converts a sentence about the value of `key` to an error.
 fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
     move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
 
-/// The list at `key` as an array. It must have `N` entries.
+/// Converts the list at `key` to an array. The list must have `N` entries.
 pub(super) fn array<T: Copy, const N: usize>(
     file: &str,
     key: &str,
@@ -273,7 +274,8 @@ fn is_one(option: &usize) -> bool {
     *option == 1
 }
 
-/// Options that the first version of the format lacks are written only if they are used.
+/// True if an option has its default value. A case file leaves such an option out if the first version of the format
+/// lacks it.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

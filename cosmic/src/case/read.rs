@@ -24,12 +24,12 @@ use crate::scene::{
 /// could exhaust the memory or run for ever.
 const LONGEST: usize = 10_000_000;
 
-/// A case with consistent shapes.
+/// A case that was read from a file or made from a scene. The lengths of its lists fit one another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// The settings of the lattice. Its positions, edges and rest lengths are in `lattice`.
+    /// The settings of the lattice. The positions, edges and rest lengths themselves are in `lattice`.
     pub layout: LatticeSettings,
-    /// Initial positions, edges and rest lengths of the file.
+    /// The lattice with the initial positions, edges and rest lengths of the file.
     pub lattice: Lattice,
     /// Time step, number of steps, forces, masses and ground.
     pub physics: PhysicsSettings,
@@ -43,18 +43,17 @@ pub struct Case {
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
     pub start: State<f64>,
-    /// The materials of the edges: the layout `materials` of the file if it has one, otherwise the design vectors `z`
-    /// (D7).
+    /// The design: the layout `materials` of the file if the file has one, otherwise the design vectors `z` (D7).
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The projection for the materials of the rollout and for the measures.
+    /// The projection that makes the mixtures of the rollout and of the measures.
     pub projection: Projection,
     /// Multipliers and penalties of the augmented objective.
     pub lagrangian: AugmentedLagrangian,
-    /// The thresholds of the four measures.
+    /// The thresholds of the four measures that the augmented objective bounds.
     pub thresholds: [f64; 4],
-    /// The numbers of the steps whose states the file lists as results, ascending. Empty if it has no results.
+    /// The numbers of the steps whose states the file lists as results, ascending. Empty if the file has no results.
     pub listed_steps: Vec<usize>,
 }
 
@@ -79,7 +78,7 @@ impl Case {
         Self::parse_with(&Registry::default(), file, text)
     }
 
-    /// Like [`parse`](Case::parse), for a case that may name laws and policies of a registry.
+    /// Like [`parse`](Case::parse), for a case whose laws and policy may be items of a registry.
     ///
     /// # Errors
     /// The errors of [`parse`](Case::parse).
@@ -89,8 +88,9 @@ impl Case {
         case.map_err(|error| placed(file, text, error))
     }
 
-    /// The steps whose states are recorded, ascending and each once: the steps in `asked`, or else the steps in the file,
-    /// or else 0, 1, 2, 3 and the last.
+    /// The steps whose states are recorded, ascending and without repetitions. They are the steps in `asked`. If
+    /// `asked` is empty, they are the steps that the file lists; if the file lists none, they are 0, 1, 2, 3 and the
+    /// last step.
     ///
     /// # Errors
     /// [`Error::Usage`] if a step is beyond the end of the rollout.
@@ -112,7 +112,7 @@ impl Case {
     }
 }
 
-/// Checks the shapes of a case in a file.
+/// Checks that the lists of a case file have the right lengths, and that its numbers are possible.
 struct Shapes<'a> {
     file: &'a str,
 }
@@ -168,7 +168,7 @@ impl Shapes<'_> {
         })
     }
 
-    /// Checks the format. A case may omit it.
+    /// Checks the keys `format` and `version`. A case may omit them.
     fn format(&self, raw: &RawCase) -> Result<()> {
         let format = raw.format.as_deref().unwrap_or(FORMAT);
         let version = raw.version.unwrap_or(VERSION);
@@ -180,8 +180,8 @@ impl Shapes<'_> {
         ))
     }
 
-    /// Refuses numbers without a physical meaning, which are outside the ranges of scenes. The numbers of other keys
-    /// are not checked.
+    /// Refuses numbers that have no physical meaning, such as a negative mass: those outside the ranges that scenes
+    /// allow. Only some keys are checked.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
         for (section, key, value) in [
             ("physics", "substeps", scene.substeps as f64),
@@ -189,7 +189,8 @@ impl Shapes<'_> {
             ("physics", "payload_mass", scene.payload_mass),
             ("physics", "stiffening", scene.stiffening),
             ("physics", "bending_radius", scene.bending_radius),
-            // Without a bound, check an allowed number, which always passes.
+            // A case without a bound on speeds has no number to check: 1.0 stands for it, because 1.0 is always
+            // allowed.
             ("physics", "speed_bound", scene.speed_bound.unwrap_or(1.0)),
             ("materials", "penalisation", scene.penalisation as f64),
             ("projection", "hold_materials", scene.hold_materials),
@@ -202,12 +203,12 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// The error `says`, with the name of the case's file before it.
+    /// Returns the error `says`, with the name of the case file before it.
     fn refuse<T>(&self, says: String) -> Result<T> {
         Err(Error::Usage(format!("{}: {says}", self.file)))
     }
 
-    /// The steps whose states are in the results of the case.
+    /// The numbers of the steps whose states are in the results of the case file.
     fn listed_steps(&self, raw: &RawCase) -> Result<Vec<usize>> {
         let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
         let last = raw.steps;
@@ -281,8 +282,8 @@ impl Shapes<'_> {
         })
     }
 
-    /// Checks that there is an edge, that each edge joins two different existing nodes, in either direction, and that no
-    /// two edges join the same nodes.
+    /// Checks the edges. There must be at least one. Each edge must join two different existing nodes, in either order.
+    /// No two edges may join the same nodes.
     fn edges(&self, edges: &[[usize; 2]], nodes: usize) -> Result<()> {
         some(self.file, "`edges`", edges.len())?;
         let mut seen = HashSet::new();
@@ -301,7 +302,7 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// The rows of the list `name`, which must have `N` numbers each.
+    /// Converts the list `name` to rows. Each row must have `N` numbers.
     fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
         let row = |(i, row): (usize, &Vec<T>)| array(self.file, &format!("{name}[{i}]"), row);
         rows.iter().enumerate().map(row).collect()

@@ -10,69 +10,69 @@ use crate::lattice::State;
 use crate::policy::Weights;
 use crate::simulator::Divergence;
 
-/// The results of a case. Gradients are present only if they were requested. The last two entries of the file are
-/// present only in cases with the stability projection.
+/// The results of a case. Gradients are present only if they were requested. The two entries whose names end in
+/// `_performance_constraints` are present only in cases with the stability projection.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseResults {
     /// The mixture of each edge.
     pub z_projected: Vec<[f64; 3]>,
-    /// Mass per node, kg.
+    /// The mass of each node, in kg.
     pub node_mass: Vec<f64>,
-    /// Activation per edge in step 0.
+    /// The activation of each edge in step 0.
     pub u0: Vec<f64>,
-    /// States in the world's frame, by the number of steps done.
+    /// The recorded states in the world's frame. The key of a state is the number of steps done before it.
     pub trajectory: BTreeMap<usize, State<f64>>,
-    /// The loss: minus the final position of the payload along the ground, `-(s . x_0(T))`, m.
+    /// The loss, in metres: minus the final position of the payload along the ground, `-(s . x_0(T))`.
     pub l_disp: f64,
-    /// How far the payload got along the ground, `s . x_0(T) - s . x_0(0)`, m.
+    /// How far the payload got along the ground, in metres: `s . x_0(T) - s . x_0(0)`.
     pub displacement: f64,
-    /// Share of solid material.
+    /// The share of solid material in the mixtures, as a mean over the edges.
     #[serde(rename = "V")]
     pub volume: f64,
-    /// Share of actuators.
+    /// The share of actuators in the mixtures, as a mean over the edges.
     #[serde(rename = "V_act")]
     pub actuator_volume: f64,
-    /// The binarisation measure.
+    /// The binarisation measure of the mixtures.
     pub g_bin: f64,
     /// The overlap measures of the pairs of materials (0,1), (0,2) and (1,2).
     pub g_ortho: [f64; 3],
     /// The derivatives of `l_disp` with respect to all inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_l_disp: Option<Gradient>,
-    /// The augmented objective, with the measures of `z_projected`.
+    /// The augmented objective: `l_disp` plus the terms of the augmented Lagrangian for the mixtures `z_projected`.
     pub augmented: f64,
-    /// The derivative of this augmented objective with respect to `z`.
+    /// The derivative of `augmented` with respect to the design vectors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented: Option<DesignGradient>,
-    /// The augmented objective, with the measures of the performance projection.
+    /// The augmented objective whose terms are computed from the mixtures of the performance projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augmented_performance_constraints: Option<f64>,
-    /// The derivative of this augmented objective with respect to `z`.
+    /// The derivative of `augmented_performance_constraints` with respect to the design vectors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented_performance_constraints: Option<DesignGradient>,
-    /// Where the rollout diverges, if it does. It is not in the file.
+    /// The first state that diverged; `None` if the rollout does not diverge. It is not written to the file.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
 }
 
-/// The derivative of a number with respect to all inputs of a rollout.
+/// The derivative of one number, such as a loss, with respect to all inputs of a rollout.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gradient {
-    /// With respect to the design vectors.
+    /// The derivative with respect to the design vectors.
     pub z: Vec<[f64; 3]>,
-    /// With respect to the controller's weights.
+    /// The derivative with respect to the controller's weights.
     #[serde(flatten)]
     pub weights: Weights,
-    /// With respect to the initial positions, while rest lengths and masses are constant.
+    /// The derivative with respect to the initial positions. Rest lengths and masses count as constants.
     pub x0: Vec<Vector<f64>>,
-    /// With respect to the initial velocities.
+    /// The derivative with respect to the initial velocities.
     pub v0: Vec<Vector<f64>>,
 }
 
-/// The derivative of a number with respect to the design vectors.
+/// The derivative of one number, such as a loss, with respect to the design vectors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignGradient {
-    /// One row per edge.
+    /// The three derivatives of each edge.
     pub z: Vec<[f64; 3]>,
 }
 
@@ -95,7 +95,8 @@ impl CaseResults {
     }
 }
 
-/// Appends the key of every null. Elements of a list have the key of the list.
+/// Appends to `names` the key of every null in `value`, whose own key is `key`. An entry of a list has the key of the
+/// list.
 fn collect_nulls(value: &Value, key: &str, names: &mut Vec<String>) {
     match value {
         Value::Null => names.push(key.to_owned()),

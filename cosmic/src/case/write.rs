@@ -15,7 +15,7 @@ use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::simulator::Divergence;
 
-/// The keys of a case file, which [`Case::parse`] reads back.
+/// The keys of a case file, in the order in which they are written. [`Case::parse`] reads them back.
 #[derive(Serialize)]
 struct File<'a> {
     format: &'static str,
@@ -46,13 +46,13 @@ struct LastStates<'a> {
 }
 
 impl Case {
-    /// The text of a case file with all inputs of this case.
+    /// The text of a case file that holds all inputs of this case, but no results.
     pub fn to_json(&self) -> String {
         json(&self.file())
     }
 
-    /// The text of a case file that reproduces a divergence: this case up to the step that diverges, with the last
-    /// states as results. Numbers that are not finite are `null`.
+    /// The text of a case file that reproduces a divergence: this case, cut after the step that diverges. Its results
+    /// are the last states of the rollout. Numbers that are not finite are written as `null`.
     pub fn diverged_json(&self, divergence: &Divergence) -> String {
         let (step, node) = (divergence.step, divergence.node);
         let note = format!(
@@ -94,7 +94,7 @@ impl Case {
         }
     }
 
-    /// The paper's scene with the settings of the case.
+    /// The paper's scene with the settings of this case in place of its own.
     fn scene(&self) -> Scene {
         Scene {
             lattice: self.layout.clone(),

@@ -1,13 +1,13 @@
-//! The constant part of a robot.
+//! The numbers of a robot that do not change in a rollout.
 
 /// The numbers of a robot that a rollout does not change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<R> {
-    /// Stiffness per edge, N/m.
+    /// The stiffness of each edge, in N/m.
     pub stiffness: Vec<R>,
-    /// Relative change of length per edge at full activation (D8).
+    /// For each edge, the relative change of its rest length at full activation (D8).
     pub strain: Vec<R>,
-    /// Mass per node, kg.
+    /// The mass of each node, in kg.
     pub mass: Vec<R>,
     /// How much each node belongs to the robot, from 0 to 1: its weight in the mean position and in the observation.
     /// Empty if all nodes belong to the robot.

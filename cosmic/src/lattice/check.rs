@@ -1,20 +1,20 @@
-//! Validation of trusses.
+//! Checks trusses and renumbers their nodes.
 
 use std::collections::HashSet;
 
 use super::own::{Payload, Truss};
 use crate::geometry::Bounds;
 
-/// The largest distance of a node from the origin of the ground, m, as for a generated lattice.
+/// The largest distance of a node from the origin of the ground, in metres. Generated lattices have the same limit.
 const FARTHEST: f64 = 1e3;
-/// The shortest edge, m, as for a generated lattice.
+/// The length of the shortest allowed edge, in metres. Generated lattices have the same limit.
 const SHORTEST: f64 = 1e-3;
-/// The largest mass of a payload, kg, as in a scene.
+/// The largest mass of a payload, in kg. Scenes have the same limit.
 const HEAVIEST: f64 = 1e3;
 
 impl Truss {
-    /// The truss with its nodes numbered for the simulator, the first payload as node 0, and each group of
-    /// tied edges in ascending order. Edges keep their numbers.
+    /// Checks the truss and renumbers its nodes for the simulator: the first payload becomes node 0. Sorts each group
+    /// of tied edges. Edges keep their numbers.
     ///
     /// # Errors
     /// A sentence with the wrong value's key in backquotes, if there is one of these errors:
@@ -33,10 +33,11 @@ impl Truss {
         Ok(self)
     }
 
-    /// Renumbers the nodes: the first payload becomes node 0, and the former node 0 gets its number. The other nodes
-    /// may be renumbered to save memory: for every different distance between the numbers of an edge's two nodes, the
-    /// simulator keeps one slot per node. So if numbering the nodes along the longer side of the truss gives fewer
-    /// different distances, they are numbered that way. Renumbering a truss twice changes nothing.
+    /// Renumbers the nodes. The first payload becomes node 0, and the former node 0 gets its number. The other nodes
+    /// may be renumbered to save memory. Each edge has a difference between the numbers of its two nodes, and the
+    /// simulator needs one slot per node for each distinct difference. If numbering the nodes along the longer side of
+    /// the truss gives fewer distinct differences, they are numbered that way. Renumbering a truss twice changes
+    /// nothing.
     fn renumber(&mut self) {
         let nodes = self.nodes.len();
         let first = self.payload[0].node;
@@ -121,7 +122,7 @@ impl Truss {
         }
     }
 
-    /// Checks the payload and the rules only.
+    /// Checks only the payload and the edge rules.
     ///
     /// # Errors
     /// The errors of [`checked`](Self::checked).
@@ -343,7 +344,7 @@ mod tests {
         assert!(none.contains("expected at least one edge"), "{none}");
     }
 
-    /// Crossing, overlapping and dangling edges and separate pieces are valid.
+    /// A truss is valid even if its edges cross, overlap or end freely, or if it consists of separate pieces.
     #[test]
     fn unusual_trusses_are_read() {
         let fine = r#"{"format": "cosmic-truss", "version": 1,
@@ -375,7 +376,7 @@ mod tests {
         assert_eq!(kite.lowest(), 0.0);
     }
 
-    /// A ladder of 20 cells whose nodes are numbered at random is renumbered from end to end.
+    /// A ladder of 20 cells has randomly numbered nodes. They are renumbered from one end of the ladder to the other.
     #[test]
     fn nodes_are_numbered_along_the_truss_where_that_saves_places() {
         let mut shuffled: Vec<usize> = (0..42).collect();
@@ -395,7 +396,8 @@ mod tests {
         };
         let numbered = truss.clone().checked().unwrap();
         assert!(differences(&truss) > 10);
-        // Rungs and rails; node 0 is at an end and stays first.
+        // One difference for the rungs and one for the rails. Node 0 is at an end of the ladder and stays the first
+        // node.
         assert_eq!(differences(&numbered), 2);
         assert_eq!(numbered.nodes[0], truss.nodes[0]);
         let ends = |truss: &Truss| -> Vec<Segment> {
@@ -409,7 +411,7 @@ mod tests {
     }
 
     proptest! {
-        /// Every truss is either refused or renumbered without another change.
+        /// Every truss is either refused or renumbered. Renumbering changes nothing else.
         #[test]
         fn a_truss_is_refused_or_numbered_once(
             nodes in prop::collection::vec([0.0..1.0, 0.0..1.0], 7),

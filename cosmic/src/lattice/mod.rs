@@ -1,4 +1,5 @@
-//! Nodes and edges, the body that a design gives them, and the state, which changes in a rollout.
+//! The parts of a simulated robot: nodes and edges, the body that a design gives them, and the state, which changes in
+//! a rollout.
 
 mod state;
 mod own;

@@ -10,12 +10,12 @@ use crate::geometry::Vector;
 use crate::reading::{from_json, placed, read_at_most};
 use crate::registry::Registry;
 
-/// The format of a truss file.
+/// The value of the key `format` in a truss file.
 const FORMAT: &str = "cosmic-truss";
-/// The version of the format.
+/// The value of the key `version` in a truss file.
 const VERSION: u32 = 1;
 
-/// The largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million.
+/// The size of the largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million bytes.
 const LARGEST: u64 = 1 << 26;
 
 /// A planar truss. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
@@ -23,19 +23,19 @@ const LARGEST: u64 = 1 << 26;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
-    /// The positions of the nodes along and above the ground, from the ground's origin, m (D1).
+    /// The positions of the nodes along and above the ground, in metres from the ground's origin (D1).
     pub nodes: Vec<Vector<f64>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
-    /// Nodes with extra mass, at least one. The first one is the payload in reports and losses.
+    /// The nodes with extra mass. There is at least one. In reports and losses, the payload is the first one.
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
-    /// The number of each node in the original file or program. Empty if no node was renumbered.
+    /// The number that each node had in the original file or program. Empty if no node was renumbered.
     pub given_numbers: Vec<usize>,
 }
 
-/// Compares everything except the original numbers of the nodes.
+/// Compares trusses without the original numbers of their nodes.
 impl PartialEq for Truss {
     fn eq(&self, other: &Self) -> bool {
         (&self.nodes, &self.edges) == (&other.nodes, &other.edges)
@@ -47,15 +47,15 @@ impl PartialEq for Truss {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Payload {
-    /// The node.
+    /// The number of the node.
     pub node: usize,
-    /// The node's extra mass, kg. `None` means `physics.payload_mass` of the scene.
+    /// The extra mass of the node, in kg. `None` means the setting `physics.payload_mass` of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
 }
 
 impl Payload {
-    /// Node 0 with the mass of the scene: the default payload.
+    /// The default payload: node 0 with the mass `physics.payload_mass` of the scene.
     pub fn first_node() -> Vec<Self> {
         vec![Self {
             node: 0,
@@ -64,26 +64,26 @@ impl Payload {
     }
 }
 
-/// Restrictions on the materials of edges. Edges are indices into the list of edges.
+/// Restrictions on the materials of edges. The numbers are indices into the list of edges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeRules {
-    /// Edges that are always solid, of either material.
+    /// Edges that are always solid: either skeleton or actuator.
     pub keep: Vec<usize>,
     /// Edges that are always void.
     pub forbid: Vec<usize>,
-    /// Groups of edges that share one design vector, in ascending order.
+    /// Groups of edges that share one design vector. Each group is in ascending order.
     pub tie: Vec<Vec<usize>>,
 }
 
 impl EdgeRules {
-    /// True if the edge may be solid (for `solid = true`) or void (for `solid = false`).
+    /// True if the rules allow that `edge` is solid (for `solid = true`) or void (for `solid = false`).
     pub fn allow(&self, edge: usize, solid: bool) -> bool {
         let against = if solid { &self.forbid } else { &self.keep };
         !against.contains(&edge)
     }
 
-    /// All edges, in groups that share a design vector. Groups are in the order of their first edges. An edge that is
-    /// not tied forms a group alone.
+    /// All edges in groups. The edges of a group share a design vector. An edge that is not tied forms a group by
+    /// itself. Groups are in the order of their first edges.
     pub fn groups(&self, edges: usize) -> Vec<Vec<usize>> {
         let tie = |edge: usize| self.tie.iter().find(|tie| tie.contains(&edge));
         let group = |edge: usize| match tie(edge) {
@@ -114,7 +114,7 @@ struct RawTruss {
     given_numbers: Vec<usize>,
 }
 
-/// Reads the key `payload`: a node, or a list of nodes with their masses.
+/// Reads the key `payload`: the number of a node, or a list of nodes with their masses.
 fn payload<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<Payload>, D::Error> {
     #[derive(Deserialize)]
     #[serde(
@@ -214,30 +214,30 @@ impl Truss {
         Self::try_from(raw).map_err(|says| placed(file, text, Error::Usage(says)))
     }
 
-    /// The number of a node in the original file or program.
+    /// The number that a node had in the original file or program.
     pub fn given_number(&self, node: usize) -> usize {
         self.given_numbers.get(node).copied().unwrap_or(node)
     }
 
-    /// The height of the lowest node above the ground line, m.
+    /// The height of the lowest node above the ground line, in metres.
     pub fn lowest(&self) -> f64 {
         let heights = self.nodes.iter().map(|x| x.up());
         heights.fold(f64::INFINITY, f64::min)
     }
 
-    /// The file's text.
+    /// The text of the truss file that holds this truss.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string(&RawTruss::from(self.clone()));
         text.expect("plain numbers and string keys serialise") + "\n"
     }
 }
 
-/// The noun for a lattice in registries.
+/// The noun by which registries and messages call a lattice.
 const LATTICE: &str = "lattice";
 
 impl Registry {
-    /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders hold a copy of it, which every
-    /// program can read.
+    /// Adds a lattice. Scenes choose it by `lattice.file = "its_name"`. The folder of a run holds a copy of the
+    /// lattice, so that every program can read the run.
     ///
     /// # Panics
     /// If the name is taken, or if [`Truss::checked`] fails.
@@ -248,7 +248,7 @@ impl Registry {
         self.with(LATTICE, &[], name, Arc::new(truss))
     }
 
-    /// The lattice with this name.
+    /// The lattice that was added with this name; `None` if there is none.
     pub(crate) fn lattice(&self, name: &str) -> Option<Arc<Truss>> {
         self.get::<Arc<Truss>>(LATTICE, name).cloned()
     }

@@ -1,4 +1,4 @@
-//! The state, which changes in a rollout.
+//! The state of a robot: positions and velocities, which change in a rollout.
 
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
@@ -12,9 +12,9 @@ use crate::geometry::{Ground, Vector, columns, from_columns};
     deserialize = "Vector<R, D>: Deserialize<'de>"
 ))]
 pub struct State<R, const D: usize = 2> {
-    /// Positions, one per node.
+    /// The positions, one per node.
     pub x: Vec<Vector<R, D>>,
-    /// Velocities, one per node.
+    /// The velocities, one per node.
     pub v: Vec<Vector<R, D>>,
 }
 
@@ -52,14 +52,14 @@ impl<R, const D: usize> State<R, D> {
 }
 
 impl<R: Copy, const D: usize> State<R, D> {
-    /// The state as flat numbers in the order of a rollout: the components of the positions as columns (see
-    /// [`columns`]), then the components of the velocities.
+    /// The state as a flat list of numbers in the order of a rollout. First come the components of the positions as
+    /// columns (see [`columns`]), then the components of the velocities.
     pub fn to_columns(&self) -> Vec<R> {
         [columns(&self.x), columns(&self.v)].concat()
     }
 
-    /// The state from numbers in the order of [`to_columns`](Self::to_columns). They may belong to all nodes or only to
-    /// the first ones.
+    /// Makes a state from numbers in the order of [`to_columns`](Self::to_columns). The numbers may belong to all nodes
+    /// of a robot or only to its first nodes.
     pub fn from_columns(numbers: &[R]) -> Self {
         let (x, v) = numbers.split_at(numbers.len() / 2);
         Self {

@@ -6,7 +6,7 @@ use super::State;
 use super::own::{EdgeRules, Payload, Truss};
 use crate::geometry::{Bounds, Segment, Vector};
 
-/// Nodes and edges of a robot. Node 0 is the first node that carries payload.
+/// The nodes and edges of a robot. Node 0 always carries payload. Other nodes may carry payload too.
 ///
 /// A lattice is constant: no derivative flows through the rest lengths or the masses computed from them, even if the
 /// initial positions are variables.
@@ -16,21 +16,22 @@ pub struct Lattice<const D: usize = 2> {
     pub positions: Vec<Vector<f64, D>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
-    /// Rest length per edge, in metres.
+    /// The rest length of each edge, in metres.
     pub rest_length: Vec<f64>,
-    /// The positions of the nodes along and above the ground, from the lower left corner of the lattice, in units of
-    /// `spacing`. On a rectangular lattice they are whole numbers: column and row.
+    /// The initial positions of the nodes along and above the ground, measured from the lower left corner of the
+    /// lattice in units of `spacing`. On a rectangular lattice they are whole numbers: column and row.
     pub places: Vec<Vector<f64, D>>,
-    /// The distance between neighbouring nodes, in metres; for a truss, the median length of its edges.
+    /// The distance between neighbouring nodes, in metres. For a truss, it is the median length of the edges.
     pub spacing: f64,
-    /// Nodes with extra mass, node 0 first.
+    /// The nodes with extra mass. Node 0 is the first one.
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
 }
 
 impl Lattice {
-    /// A lattice of nodes at these positions (m) over level ground, whose edges are at rest.
+    /// Makes a lattice over level ground from nodes at these positions (m). The rest length of each edge is the
+    /// distance of its two nodes.
     ///
     /// # Panics
     /// If an edge has a node that does not exist.
@@ -43,7 +44,7 @@ impl Lattice {
         Self::of_truss(&truss, positions)
     }
 
-    /// The lattice of a truss whose nodes have these positions in the world's frame.
+    /// Converts a truss to a lattice. `positions` are the positions of its nodes in the world's frame.
     pub(crate) fn of_truss(truss: &Truss, positions: Vec<Vector<f64>>) -> Self {
         let distance = |&[i, j]: &[usize; 2]| positions[i].distance(positions[j]);
         let rest_length: Vec<f64> = truss.edges.iter().map(distance).collect();
@@ -67,7 +68,7 @@ impl Lattice {
         }
     }
 
-    /// A truss with these nodes and edges. Its positions are the `places` of the nodes.
+    /// Converts this lattice to a truss. The node positions of the truss are the `places` of this lattice.
     pub(crate) fn truss(&self) -> Truss {
         Truss {
             nodes: self.places.clone(),
@@ -85,7 +86,7 @@ impl<const D: usize> Lattice<D> {
         self.positions.len()
     }
 
-    /// The state at the start: all nodes at rest in their initial positions.
+    /// The initial state: all nodes are at rest in their initial positions.
     pub fn state_at_rest(&self) -> State<f64, D> {
         State {
             x: self.positions.clone(),
@@ -93,19 +94,19 @@ impl<const D: usize> Lattice<D> {
         }
     }
 
-    /// How far the nodes reach along and above the ground, in units of `spacing`.
+    /// The size of the lattice along the ground and above it, in units of `spacing`.
     pub fn extent(&self) -> Vector<f64, D> {
         Bounds::of(self.places.iter().copied())
             .high
             .map(|most| most.max(0.0))
     }
 
-    /// The width plus half a spacing on either side, in metres.
+    /// The width of the lattice plus half a spacing on either side, in metres.
     pub fn width(&self) -> f64 {
         (self.extent().forward() + 1.0) * self.spacing
     }
 
-    /// The larger of width and height, plus half a spacing on either side, in metres.
+    /// The width or the height of the lattice, whichever is larger, plus half a spacing on either side, in metres.
     pub fn side(&self) -> f64 {
         (self.extent().largest() + 1.0) * self.spacing
     }
@@ -126,20 +127,21 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
-/// Added to the square of the length of an edge, m^2, so that the length is smooth where its nodes coincide (D4).
+/// A number that is added to the square of an edge's length, in m^2. It keeps the length smooth where the two nodes of
+/// the edge coincide (D4).
 pub const SOFTENING: f64 = 1e-12;
 
-/// An edge in motion.
+/// The position and the velocity of an edge's second node relative to its first node.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeVector<R, const D: usize = 2> {
-    /// The vector from the edge's first node to its second, m.
+    /// The vector from the edge's first node to its second node, in metres.
     pub d: Vector<R, D>,
-    /// The velocity of the second node minus that of the first, m/s.
+    /// The velocity of the second node minus the velocity of the first node, in m/s.
     pub dv: Vector<R, D>,
 }
 
 impl<R: Real, const D: usize> EdgeVector<R, D> {
-    /// The edge from node `i` to node `j` in a state.
+    /// The edge vector of the edge from node `i` to node `j` in a state.
     pub fn of(state: &State<R, D>, [i, j]: [usize; 2]) -> Self {
         Self {
             d: state.x[j] - state.x[i],
@@ -147,13 +149,13 @@ impl<R: Real, const D: usize> EdgeVector<R, D> {
         }
     }
 
-    /// The softened length, m, that forces use (D4).
+    /// The length that the force laws use, in metres. It is softened: never zero (D4).
     #[inline(always)]
     pub fn length(&self) -> R {
         self.d.softened_norm(SOFTENING)
     }
 
-    /// The rate at which the length of the edge grows, m/s.
+    /// The rate at which the edge grows, in m/s. `length` is its length.
     #[inline(always)]
     pub fn rate(&self, length: R) -> R {
         self.d.dot(self.dv) / length

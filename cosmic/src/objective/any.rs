@@ -1,8 +1,8 @@
-//! Losses behind a pointer, and the losses that scenes choose by name.
+//! Losses that are called through a pointer, and the choice of a loss by its name in a scene.
 //!
-//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. With a pointer, the user's
-//! crate compiles only the loss for these types, and this crate compiles the simulator. So the simulator is not
-//! compiled again for every loss, and it is optimised even if the user's crate is not.
+//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. If the loss is behind a
+//! pointer, the user's crate compiles only the loss for these types, and this crate compiles the simulator. So the
+//! simulator is not compiled again for every loss, and it is optimised even if the user's crate is not.
 
 use std::sync::Arc;
 
@@ -13,9 +13,9 @@ use crate::registry::Registry;
 use crate::scene::{Chosen, Scene};
 use crate::simulator::Trajectory;
 
-/// The loss of trajectories of one number type.
+/// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be called through a pointer.
 pub trait LossOf<R> {
-    /// The loss of a trajectory.
+    /// Computes the loss of a trajectory.
     fn loss_of(&self, trajectory: &Trajectory<R>) -> R;
 }
 
@@ -25,7 +25,7 @@ impl<L: Loss, R: Real> LossOf<R> for L {
     }
 }
 
-/// Any [`Loss`], in all five number types.
+/// A [`Loss`] that can be called through a pointer, with each of the five number types that this crate uses.
 pub trait AnyLoss:
     Loss + LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + LossOf<Dual<f64, 1>>
 {
@@ -34,7 +34,7 @@ pub trait AnyLoss:
 impl<L: Loss> AnyLoss for L {}
 
 impl Registry {
-    /// Adds a loss, which scenes choose by `objective.own_loss = "its_name"`.
+    /// Adds a loss. Scenes choose it by `objective.own_loss = "its_name"`.
     ///
     /// # Panics
     /// If the name is taken.
@@ -45,7 +45,7 @@ impl Registry {
     }
 }
 
-/// The loss of a scene: the loss that it names, or else the loss of its task.
+/// The loss that a scene names, or else the loss of the scene's task.
 pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
     let own = scene.objective.own_loss.item::<Arc<dyn AnyLoss>>();
     own.cloned().unwrap_or_else(|| {

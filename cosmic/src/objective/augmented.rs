@@ -1,21 +1,22 @@
-//! The augmented Lagrangian of the binarisation measures.
+//! The augmented Lagrangian, which keeps the binarisation measures below their thresholds.
 
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
 use super::Measures;
 
-/// The amount by which each measure exceeds its threshold; zero, with derivative zero, if it does not.
+/// The amount by which each measure exceeds its threshold. The amount is zero, with derivative zero, for a measure that
+/// does not exceed its threshold.
 pub fn violations<R: Real>(measures: [R; 4], thresholds: &[f64; 4]) -> [R; 4] {
     [0, 1, 2, 3].map(|k| (measures[k] - R::lit(thresholds[k])).max(R::zero()))
 }
 
-/// The largest penalty. With a larger one, terms would overflow.
+/// The largest value that a penalty can reach. Larger penalties would make the terms of the objective overflow.
 const LARGEST: f64 = 1e100;
-/// The smallest penalty. A penalty of zero could never grow again.
+/// The smallest value that a penalty can reach. A penalty of zero could never grow again.
 const LEAST: f64 = 1e-100;
 
-/// Multipliers and penalties of the four measures, in the order of
+/// The multiplier and the penalty of each of the four measures, in the order of
 /// [`Measures::constrained`](super::Measures::constrained).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -27,7 +28,7 @@ pub struct AugmentedLagrangian {
 }
 
 impl AugmentedLagrangian {
-    /// The start: all multipliers are zero, and all penalties are `penalty`.
+    /// The multipliers and penalties at the start of a run: all multipliers are zero, and all penalties are `penalty`.
     pub fn new(penalty: f64) -> Self {
         Self {
             multiplier: [0.0; 4],
@@ -35,7 +36,7 @@ impl AugmentedLagrangian {
         }
     }
 
-    /// The augmented objective, `loss + sum_k (-lambda_k v_k + tau_k v_k^2 / 2)`.
+    /// The augmented objective, `loss + sum_k (-lambda_k v_k + tau_k v_k^2 / 2)`. `v_k` are the `violations`.
     pub fn objective<R: Real>(&self, loss: R, violations: [R; 4]) -> R {
         (0..4).fold(loss, |objective, k| {
             let v = violations[k];
@@ -44,13 +45,14 @@ impl AugmentedLagrangian {
         })
     }
 
-    /// The terms that the augmented objective adds to the loss, for measures with these thresholds.
+    /// The sum of the terms that the augmented objective adds to the loss, for these measures and their thresholds.
     pub fn terms<R: Real>(&self, measures: &Measures<R>, thresholds: &[f64; 4]) -> R {
         self.objective(R::zero(), violations(measures.constrained(), thresholds))
     }
 
-    /// Moves the multipliers by the violations of this iteration times the current penalties. Then each penalty is
-    /// multiplied by `growth` if its violation grew since the previous iteration, and divided by `growth` if it fell.
+    /// Updates the multipliers and penalties after an iteration. From each multiplier, its violation times its penalty
+    /// is subtracted. Then each penalty is multiplied by `growth` if its violation grew since the previous iteration,
+    /// and divided by `growth` if it fell.
     pub fn update(&mut self, violations: &[f64; 4], previous: &[f64; 4], growth: f64) {
         for k in 0..4 {
             self.multiplier[k] -= self.penalty[k] * violations[k];

@@ -1,4 +1,4 @@
-//! The displacement of the payload along the ground.
+//! The loss for robots that should get far: the displacement of the payload along the ground.
 
 use autodiff::Real;
 
@@ -7,18 +7,18 @@ use crate::geometry::Ground;
 use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
-/// Minus the position of the payload along the ground, `-(s . x_0)`: at the end, as in the paper, or averaged over the
-/// last part of the rollout.
+/// The loss that rewards distance: minus the position of the payload along the ground, `-(s . x_0)`. The position is
+/// taken at the end, as in the paper, or averaged over the last part of the rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
-    /// The ground.
+    /// The ground along which the position is measured.
     pub ground: Ground,
-    /// Which states the loss reads.
+    /// The settings that choose the states that the loss reads.
     pub settings: LossSettings,
 }
 
 impl Displacement {
-    /// The paper's objective: the position after the last step.
+    /// The paper's loss: minus the position after the last step.
     pub fn at_end(ground: Ground) -> Self {
         let settings = LossSettings {
             kind: LossKind::Final,
@@ -76,7 +76,8 @@ mod tests {
         }
     }
 
-    /// A rollout shorter than the window is averaged as a whole.
+    /// The mean covers the last steps of a rollout. If a rollout is shorter than the window, the mean covers the whole
+    /// rollout.
     #[test]
     fn the_mean_looks_back_from_the_last_state() {
         let observed = |kind, steps| displacement(kind).observed(steps);
@@ -98,7 +99,7 @@ mod tests {
             steps: vec![0, 8, 24, 40],
             states: [9.0, 1.0, 2.0, 6.0].map(state).to_vec(),
         };
-        // Rotating numbers below 10 has a rounding error of 1e-15.
+        // Rotating vectors with entries below 10 has rounding errors of 1e-15.
         let last = displacement(LossKind::Final).loss(&trajectory);
         assert!((last + 6.0).abs() < 1e-14);
         let mean = displacement(LossKind::Mean).loss(&trajectory);

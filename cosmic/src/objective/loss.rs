@@ -1,4 +1,4 @@
-//! The trait of losses.
+//! The trait that every loss implements.
 
 use autodiff::Real;
 
@@ -6,28 +6,28 @@ use crate::simulator::Trajectory;
 
 /// A number to minimise, computed from states of a rollout.
 ///
-/// A loss is written once over [`Real`], and the engine differentiates it. There is no adjoint to write.
-/// [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss) designs robots for it, on several threads at once.
-/// `cosmic_lab::verify::check_gradients_of` checks that the gradient is the derivative of the values. A `floor` or a
-/// branch on a value can make the gradient wrong.
+/// A loss is written once, for any number type [`Real`]. Its gradient is computed by automatic differentiation, so no
+/// adjoint has to be written. [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss) designs robots that
+/// minimise the loss, on several threads at once. `cosmic_lab::verify::check_gradients_of` checks that the gradient is
+/// the derivative of the values. A `floor` or a branch on a value can make the gradient wrong.
 pub trait Loss: Send + Sync {
-    /// The states that the loss reads in a rollout of `steps` steps, each as the number of steps done when the state is
-    /// reached. The numbers must ascend and end with `steps`.
+    /// The states that the loss reads in a rollout of `steps` steps. A state is given by its number of steps: the steps
+    /// that were done when it is reached. The numbers must ascend, and the last one must be `steps`.
     fn observed(&self, steps: usize) -> Vec<usize>;
 
-    /// The number of nodes that the loss reads, counted from the first one, which carries the payload. When a gradient
-    /// is computed, states hold only these nodes. By default the loss reads all nodes.
+    /// The number of nodes that the loss reads: it reads the first ones, of which node 0 carries the payload. When a
+    /// gradient is computed, states hold only these nodes. By default the loss reads all nodes.
     fn nodes(&self) -> usize {
         usize::MAX
     }
 
-    /// Whether robots are ranked by how far they get along the ground, as in the paper. By default they are ranked by
-    /// minus this loss of a full rollout.
+    /// True if robots are ranked by how far they get along the ground, as in the paper. By default it is false, and a
+    /// robot is ranked by this loss of its full rollout: the smaller, the better.
     fn is_far(&self) -> bool {
         false
     }
 
-    /// The loss of a trajectory, which holds at least the observed states and nodes.
+    /// Computes the loss of a trajectory. The trajectory holds at least the states and nodes that the loss reads.
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R
     where
         Self: Sized;

@@ -1,19 +1,19 @@
-//! The measures of mixtures: how much material they have, and how far they are from one material per edge.
+//! The measures of mixtures: how much material they have, and how far they are from a single material per edge.
 
 use autodiff::Real;
 
 use crate::design::{Material, Mixture};
 
-/// The measures of mixtures. Each is a mean over the edges.
+/// Measures of the mixtures of a robot. Each measure is a mean over the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures<R> {
-    /// Share of solid material, `V`.
+    /// `V`: the share of solid material.
     pub volume: R,
-    /// Share of actuators, `V_act`.
+    /// `V_act`: the share of actuators.
     pub actuator_volume: R,
-    /// `g_bin`: one minus the norm of the mixtures.
+    /// `g_bin`: one minus the norm of the mixture. It is 0 for an edge of a single material.
     pub binarisation: R,
-    /// `g_kl`: the overlap of materials (0,1), (0,2) and (1,2), each pair once (D6).
+    /// `g_kl`: the overlap of each pair of materials (0,1), (0,2) and (1,2) in the mixture (D6).
     pub overlap: [R; 3],
 }
 
@@ -25,7 +25,7 @@ impl<R: Real> Measures<R> {
     }
 }
 
-/// Computes the measures of mixtures. `delta` keeps the overlap of two vanishing shares finite.
+/// Computes the measures of mixtures. `delta` keeps the overlap finite if both of its shares vanish.
 pub fn measures<R: Real>(mixtures: &[Mixture<R>], delta: f64) -> Measures<R> {
     let mean = |measure: &dyn Fn(&Mixture<R>) -> R| {
         let terms: Vec<R> = mixtures.iter().map(measure).collect();
@@ -44,7 +44,7 @@ fn shortfall<R: Real>(m: &Mixture<R>) -> R {
     R::one() - R::dot(&m.0, &m.0).sqrt()
 }
 
-/// The product of two shares divided by their mean.
+/// The product of two shares, divided by the sum of their mean and `delta`.
 fn overlap<R: Real>(a: R, b: R, delta: f64) -> R {
     a * b / (R::lit(0.5) * (a + b) + R::lit(delta))
 }

@@ -1,4 +1,4 @@
-//! The loss of a trajectory, the measures of mixtures, and the objective made of both.
+//! The loss of a trajectory, the measures of mixtures, and the augmented objective, which is made of both.
 
 mod loss;
 mod displacement;

@@ -1,7 +1,7 @@
 //! The losses of the tasks that a scene can choose. Each takes a few lines.
 //!
-//! They are examples for users who write a loss. A loss reads only states, so energy is derived from states: the energy
-//! that a robot spends is the energy that its damping removes.
+//! They are also examples for users who write a loss. A loss reads only states, so the energy that a robot spends is
+//! computed from its states: it is taken to be the energy that the damping removes.
 
 use autodiff::Real;
 
@@ -11,21 +11,21 @@ use crate::lattice::State;
 use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
 use crate::simulator::Trajectory;
 
-/// The loss of the task of a scene.
+/// The loss of the task that a scene chooses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Objective {
-    /// The task and its numbers.
+    /// The settings of the task.
     pub settings: ObjectiveSettings,
-    /// The displacement loss, with the ground and the choice of the states that the loss reads.
+    /// The loss of the task "far". It also has the ground and the settings that choose the states of the other losses.
     pub far: Displacement,
-    /// Damping rate, 1/s.
+    /// The damping rate, in 1/s.
     pub damping: f64,
-    /// Length of a step, s.
+    /// The length of a step, in seconds.
     pub dt: f64,
 }
 
 impl Objective {
-    /// The objective for these sections of a scene.
+    /// Makes the loss from these sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,
@@ -42,8 +42,9 @@ impl Objective {
         }
     }
 
-    /// The squared distance along the ground from the payload to the target, plus the square of the distance that the
-    /// payload would cover in the time `settle`, m^2. A payload that is near but fast has a large loss.
+    /// How far the robot is from the goal of the task "reach", m^2. It is the squared distance along the ground from
+    /// the payload to the target, plus the square of the distance that the payload would cover in the time `settle`. So
+    /// a payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, state: &State<R>) -> R {
         let along = self.far.ground.point_to_ground(state.x[0]).forward();
         let way = state.v[0] * R::lit(self.settings.settle);
@@ -51,10 +52,11 @@ impl Objective {
         off * off + way.dot(way)
     }
 
-    /// The energy that damping removes over the observed states, J/kg.
+    /// The energy that damping removes from the start to the last observed state, J/kg.
     ///
-    /// On level ground only the actuators add energy to a robot in the long run. The contacts and the damping remove
-    /// it, the damping at a rate of `damping |v|^2` per mass. States have no masses, so the mean is over the nodes.
+    /// On level ground only the actuators add energy to a robot in the long run; contacts and damping remove it. Per
+    /// mass, damping removes energy at a rate of `damping |v|^2`. States hold no masses, so `|v|^2` is averaged over
+    /// the nodes with equal weights.
     fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let square = |v: &Vector<R>| R::dot(v.as_slice(), v.as_slice());
         let at = |step: usize| {
@@ -62,14 +64,15 @@ impl Objective {
             R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64)
         };
         let observed = self.observed(trajectory.last_step());
-        // Each state counts for the steps since the state before it, the first one for the steps since the start.
+        // The weight of a state is the number of steps since the observed state before it. For the first state, it is
+        // the number of steps since the start.
         let since = |k: usize| observed[k] - k.checked_sub(1).map_or(0, |before| observed[before]);
         let weighed = |k: usize| at(observed[k]) * R::lit(since(k) as f64);
         let weighed: Vec<R> = (0..observed.len()).map(weighed).collect();
         R::sum_of(&weighed) * R::lit(self.damping * self.dt)
     }
 
-    /// The mean of a function over the observed states.
+    /// The mean of the values of `of` in the states that the loss reads.
     fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
         let observed = self.observed(trajectory.last_step());
         let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();
@@ -80,7 +83,7 @@ impl Objective {
 impl Loss for Objective {
     fn observed(&self, steps: usize) -> Vec<usize> {
         match self.settings.task {
-            // Energy is spent over the whole rollout.
+            // Energy is spent over the whole rollout, so states of the whole rollout are observed.
             TaskKind::Economy => {
                 let every = self.far.settings.every;
                 (steps % every..=steps).step_by(every).collect()
@@ -141,7 +144,7 @@ mod tests {
         Objective::new(&scene.objective, &scene.loss, &scene.physics)
     }
 
-    /// A moving payload and a node at rest, at the start and after 1, 2 and 3 steps.
+    /// The states of a moving payload and a node at rest: at the start and after 1, 2 and 3 steps.
     fn walk() -> Trajectory<f64> {
         let state = |(x, v): (f64, f64)| State {
             x: vec![Vector::new([x, 0.25 * x]), Vector::zero()],
@@ -161,9 +164,10 @@ mod tests {
         assert_eq!(loss(TaskKind::Far), -3.0);
         assert_eq!(loss(TaskKind::Back), 3.0);
         assert_eq!(loss(TaskKind::Climb), -0.75);
-        // First 3 m beyond the target and moving 1 m in the time `settle`, then 1 m beyond it and at rest.
+        // In the first state the payload is 3 m beyond the target and moves 1 m in the time `settle`. In the second it
+        // is 1 m beyond the target and at rest.
         assert_eq!(loss(TaskKind::Reach), 0.5 * (9.0 + 1.0 + 1.0));
-        // Energy: (16 + 4) / 2 nodes * 2 / s * 0.5 s = 10 J/kg, each at the price of 0.25 m.
+        // The energy is (16 + 4) / 2 nodes * 2 / s * 0.5 s = 10 J/kg. Each J/kg has the price of 0.25 m.
         assert_eq!(loss(TaskKind::Economy), -3.0 + 2.5);
     }
 
@@ -185,18 +189,19 @@ mod tests {
         let observed = objective(TaskKind::Economy).observed(3);
         assert_eq!(observed, [0, 1, 2, 3]);
         assert_eq!(objective(TaskKind::Reach).observed(3), [2, 3]);
-        // With `every` = 2 the states after steps 1 and 3 count for one and two steps; with 16 the state after step 3
-        // counts for all three.
+        // With `every` = 2, the state after step 1 counts for one step and the state after step 3 for two steps. With
+        // `every` = 16, the state after step 3 counts for all three steps.
         let energy = |every, walk: &Trajectory<f64>| {
             let mut economy = objective(TaskKind::Economy);
             economy.far.settings.every = every;
             economy.energy(walk)
         };
-        // 16 / 2 nodes * 2 / s * 0.5 s, and at rest after three steps.
+        // With `every` = 2 the energy is 16 / 2 nodes * 2 / s * 0.5 s. With 16 it is zero, because the robot is at rest
+        // after three steps.
         assert_eq!([2, 16].map(|every| energy(every, &walk())), [8.0, 0.0]);
         let mut fast = walk();
         fast.states[3].v[0] = Vector::new([2.0, 0.0]);
-        // 4 / 2 nodes * 2 / s * 3 steps of 0.5 s.
+        // The energy is 4 / 2 nodes * 2 / s * 3 steps of 0.5 s.
         assert_eq!(energy(16, &fast), 6.0);
     }
 }

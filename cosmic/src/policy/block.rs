@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The shape of a block.
+/// The shape of a block: a vector or a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// A list of numbers of this length.
+    /// A vector with this number of entries.
     Vector(usize),
     /// A matrix whose rows are stored one after the other.
     Matrix {
@@ -19,7 +19,8 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The number of entries, or the largest `usize` if there would be more: a file may state absurd sizes.
+    /// The number of entries in a block of this shape. A file may state absurd sizes: if their product exceeds the
+    /// largest `usize`, the result is the largest `usize`.
     pub fn len(self) -> usize {
         match self {
             Self::Vector(len) => len,
@@ -32,7 +33,7 @@ impl Shape {
         self.len() == 0
     }
 
-    /// The lengths of the axes, as in NumPy.
+    /// The lengths of the axes, like the `shape` of an array in NumPy.
     pub fn axes(self) -> Vec<usize> {
         match self {
             Self::Vector(len) => vec![len],
@@ -41,32 +42,32 @@ impl Shape {
     }
 }
 
-/// The role of a block, which decides its initial numbers.
+/// The role of a block. It decides which initial numbers the block gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
-    /// Weights; those of a layer have one row per unit. They start with random numbers between plus and minus `gain
-    /// sqrt(6 / (rows + columns))`.
+    /// Weights. They start with random numbers between plus and minus `gain sqrt(6 / (rows + columns))`. The weights of
+    /// a layer have one row per unit.
     Weights {
-        /// The factor on the range of the random numbers.
+        /// The factor by which the range of the random numbers is multiplied.
         gain: f64,
     },
-    /// Numbers that start at zero, such as biases.
+    /// Biases, or other numbers that start at zero.
     Biases,
 }
 
-/// A block of a policy's parameters.
+/// Describes a block: a part of a policy's parameters that has a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Its key in files.
+    /// The key of the block in files.
     pub name: &'static str,
-    /// Its shape.
+    /// The shape of the block.
     pub shape: Shape,
-    /// Its role.
+    /// The role of the block.
     pub role: Role,
 }
 
 impl Block {
-    /// The weights of a layer: one row of `columns` numbers for each unit.
+    /// A block with the weights of a layer: one row of `columns` numbers for each unit.
     pub fn weights(name: &'static str, rows: usize, columns: usize, gain: f64) -> Self {
         Self {
             name,
@@ -75,7 +76,7 @@ impl Block {
         }
     }
 
-    /// A vector that starts with random numbers between plus and minus `gain sqrt(6 / len)`.
+    /// A block with one vector, which starts with random numbers between plus and minus `gain sqrt(6 / len)`.
     pub fn drawn(name: &'static str, len: usize, gain: f64) -> Self {
         Self {
             name,
@@ -84,7 +85,7 @@ impl Block {
         }
     }
 
-    /// A vector that starts at zero.
+    /// A block with one vector, which starts at zero.
     pub fn biases(name: &'static str, len: usize) -> Self {
         Self {
             name,
@@ -94,7 +95,7 @@ impl Block {
     }
 }
 
-/// The name and the shape of a block.
+/// A part of the flat vector of parameters: the name and the shape of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {
     pub(super) name: Cow<'static, str>,
@@ -109,7 +110,7 @@ pub struct Controller<R> {
 }
 
 impl<R> Controller<R> {
-    /// The controller with these numbers in these blocks.
+    /// Makes a controller with these blocks. `numbers` holds the entries of all blocks, one block after the other.
     ///
     /// # Panics
     /// If the number of entries of all blocks is not the length of `numbers`.
@@ -127,12 +128,12 @@ impl<R> Controller<R> {
         Self { layout, numbers }
     }
 
-    /// The number of parameters.
+    /// The number of parameters in all blocks.
     pub fn weights(&self) -> usize {
         self.numbers.len()
     }
 
-    /// All numbers, block by block.
+    /// All parameters as one list, one block after the other.
     pub fn numbers(&self) -> &[R] {
         &self.numbers
     }
@@ -142,7 +143,7 @@ impl<R> Controller<R> {
         &mut self.numbers
     }
 
-    /// The name, the shape and the range of every block.
+    /// The name and the shape of every block, and its range within the flat vector.
     pub fn blocks(&self) -> impl Iterator<Item = (&str, Shape, Range<usize>)> {
         let mut end = 0;
         self.layout.iter().map(move |part| {
@@ -157,7 +158,7 @@ impl<R> Controller<R> {
         range
     }
 
-    /// The numbers of a block.
+    /// The numbers of the block with this name.
     ///
     /// # Panics
     /// If there is no block of this name.

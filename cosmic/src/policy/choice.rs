@@ -12,7 +12,7 @@ use crate::registry::Registry;
 use crate::scene::{Chosen, ControllerSettings};
 
 impl Registry {
-    /// Adds a policy, which scenes choose by `controller.policy = "its_name"`.
+    /// Adds a policy. Scenes choose it by `controller.policy = "its_name"`.
     ///
     /// # Panics
     /// If the name is taken.
@@ -32,7 +32,7 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     }
 }
 
-/// The blocks of the policy that a scene chooses, for a lattice with these numbers of nodes and edges.
+/// The blocks that the chosen policy declares for a robot with these numbers of nodes and edges.
 pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> Vec<Block> {
     of_settings(settings).parameters(&Sizes {
         nodes,
@@ -42,9 +42,9 @@ pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> V
 }
 
 impl Controller<f64> {
-    /// The initial parameters of a policy, drawn by the [role](Role) of each block. Random weights follow X. Glorot and
-    /// Y. Bengio, "Understanding the difficulty of training deep feedforward neural networks", AISTATS 2010, equation
-    /// 16, times the block's gain.
+    /// Draws the initial parameters of the policy that a scene chooses. The [role](Role) of each block decides how its
+    /// numbers are drawn. Random weights follow X. Glorot and Y. Bengio, "Understanding the difficulty of training deep
+    /// feedforward neural networks", AISTATS 2010, equation 16. They are multiplied by the gain of the block.
     pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {
         let blocks = blocks_of(settings, lattice.nodes(), lattice.edges.len());
         let mut stream = random::stream(seed, Purpose::Weights);

@@ -1,4 +1,4 @@
-//! The open-loop clock: a network that observes the clocks and the goal, but not the robot.
+//! The open-loop policy: a network that observes the clocks and the goal, but not the robot.
 
 use autodiff::Array;
 
@@ -8,7 +8,8 @@ use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
 use super::step::PolicyStep;
 
-/// The network of [`Mlp`](super::Mlp) without the robot in its observation. Its activations depend only on the time.
+/// The network of [`Mlp`](super::Mlp) in open loop: its observation does not include the robot. Its activations depend
+/// only on the time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Clock;
 

@@ -1,4 +1,5 @@
-//! Folds the observation into the first layer, so that a rollout applies the layer to the raw state.
+//! Folds the observation into the first layer of a policy: its weights are converted once, so that a rollout can apply
+//! the layer directly to the state.
 
 use autodiff::Real;
 
@@ -6,43 +7,45 @@ use super::sensing::{Sight, phases};
 use crate::geometry::{Ground, Vector};
 use crate::scene::{ControllerSettings, Senses};
 
-/// How a folded layer handles the mean position and the presence of the nodes.
+/// How the first layer gets the mean position of the nodes, and the presence of each node.
 #[derive(Clone, Copy, Debug)]
 pub enum Mean<'a, R> {
-    /// All nodes are present. Offsets from the mean are folded into the weights.
+    /// All nodes are present. The subtraction of the mean position is folded into the weights.
     OfAll,
-    /// Nodes are weighted by these presences, which are folded into the weights too.
+    /// Each node is weighted by its presence in this list. The presences are folded into the weights too.
     Folded(&'a [R]),
-    /// The step itself weights the nodes by their presence. The layer reads the weighted nodes and their mean.
+    /// The presences are an input of the step. The step weights the nodes and computes their mean; the layer reads the
+    /// results.
     InStep,
 }
 
-/// Converts the weights of a layer on an [observation](super::observation()) to weights on the raw state in the
-/// ground's frame.
+/// Converts the weights of a layer that reads an [observation](super::observation()) to the weights of a folded layer.
+/// The folded layer computes the same from the state in the ground's frame.
 ///
 /// This is possible because an observation is a linear function of the state and of one sine and one cosine: the
 /// scales, the goal and the rotation of an incline are constant, and all clocks have one frequency. The folded layer
 /// has these columns: x of all nodes, y of all nodes, x velocity of all nodes, y velocity of all nodes, `sin(omega t)`,
-/// `cos(omega t)`. A goal that does not move is folded into the biases. With [`Mean::InStep`] the columns for positions
-/// read weighted offsets from the weighted mean, and the columns for velocities read weighted velocities. If the goal
-/// is relative to the mean, two more columns read the mean.
+/// `cos(omega t)`. A goal that does not move with the robot is folded into the biases. With [`Mean::InStep`] the
+/// columns for positions read the weighted offsets of the nodes from their weighted mean, and the columns for
+/// velocities read the weighted velocities. If the goal is relative to the mean position, there are two more columns,
+/// which read the mean position.
 #[derive(Clone, Debug)]
 pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,
     ground: &'a Ground,
     nodes: usize,
     sight: Sight,
-    /// Whether there are columns for positions and for velocities.
+    /// Whether the folded layer has columns for positions, and whether it has columns for velocities.
     senses: Senses,
     mean: Mean<'a, R>,
-    /// The coefficient of `cos(omega t)` in each clock.
+    /// For each clock, the sine of its phase: the coefficient of `cos(omega t)` in `sin(omega t + phase)`.
     sines: Vec<R>,
-    /// The coefficient of `sin(omega t)` in each clock.
+    /// For each clock, the cosine of its phase: the coefficient of `sin(omega t)` in `sin(omega t + phase)`.
     cosines: Vec<R>,
 }
 
 impl<'a, R: Real> Fold<'a, R> {
-    /// A fold with columns for everything that `sight` observes.
+    /// A fold whose layer has a column for everything that `sight` observes.
     ///
     /// # Panics
     /// If there is not one presence per node.
@@ -75,7 +78,8 @@ impl<'a, R: Real> Fold<'a, R> {
         }
     }
 
-    /// This fold without the columns for positions or velocities, if the policy does not observe them.
+    /// This fold without columns whose weights are always zero: the columns for positions or velocities that the policy
+    /// does not observe.
     #[must_use]
     pub(crate) fn without_constants(self) -> Self {
         Self {
@@ -84,7 +88,7 @@ impl<'a, R: Real> Fold<'a, R> {
         }
     }
 
-    /// The folded weights, row by row.
+    /// The weights of the folded layer, row by row. `weights` are the weights of the layer that reads an observation.
     ///
     /// # Panics
     /// If the length of `weights` is not a multiple of the length of the observation.
@@ -97,7 +101,7 @@ impl<'a, R: Real> Fold<'a, R> {
         folded
     }
 
-    /// The biases of the folded layer.
+    /// The biases of the folded layer. `weights` and `biases` belong to the layer that reads an observation.
     ///
     /// # Panics
     /// The panics of [`weights`](Self::weights).
@@ -108,7 +112,7 @@ impl<'a, R: Real> Fold<'a, R> {
             .collect()
     }
 
-    /// The length of an observation.
+    /// The length of an observation. Checks that it divides the number of weights.
     fn inputs(&self, weights: &[R]) -> usize {
         let inputs = self.sight.length(self.settings, self.nodes);
         assert!(
@@ -118,14 +122,14 @@ impl<'a, R: Real> Fold<'a, R> {
         inputs
     }
 
-    /// The two weights of a row on the goal, times the scale of the goal.
+    /// The two weights with which a row multiplies the goal, times the scale of the goal.
     fn on_goal(&self, row: &[R]) -> Vector<R> {
         let scale = R::lit(self.settings.goal_scale);
         let goal = &row[self.settings.clocks..];
         Vector::new([goal[0], goal[1]]) * scale
     }
 
-    /// Folds one row: appends its weights on the raw state.
+    /// Folds one row of weights and appends the folded row to `weights`.
     fn row(&self, row: &[R], weights: &mut Vec<R>) {
         let goal = self.on_goal(row);
         let (clocks, row) = row.split_at(self.settings.clocks);
@@ -150,8 +154,9 @@ impl<'a, R: Real> Fold<'a, R> {
         }
     }
 
-    /// Converts weights on world vectors `x0, y0, x1, ...` to weights on their components along the ground and normal to
-    /// it: the transposed rotation, times a scale.
+    /// Rotates a row of weights. The given weights belong to vectors in the world's frame, `x0, y0, x1, ...`. The
+    /// results belong to the components of the same vectors along the ground and normal to it, and are multiplied by
+    /// `scale`.
     fn turned(&self, row: &[R], scale: f64) -> Vector<Vec<R>> {
         let pairs = row.as_chunks::<2>().0.iter();
         if self.ground.is_flat() {
@@ -165,7 +170,7 @@ impl<'a, R: Real> Fold<'a, R> {
         })
     }
 
-    /// The weights on the nodes, times the presence of each node if the presence is folded.
+    /// Multiplies the weight of each node by the presence of the node, if the presences are folded.
     fn present(&self, mut column: Vec<R>) -> Vec<R> {
         if let Mean::Folded(presence) = self.mean {
             for (weight, &presence) in column.iter_mut().zip(presence) {
@@ -175,7 +180,8 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// Converts weights on offsets from the mean, and on the mean for a relative goal, to weights on the positions.
+    /// Converts the weights of a column of offsets from the mean position to weights of positions. `goal` is the weight
+    /// of a goal that is relative to the mean position.
     fn centred(&self, column: Vec<R>, goal: Option<R>) -> Vec<R> {
         let mut column = self.present(column);
         let mut on_mean = R::sum_of(&column);
@@ -198,8 +204,8 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// The part of the goal that does not move with the robot. A relative goal is shifted, because positions are
-    /// measured from a point of the ground but the goal is measured from the world's origin.
+    /// The part of the goal that does not move with the robot. For a relative goal it corrects a difference of origins:
+    /// positions are measured from a point of the ground, but the goal is measured from the world's origin.
     fn constant_goal(&self) -> Vector<f64> {
         let goal = Vector::new(self.settings.goal);
         if !self.sight.follows_goal(self.settings) {

@@ -1,4 +1,4 @@
-//! The network of one hidden layer.
+//! The paper's policy: a network with one hidden layer.
 
 use autodiff::{Array, Real};
 
@@ -10,15 +10,15 @@ use super::step::PolicyStep;
 use crate::geometry::Ground;
 use crate::scene::ControllerSettings;
 
-/// The names of the blocks of the network in their order: weights and biases of the hidden layer, then of the output
-/// layer.
+/// The names of the blocks of the network, in their order: weights and biases of the hidden layer, then weights and
+/// biases of the output layer.
 pub const NETWORK: [&str; 4] = ["w1", "b1", "w2", "b2"];
 const W1: &str = NETWORK[0];
 const B1: &str = NETWORK[1];
 const W2: &str = NETWORK[2];
 const B2: &str = NETWORK[3];
 
-/// A network of one hidden layer, `tanh(W2 tanh(W1 o + b1) + b2)`, that observes the robot.
+/// A network with one hidden layer that observes the robot: `tanh(W2 tanh(W1 o + b1) + b2)` of the observation `o`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mlp;
 
@@ -32,7 +32,7 @@ impl Policy for Mlp {
     }
 }
 
-/// The blocks of a network with this number of inputs.
+/// The blocks of a network whose observation has `inputs` numbers.
 pub(super) fn blocks(robot: &Sizes, inputs: usize) -> Vec<Block> {
     let (hidden, [first, second]) = (robot.settings.hidden, robot.settings.gain);
     vec![
@@ -43,32 +43,32 @@ pub(super) fn blocks(robot: &Sizes, inputs: usize) -> Vec<Block> {
     ]
 }
 
-/// Records both layers of a network.
+/// Records both layers of a network. Returns the activations.
 pub(super) fn record(step: &mut PolicyStep) -> Array {
     let hidden = step.observed_layer(W1, B1);
     step.output_layer(W2, B2, hidden)
 }
 
-/// A layer of a network: `tanh(W x + b)`.
+/// The parameters of a layer `tanh(W x + b)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer<R> {
-    /// Weights, one row per output.
+    /// The weights `W`, row by row. Each row belongs to an output.
     pub weights: Vec<R>,
-    /// Biases, one per output.
+    /// The biases `b`, one per output.
     pub biases: Vec<R>,
 }
 
-/// The layers of a network with one hidden layer.
+/// The two layers of a network with one hidden layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network<R> {
-    /// From the inputs to the hidden units.
+    /// The layer from the inputs to the hidden units.
     pub first: Layer<R>,
-    /// From the hidden units to the activations.
+    /// The layer from the hidden units to the activations.
     pub second: Layer<R>,
 }
 
 impl<R: Real> Network<R> {
-    /// The network of a controller; `None` for another policy.
+    /// The network whose parameters a controller holds; `None` if the controller belongs to another policy.
     pub fn of(controller: &Controller<R>) -> Option<Self> {
         let is_network = controller.blocks().map(|(name, ..)| name).eq(NETWORK);
         let layer = |[weights, biases]: [&str; 2]| Layer {
@@ -81,8 +81,8 @@ impl<R: Real> Network<R> {
         })
     }
 
-    /// This network with a first layer that takes the raw state in the ground's frame, see [`Fold`]. If `presence` is
-    /// empty, all nodes are present.
+    /// This network with its first layer [folded](Fold): the layer takes the state in the ground's frame. If `presence`
+    /// is empty, all nodes are present.
     ///
     /// # Panics
     /// If the network does not fit the observation of these settings.
@@ -108,14 +108,14 @@ impl<R: Real> Network<R> {
         }
     }
 
-    /// The activations for given inputs.
+    /// The activations that the network computes from `inputs`.
     pub fn activation(&self, inputs: &[R]) -> Vec<R> {
         self.second.outputs(&self.first.outputs(inputs))
     }
 }
 
 impl<R: Real> Layer<R> {
-    /// `tanh(W x + b)`.
+    /// The outputs `tanh(W x + b)` of this layer for the inputs `x`.
     fn outputs(&self, x: &[R]) -> Vec<R> {
         let sums = autodiff::fused::dense(&self.weights, x, &self.biases);
         sums.into_iter().map(R::tanh).collect()
@@ -123,7 +123,7 @@ impl<R: Real> Layer<R> {
 }
 
 impl<R: Real> Controller<R> {
-    /// Makes a network ignore its inputs: its activations become `tanh` of these numbers, one per edge.
+    /// Makes a network ignore its inputs: the activation of each edge becomes `tanh` of its entry in `biases`.
     ///
     /// # Panics
     /// If the controller is not a network, or if there is not one bias per edge.
@@ -142,7 +142,7 @@ mod tests {
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{ControllerSettings, Scene};
 
-    /// The inputs of a folded controller for a state in the ground's frame.
+    /// The inputs of the folded network: the state in the ground's frame and the clock.
     fn sensed(state: &State<f64>, clock: &[f64]) -> Vec<f64> {
         [&state.to_columns()[..], clock].concat()
     }
@@ -156,7 +156,8 @@ mod tests {
         }
     }
 
-    /// Checks that the folded network computes the same activations from the state as the network from the observation.
+    /// Checks that two networks compute the same activations: the folded network from the state, and the original
+    /// network from the observation.
     fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
         let lattice = Lattice::sample(3, 2, 0.0);
         let state = random_state(lattice.nodes());
@@ -216,7 +217,7 @@ mod tests {
         .map(Vec::len);
         assert_eq!(lengths, [32 * 156, 32, 110 * 32, 110]);
         let largest = |w: &[f64]| w.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        // The largest of thousands of draws is within a per cent of the limit.
+        // With thousands of draws, the largest draw is within a per cent of the limit.
         for (layer, limit) in [
             (&first, 2.0 * (6.0f64 / 188.0).sqrt()),
             (&second, (6.0f64 / 142.0).sqrt()),

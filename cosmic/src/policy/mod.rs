@@ -1,8 +1,8 @@
-//! Policies: from the state of a robot and the time to one activation per edge.
+//! Policies. A policy computes one activation per edge from the state of a robot and the time.
 //!
-//! A [`Policy`] declares named blocks of one flat vector, a [`Controller`], and records how a step computes
-//! activations from them. [`Mlp`] is the paper's network, [`Clock`] the same network in open loop. The
-//! presence of the nodes is an input of the step.
+//! A [`Policy`] declares its parameters, which are named blocks of one flat vector (a [`Controller`]). It also records
+//! how a step computes the activations from them. [`Mlp`] is the paper's network. [`Clock`] is the same network in open
+//! loop: it does not observe the robot.
 
 mod block;
 mod sensing;

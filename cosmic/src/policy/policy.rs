@@ -1,4 +1,4 @@
-//! The trait of policies.
+//! The trait that every policy implements.
 
 use std::fmt::Debug;
 
@@ -9,7 +9,7 @@ use super::sensing::Sight;
 use super::step::PolicyStep;
 use crate::scene::ControllerSettings;
 
-/// The sizes of a robot.
+/// What a policy knows of a robot when it declares its parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes<'a> {
     /// The number of nodes.
@@ -21,7 +21,7 @@ pub struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// The length of an observation.
+    /// The number of entries in an observation of this robot.
     pub fn observation(&self, sight: Sight) -> usize {
         sight.length(self.settings, self.nodes)
     }
@@ -29,18 +29,19 @@ impl Sizes<'_> {
 
 /// A policy computes the activations of the edges from the state of a robot.
 ///
-/// It declares its parameters and records one step. Rollouts, gradients, optimisation and files need nothing more.
-/// `cosmic/program/examples/rhythm.rs` is an example.
+/// A policy declares its parameters and records one step. Nothing more is needed for rollouts, gradients, optimisation
+/// and files. `cosmic/program/examples/rhythm.rs` is an example.
 pub trait Policy: Debug + Send + Sync {
-    /// The blocks of the parameters. Names are keys in files: lower case letters, digits and underscores.
+    /// The blocks of the parameters. The name of a block is its key in files. It consists of lower case letters, digits
+    /// and underscores.
     fn parameters(&self, robot: &Sizes) -> Vec<Block>;
 
-    /// What [an observed layer](PolicyStep::observed_layer) observes.
+    /// What the input of [an observed layer](PolicyStep::observed_layer) contains.
     fn observe(&self) -> Sight {
         Sight::Robot
     }
 
-    /// Records the activations of a step: an array with a number from -1 to 1 for each edge. It is the result of
-    /// [`PolicyStep::output_layer`] or of a kernel mapped over arrays [per edge](PolicyStep::per_edge).
+    /// Records how a step computes the activations. Returns an array with a number from -1 to 1 for each edge: the
+    /// result of [`PolicyStep::output_layer`], or of a kernel mapped over arrays [per edge](PolicyStep::per_edge).
     fn record(&self, step: &mut PolicyStep) -> Array;
 }

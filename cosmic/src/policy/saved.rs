@@ -1,4 +1,5 @@
-//! The parameters of a controller in files: matrices are lists of rows in designs and cases, and flat in snapshots.
+//! How files store the parameters of a controller. Designs and cases store a matrix as a list of rows, snapshots as one
+//! flat list.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -13,10 +14,11 @@ use super::mlp::{Layer, NETWORK, Network};
 use crate::error::{self, Error, fits, some};
 use crate::scene::ControllerSettings;
 
-/// The block of a network with one number for each hidden unit.
+/// The block of the network that has one number for each hidden unit: its biases.
 const HIDDEN: &str = NETWORK[1];
 
-/// The parameters of a controller block by block, with matrices as lists of rows. Gradients have this form too.
+/// The parameters of a controller as designs and cases store them: block by block, with a matrix as a list of rows.
+/// Gradients with respect to the parameters have this form too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights(Vec<(Cow<'static, str>, Numbers)>);
 
@@ -36,7 +38,7 @@ impl Numbers {
 }
 
 impl Weights {
-    /// The controller with these numbers in these blocks.
+    /// Makes a controller with these parameters. `blocks` are the blocks that the policy declares.
     ///
     /// # Errors
     /// If a block is missing, is unknown or has the wrong shape. The message names `file`.
@@ -80,7 +82,7 @@ impl Weights {
         Ok(Controller::new(blocks, numbers))
     }
 
-    /// The number of hidden units; `None` if the numbers do not belong to a network.
+    /// The number of hidden units; `None` if these parameters do not belong to a network.
     fn hidden(&self) -> Option<usize> {
         let found = self.0.iter().find(|(name, _)| *name == HIDDEN);
         found.map(|(_, numbers)| match numbers {
@@ -89,7 +91,7 @@ impl Weights {
         })
     }
 
-    /// Sets the number of hidden units in the settings to the number in these parameters, if they belong to a network.
+    /// If these parameters belong to a network, copies its number of hidden units to `settings`.
     ///
     /// # Errors
     /// If the network has no hidden units.
@@ -105,7 +107,8 @@ impl Weights {
         Ok(())
     }
 
-    /// Checks that these parameters, if they belong to a network, have as many hidden units as the settings say.
+    /// Checks that a network with these parameters has as many hidden units as `settings` say. Parameters of another
+    /// policy always pass.
     ///
     /// # Errors
     /// [`Error::Misfit`].
@@ -119,7 +122,7 @@ impl Weights {
         hidden.map_or(Ok(()), |hidden| fits(file, &what, hidden, settings.hidden))
     }
 
-    /// The name, the lengths of the axes and the numbers of every block.
+    /// For every block, its name, the lengths of its axes, and its numbers.
     pub fn blocks(&self) -> impl Iterator<Item = (&str, Vec<usize>, Vec<f64>)> {
         self.0.iter().map(|(name, numbers)| match numbers {
             Numbers::Vector(vector) => (&**name, vec![vector.len()], vector.clone()),
@@ -176,7 +179,7 @@ impl<'de> Deserialize<'de> for Weights {
     }
 }
 
-/// Reads the blocks of a controller.
+/// Deserializes the blocks of a controller.
 struct Blocks;
 
 impl<'de> Visitor<'de> for Blocks {
@@ -204,7 +207,7 @@ impl<'de> Deserialize<'de> for Numbers {
     }
 }
 
-/// Reads numbers or rows of them.
+/// Deserializes the entries of a block: numbers, or rows of numbers.
 struct Entries;
 
 impl<'de> Visitor<'de> for Entries {
@@ -236,7 +239,7 @@ impl<'de> Visitor<'de> for Entries {
     }
 }
 
-/// The first entry of a block. It decides whether the block is a vector or a matrix.
+/// The first entry in the file of a block. It decides whether the block is a vector or a matrix.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a number or a row of numbers")]
 enum Entry {
@@ -244,8 +247,8 @@ enum Entry {
     Row(Vec<f64>),
 }
 
-/// The key under which a snapshot stores the number of columns of the matrix `name`. The two keys of the network are
-/// older than the names of blocks.
+/// The key under which a snapshot stores the number of columns of the matrix `name`. The matrices `w1` and `w2` of the
+/// network have special keys, from a time when blocks had no names.
 fn columns_key(name: &str) -> Cow<'static, str> {
     match name {
         "w1" => Cow::Borrowed("inputs"),
@@ -254,7 +257,7 @@ fn columns_key(name: &str) -> Cow<'static, str> {
     }
 }
 
-/// Writes the number of columns of each matrix, then every block as a flat list.
+/// Writes the number of columns of each matrix first, then every block as a flat list.
 impl Serialize for Controller<f64> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
@@ -327,7 +330,7 @@ impl<'de> Visitor<'de> for FlatBlocks {
     }
 }
 
-/// A value in a flat controller.
+/// A value in the file of a flat controller.
 #[derive(Deserialize)]
 #[serde(
     untagged,
@@ -355,7 +358,7 @@ mod tests {
         Controller::new(&blocks(), (0..11).map(|k| 0.5 * f64::from(k)).collect())
     }
 
-    /// Snapshots still have the text of the first version.
+    /// The text of a snapshot has not changed since the first version.
     #[test]
     fn a_snapshot_has_flat_blocks_and_two_sizes() {
         let text = serde_json::to_string(&controller()).unwrap();

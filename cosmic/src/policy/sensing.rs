@@ -1,4 +1,4 @@
-//! What a policy observes.
+//! The observation of a policy.
 
 use std::f64::consts::TAU;
 
@@ -8,18 +8,18 @@ use crate::geometry::{Ground, Vector, mean, weighted_mean};
 use crate::lattice::State;
 use crate::scene::{ControllerSettings, Senses};
 
-/// What a policy observes.
+/// The things that the observation of a policy contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
-    /// Clocks, goal, and the motion of the robot.
+    /// The clocks, the goal, and the positions and velocities of the robot.
     Robot,
-    /// Clocks and goal: the policy is open loop.
+    /// Only the clocks and the goal: the policy is open loop.
     Clock,
 }
 
 impl Sight {
-    /// The length of an observation for a number of nodes, or the largest `usize` if it would be longer: a file may
-    /// state an absurd number of clocks.
+    /// The number of entries in an observation of a robot with this number of nodes. A file may state an absurd number
+    /// of clocks: the result is at most the largest `usize`.
     pub fn length(self, settings: &ControllerSettings, nodes: usize) -> usize {
         let robot = match self {
             Self::Robot => 4 * nodes,
@@ -28,7 +28,7 @@ impl Sight {
         settings.clocks.saturating_add(2 + robot)
     }
 
-    /// Whether an observation depends on positions and on velocities.
+    /// Whether an observation depends on the positions, and whether it depends on the velocities.
     pub fn senses(self, settings: &ControllerSettings) -> Senses {
         match self {
             Self::Robot => settings.senses(),
@@ -36,20 +36,20 @@ impl Sight {
         }
     }
 
-    /// Whether the observed goal moves with the robot.
+    /// True if the goal in the observation moves with the robot.
     pub(super) fn follows_goal(self, settings: &ControllerSettings) -> bool {
         self == Self::Robot && settings.goal_relative
     }
 }
 
-/// The length of an observation of the [`Robot`](Sight::Robot).
+/// The number of entries in an observation of the [`Robot`](Sight::Robot).
 pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize {
     Sight::Robot.length(settings, nodes)
 }
 
-/// An observation of the robot: clocks; goal; offsets of the nodes from their mean (D3) as `x0, y0, x1, y1, ...`;
-/// velocities of the nodes in the same order. Offsets and velocities are in the world's frame, the goal is in the
-/// ground's frame (D3).
+/// An observation of the robot. Its entries are the clocks, the goal, the offsets of the nodes from their mean position
+/// (D3) as `x0, y0, x1, y1, ...`, and the velocities of the nodes in the same order. Offsets and velocities are in the
+/// world's frame. The goal is in the ground's frame (D3).
 ///
 /// `time` is in seconds since the start. It must be computed as a product `n dt`, not as a sum of steps: phases reach
 /// 164 rad, so rounding errors would matter. The state is in the world's frame. `presence` has the weight of each node
@@ -83,21 +83,22 @@ pub fn observation<R: Real>(
     observation
 }
 
-/// `sin(omega t)` and `cos(omega t)`. Every clock is a weighted sum of the two. They are computed in double precision
+/// `sin(omega t)` and `cos(omega t)`, from which every clock is a weighted sum. They are computed in double precision
 /// even if the rollout is not. `time` must be a product `n dt`, as for [`observation`].
 pub fn clock(settings: &ControllerSettings, time: f64) -> [f64; 2] {
     let (sin, cos) = (settings.omega * time).sin_cos();
     [sin, cos]
 }
 
-/// The phase of each clock relative to the first, in radians.
+/// The phase of each clock in radians. The first clock has phase 0.
 pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64> {
     let count = settings.clocks;
     (0..count).map(move |j| TAU * j as f64 / count as f64)
 }
 
-/// The goal of the settings, or its offset from the mean position if it is relative, times the scale of the goal. Goal
-/// and mean position are measured from the world's origin, along the ground and normal to it, like the displacement.
+/// The observed goal: the goal of the settings, or its offset from the mean position if the settings make it relative.
+/// The result is multiplied by the scale of the goal. Goal and mean position are measured from the world's origin,
+/// along the ground and normal to it, like the displacement.
 fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
     let goal = Vector::lit(settings.goal.into());

@@ -1,4 +1,4 @@
-//! The part of a step that a policy records, and the parameters of this part.
+//! The part of a step that a policy records, and the parameters that this part needs.
 
 use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
 
@@ -8,27 +8,28 @@ use super::sensing::Sight;
 use crate::laws::Particle;
 use crate::scene::{ControllerSettings, Senses};
 
-/// The arrays of a step that a policy can use, in the ground's frame.
+/// The arrays of a step that a policy can read. Vectors are in the ground's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// Positions and velocities of the nodes.
     pub(crate) nodes: Particle<Array>,
-    /// `sin(omega t)`, `cos(omega t)`.
+    /// The two numbers `sin(omega t)` and `cos(omega t)`.
     pub(crate) clock: Array,
     /// How much each node belongs to the robot; `None` if all nodes belong to it.
     pub(crate) presence: Option<Array>,
 }
 
-/// Where a step stores its activations.
+/// The slots in which a step stores its activations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outputs<'a> {
     pub(crate) graph: &'a Graph,
-    /// Slots of the graph that hold an edge with an actuator, ascending.
+    /// The slots of the graph whose edge has an actuator, ascending.
     pub(crate) actuated: &'a [usize],
 }
 
 impl Outputs<'_> {
-    /// The edges with an actuator in the order of the slots, so that whole lanes can be spread to slots.
+    /// The edges with an actuator, in the order of their slots. In this order whole SIMD lanes of results can be moved
+    /// to slots.
     pub(crate) fn edges(&self) -> Vec<usize> {
         let edges = self.graph.edge_of_slot();
         let slots = self.actuated.iter();
@@ -36,23 +37,24 @@ impl Outputs<'_> {
     }
 }
 
-/// Numbers of a controller that become one parameter of the step.
+/// Where the numbers of one parameter of the step come from. The strings are names of blocks of the controller.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Given {
-    /// The folded weights of a layer on the observation.
+    /// The folded weights of a layer that reads the observation.
     Weights(&'static str),
-    /// The biases of this layer, plus the constant part of the observation.
+    /// The biases of a layer that reads the observation, plus the constant part of the observation. The names are those
+    /// of the layer's weights and biases.
     Biases(&'static str, &'static str),
-    /// A block as it is.
+    /// A whole block.
     Whole(&'static str),
-    /// The part of a block that belongs to edges with an actuator. The block has one row or one number per edge.
+    /// The rows of a block that belong to edges with an actuator. The block has one row, or one number, per edge.
     OfActuators(&'static str),
-    /// A block of one number per edge, moved to the slots of the edges.
+    /// A block with one number per edge. Each number is moved to the slot of its edge.
     OfEdges(&'static str),
 }
 
 impl Given {
-    /// The numbers of this parameter for a controller.
+    /// Computes the numbers of this parameter from a controller.
     pub(crate) fn numbers<R: Real>(
         self,
         controller: &Controller<R>,
@@ -77,21 +79,22 @@ impl Given {
     }
 }
 
-/// An observation in which nodes are weighted by their presence.
+/// The observation of nodes that are weighted by their presence.
 pub(crate) struct Weighted {
-    /// Weighted offsets, weighted velocities, and the clock.
+    /// The weighted offsets of the nodes from their mean, the weighted velocities, and the clock, in one array.
     all: Array,
-    /// The mean position.
+    /// The weighted mean position of the nodes.
     mean: Array,
 }
 
-/// A program of any number type.
+/// The operations of a [`Program`] that a policy uses, for a program of any number type.
 pub(crate) trait Recording {
     fn parameter(&mut self, len: usize) -> Array;
     fn matrix(&mut self, rows: usize, columns: usize) -> Matrix;
     fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
-    /// The positions and velocities that `senses` selects, weighted by `presence`.
+    /// Records the observation with weighted nodes: the positions and velocities that `senses` selects are weighted by
+    /// `presence`.
     fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted;
     fn any(&mut self) -> AnyProgram<'_>;
 }
@@ -120,7 +123,7 @@ impl<R: Real> Recording for Program<R> {
     }
 }
 
-/// A program that only declares arrays, to list the parameters of a policy.
+/// A program that records no operations and only declares arrays. It serves to list the parameters of a policy.
 pub(crate) struct Declared(pub(crate) Program<f64>);
 
 impl Recording for Declared {
@@ -147,18 +150,18 @@ impl Recording for Declared {
     }
 }
 
-/// A step into which a policy records its part.
+/// The step of a rollout, while a policy records its part of it.
 pub struct PolicyStep<'a> {
     program: &'a mut dyn Recording,
     blocks: &'a [Block],
-    /// Whether the observation depends on positions, on velocities and on the mean position.
+    /// Whether the observation depends on positions, and whether it depends on velocities.
     senses: Senses,
     follows_goal: bool,
     seen: Seen,
     outputs: Outputs<'a>,
-    /// The observation, once it is recorded.
+    /// The arrays of the observation, once they are recorded.
     observation: Option<Vec<Array>>,
-    /// The parameters declared so far.
+    /// The sources of the parameters that were declared so far.
     given: Vec<Given>,
 }
 
@@ -182,17 +185,18 @@ impl<'a> PolicyStep<'a> {
         }
     }
 
-    /// The parameters in the order of their declaration.
+    /// The sources of the parameters, in the order of their declaration.
     pub(crate) fn into_given(self) -> Vec<Given> {
         self.given
     }
 
-    /// `sin(omega t)` and `cos(omega t)`, an array of two numbers.
+    /// An array with two numbers: `sin(omega t)` and `cos(omega t)`.
     pub fn clock(&self) -> Array {
         self.seen.clock
     }
 
-    /// Records `tanh(W o + b)`. `o` is the observation; `weights` and `biases` are the names of the blocks `W` and `b`.
+    /// Records a layer that reads the observation `o`: `tanh(W o + b)`. `weights` and `biases` are the names of the
+    /// blocks `W` and `b`.
     ///
     /// # Panics
     /// If a block is unknown.
@@ -207,7 +211,8 @@ impl<'a> PolicyStep<'a> {
         self.program.dense_tanh(matrix, &observation, bias)
     }
 
-    /// Records `tanh(W x + b)`. `weights` and `biases` are the names of the blocks `W` and `b`.
+    /// Records a layer that reads the array `x`: `tanh(W x + b)`. `weights` and `biases` are the names of the blocks
+    /// `W` and `b`.
     ///
     /// # Panics
     /// If a block is unknown, or `x` has another length than a row of `W`.
@@ -219,8 +224,8 @@ impl<'a> PolicyStep<'a> {
         self.program.dense_tanh(matrix, &[x], bias)
     }
 
-    /// Records the activations `tanh(W x + b)` of the edges. `weights` and `biases` are the names of the blocks `W`,
-    /// with one row per edge, and `b`, with one number per edge.
+    /// Records the layer that computes the activations of the edges: `tanh(W x + b)`. `weights` and `biases` are the
+    /// names of the blocks `W` and `b`. `W` has one row per edge, and `b` has one number per edge.
     ///
     /// # Panics
     /// The panics of [`layer`](Self::layer).
@@ -238,7 +243,7 @@ impl<'a> PolicyStep<'a> {
         (self.program).dense_tanh_spread(matrix, &[x], bias, &places)
     }
 
-    /// Records a block as a parameter of the step.
+    /// Declares a block of the controller as a parameter of the step and returns its array.
     ///
     /// # Panics
     /// If the block is unknown.
@@ -248,24 +253,26 @@ impl<'a> PolicyStep<'a> {
         self.program.parameter(len)
     }
 
-    /// Records a block of one number per edge as a parameter, in the order of the activations.
+    /// Declares a block with one number per edge as a parameter of the step. The array that it returns has the order of
+    /// the activations.
     pub fn per_edge(&mut self, name: &'static str) -> Array {
         self.given.push(Given::OfEdges(name));
         self.program.parameter(self.outputs.graph.slots())
     }
 
-    /// One number of an array, repeated for every activation.
+    /// An array in the order of the activations. Every entry is the number of `x` at `index`.
     pub fn for_every_edge(&mut self, x: Array, index: usize) -> Array {
         let slots = self.outputs.graph.slots();
         self.program().gather(x, &vec![Some(index); slots])
     }
 
-    /// The program, to map [kernels](autodiff::Kernel) over arrays.
+    /// The program that the step is recorded into. A policy can map [kernels](autodiff::Kernel) over arrays with it.
     pub fn program(&mut self) -> AnyProgram<'_> {
         self.program.any()
     }
 
-    /// Records the observation, once: the arrays that the columns of [`Fold`] read.
+    /// Records the observation when it is called for the first time. Returns the arrays that the columns of [`Fold`]
+    /// read.
     fn observation(&mut self) -> Vec<Array> {
         if let Some(observation) = &self.observation {
             return observation.clone();

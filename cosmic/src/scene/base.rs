@@ -1,19 +1,20 @@
-//! The base of a scene: it supplies the keys that are missing in the scene's file.
+//! The base of a scene: a built-in scene that supplies the keys that are missing in the scene's file.
 
 use super::Scene;
 
-/// The keys of a scene file above its first section.
+/// The keys that a scene file may have above its first section.
 pub(super) const TOP_KEYS: [&str; 3] = ["format", "version", "base"];
 
-/// A built-in scene that supplies the keys that are missing in a file: `earth` unless the file names another base.
+/// A built-in scene that supplies the keys that are missing in a scene file. It is `earth` unless the file names
+/// another base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base(pub(super) &'static str);
 
 impl Base {
-    /// The scene of the declared defaults: the paper's scene.
+    /// The base that consists of the declared defaults: the paper's scene, `stability`.
     pub(super) const DECLARED: Base = Base("stability");
 
-    /// The scene's name.
+    /// The name of the built-in scene.
     pub fn name(self) -> &'static str {
         self.0
     }
@@ -26,8 +27,7 @@ impl Default for Base {
 }
 
 impl Scene {
-    /// The paper's design b: the built-in scene `stability`, which consists of the declared
-    /// defaults.
+    /// The paper's scene for design b: the built-in scene `stability`, which consists of the declared defaults.
     pub fn paper() -> Scene {
         Scene::declared(Base::DECLARED)
     }

@@ -73,8 +73,9 @@ settings! {
 }
 
 impl RobustSettings {
-    /// The ratio of the largest frequency of a random variation to that of the nominal robot, because edges may be
-    /// stiffer and nodes lighter. 1 if there are no variations.
+    /// How much faster a random variation of the robot may vibrate than the nominal robot, because its edges may be
+    /// stiffer and its nodes lighter: the largest ratio of their highest frequencies. It is 1 if there are no
+    /// variations.
     pub fn faster(&self) -> f64 {
         match self.samples {
             0 => 1.0,

@@ -1,4 +1,4 @@
-//! The built-in scenes, and finding a scene by name or file.
+//! The built-in scenes. Also finds a scene by its name or its file.
 
 use super::Scene;
 use super::base::{Base, TOP_KEYS};
@@ -15,9 +15,9 @@ use std::path::Path;
 /// A scene that ships with the crate, or that a program adds.
 #[derive(Debug, Clone, Copy)]
 pub struct Builtin {
-    /// The name.
+    /// The name by which the scene is chosen.
     pub name: &'static str,
-    /// The scene's TOML: the settings that differ from its base.
+    /// The text of the scene in TOML: the settings that differ from its base.
     pub text: &'static str,
 }
 
@@ -25,13 +25,13 @@ pub struct Builtin {
 const BASE_LINE: &str = "base = ";
 
 impl Builtin {
-    /// The first line of the file, which describes the scene.
+    /// The description of the scene: the first line of its text.
     pub fn about(&self) -> &'static str {
         let first = self.text.lines().next().unwrap_or_default();
         first.trim_start_matches('#').trim()
     }
 
-    /// The scene's TOML without its base, for [changing](Scene::with) another scene.
+    /// The text of the scene without the line that names its base. Use it to [change](Scene::with) another scene.
     pub fn changes(&self) -> String {
         let is_base = |line: &str| line.starts_with(BASE_LINE);
         let lines = self.text.lines();
@@ -59,7 +59,7 @@ impl Base {
         BUILTIN.map(|builtin| builtin.name)
     }
 
-    /// The scene of the base. It is its own base.
+    /// The scene that this base names. It is its own base.
     ///
     /// # Panics
     /// If a built-in scene is invalid; a test reads them all.
@@ -87,7 +87,7 @@ impl Default for Scene {
     }
 }
 
-/// Makes built-in scenes from the files in the folder `scenes`, by their names.
+/// Makes the list of built-in scenes. Each name stands for a file in the folder `scenes`.
 macro_rules! builtin {
     ($($name:literal),+ $(,)?) => {
         [$(Builtin {
@@ -97,7 +97,7 @@ macro_rules! builtin {
     };
 }
 
-/// All built-in scenes; the program's default comes first. The base of each is `stability`.
+/// All built-in scenes. The first one is the default of the program. The base of each is `stability`.
 pub const BUILTIN: [Builtin; 13] = builtin![
     "earth",
     "stability",
@@ -114,10 +114,10 @@ pub const BUILTIN: [Builtin; 13] = builtin![
     "large",
 ];
 
-/// The noun for a scene in registries.
+/// The noun by which registries and messages call a scene.
 const SCENE: &str = "scene";
 
-/// The largest scene file that is read; a complete scene has about ten thousand bytes.
+/// The size of the largest scene file that is read, in bytes. A complete scene has about ten thousand bytes.
 const LARGEST: u64 = 1 << 20;
 
 impl Registry {
@@ -143,7 +143,7 @@ impl Registry {
         self.with(laws::LAW, &laws::names(), name, law)
     }
 
-    /// Adds a scene, from its TOML. The scene that was added last is the default of the program.
+    /// Adds a scene. `text` is its TOML. The scene that was added last becomes the default of the program.
     ///
     /// # Panics
     /// If the name is taken.
@@ -152,12 +152,12 @@ impl Registry {
         self.with(SCENE, &Base::names(), name, Builtin { name, text })
     }
 
-    /// Every scene with a name, the default first: the added scenes, then the [`BUILTIN`] ones.
+    /// Every scene that has a name: first the added scenes, then the [`BUILTIN`] ones. The first one is the default.
     pub fn scenes(&self) -> impl Iterator<Item = Builtin> {
         self.all::<Builtin>(SCENE).rev().copied().chain(BUILTIN)
     }
 
-    /// The scene for commands that are not given one.
+    /// The scene that a command reads if it is given none.
     pub fn default_scene(&self) -> Builtin {
         self.scenes().next().unwrap_or(BUILTIN[0])
     }
@@ -201,7 +201,7 @@ impl Registry {
         self.parse(&path.display().to_string(), &Scene::text(path)?)
     }
 
-    /// Reads a scene from the bytes of a file; messages name `path`.
+    /// Reads a scene from the bytes of the file `path`. Errors name `path`.
     ///
     /// # Errors
     /// [`Error::Usage`] for too many bytes, [`Error::Malformed`] for bytes that are not UTF-8, and the errors of
@@ -210,9 +210,9 @@ impl Registry {
         self.parse(&path.display().to_string(), text_of(path, bytes)?)
     }
 
-    /// The error for a setting that turned out to be wrong after reading, shown with its remedy at the place that sets
-    /// it: one of `settings`, as [`Scene::set`] takes them, or else the scene with this name or file. `None` if none of
-    /// them sets it.
+    /// The error for a setting whose value turned out to be wrong after the scene was read. It shows the place that
+    /// sets the key, with the message and the remedy. The place is in one of `settings` (in the form that
+    /// [`Scene::set`] takes), or else in the scene with this name or file. `None` if no place sets the key.
     pub fn fault(
         &self,
         name: &str,

@@ -1,4 +1,4 @@
-//! Checks of settings that depend on one another.
+//! Checks whether settings contradict one another.
 
 use std::collections::HashSet;
 
@@ -10,8 +10,8 @@ use super::{
 use crate::error::{Error, Result};
 
 impl Scene {
-    /// Checks the values of all settings. A scene that was read always passes. A scene whose fields were set by hand
-    /// may fail.
+    /// Checks the values of all settings. A scene that was read from a file always passes. A scene whose fields were
+    /// changed by a program may fail.
     ///
     /// # Errors
     /// [`Error::Usage`] with all settings that are out of range, or else with all settings that contradict one another.
@@ -38,14 +38,14 @@ impl Scene {
 
 /// Two settings that contradict each other.
 pub(super) struct Conflict {
-    /// The keys of the two settings; the message points at the first one. It is the same key twice if the entries of
-    /// one setting contradict each other.
+    /// The keys of the two settings. The message points at the first one. If the entries of one setting contradict each
+    /// other, both keys are the key of this setting.
     pub(super) keys: [&'static str; 2],
-    /// The error, with the numbers.
+    /// The conflict in a sentence, with the values of the settings.
     pub(super) says: String,
 }
 
-/// Every conflict of a scene.
+/// Finds every conflict between the settings of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
@@ -68,7 +68,8 @@ impl Conflicts {
     }
 }
 
-/// The phases must follow one another. Without a snap there is no attraction.
+/// The phases of a run must be in order: the attraction begins before the snap, and the snap is not after the last
+/// iteration. A run without a snap has no attraction.
 fn phases(scene: &Scene, found: &mut Conflicts) {
     let schedule = &scene.schedule;
     let (snap, last) = (schedule.snap_at, schedule.iterations);
@@ -88,8 +89,8 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The horizon, whose steps carry the gradient, must not be longer than the rollout. A mean loss averages the last
-/// steps of the horizon.
+/// The horizon is the part of a rollout that carries the gradient. It must not be longer than the rollout, and the
+/// window of a mean loss must fit into it.
 fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
     let (shortest, longest) = (first.min(last), first.max(last));
@@ -117,8 +118,8 @@ fn horizons(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// A layout is one-hot from the start and cannot be tilted. Every other start must be snapped. The three-legged layouts
-/// belong to one lattice.
+/// A start that is a layout has nothing to snap and cannot be tilted. Every other start must be snapped. The
+/// three-legged layouts fit only one lattice.
 fn starts(scene: &Scene, found: &mut Conflicts) {
     let (start, snap) = (&scene.start, scene.schedule.snap_at);
     let is_layout = start.kind == StartKind::Layout;
@@ -162,7 +163,7 @@ fn starts(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// Actuators are solid, so their share cannot exceed the share of solids.
+/// The smallest share of actuators must not exceed the largest share of solids, because actuators are solid.
 fn volumes(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.volume.actuator[0], scene.volume.solid[1]);
     found.require(
@@ -172,7 +173,8 @@ fn volumes(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// A truss has no kind. The edges that it keeps and forbids must leave room for the volume bounds.
+/// A truss cannot be combined with `lattice.kind`. The edges that it keeps and forbids must leave room for the bounds
+/// on the volumes.
 fn trusses(scene: &Scene, found: &mut Conflicts) {
     let Some(truss) = scene.lattice.file.truss() else {
         return;
@@ -206,7 +208,7 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The first entry of a pair must not exceed the second.
+/// The first entry of a range must not exceed the second.
 fn spans(scene: &Scene, found: &mut Conflicts) {
     let iterations = |span: [usize; 2]| span.map(|iteration| iteration as f64);
     let (volume, schedule) = (&scene.volume, &scene.schedule);
@@ -223,8 +225,9 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
     }
 }
 
-/// Bounds on asymptotes and rungs must ascend. Only the task "far" can have a second goal, because the loss of the
-/// second goal is the negated loss of the first: for other tasks the robot would waste energy or avoid its target.
+/// The bounds on asymptotes must ascend, and the rungs too. Only the task "far" can have a second goal: the loss of the
+/// second goal is the negated loss of the first, and a negated loss of another task would reward wasting energy or
+/// avoiding the target.
 fn searches(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.mma.asymin, scene.mma.asymax);
     found.require(
@@ -249,7 +252,7 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The profile `points` must have points. Steps must not overlap.
+/// The profile `points` needs at least one point. The ramps of steps must not overlap.
 fn terrain(scene: &Scene, found: &mut Conflicts) {
     let ground = &scene.physics.ground;
     found.require(

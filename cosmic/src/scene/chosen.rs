@@ -19,19 +19,19 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// The noun for a policy in messages and registries.
+    /// The noun by which registries and messages call a policy.
     pub(crate) const POLICY: &'static str = "policy";
-    /// The noun for a loss in messages and registries.
+    /// The noun by which registries and messages call a loss.
     pub(crate) const LOSS: &'static str = "loss";
     /// The names of the [network](crate::policy::Mlp) and of the [open-loop clock](crate::policy::Clock).
     pub(crate) const POLICIES: [&'static str; 2] = ["mlp", "clock"];
 
-    /// A choice of policies that begins with the paper's network.
+    /// A setting that chooses a policy. It starts with the paper's network.
     pub(super) fn policy() -> Self {
         Self::of(Self::POLICY, &Self::POLICIES)
     }
 
-    /// A choice of losses that begins with the loss of the task.
+    /// A setting that chooses a loss. It starts with the loss of the scene's task.
     pub(super) fn loss() -> Self {
         Self::of(Self::LOSS, &[OFF])
     }
@@ -45,17 +45,17 @@ impl Chosen {
         }
     }
 
-    /// The name as scenes have it.
+    /// The chosen name, as scene files have it.
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// True if the paper's policy or loss is chosen.
+    /// True if the choice is that of the paper: the network, or the loss of the task.
     pub fn is_default(&self) -> bool {
         self.name == self.built_in[0]
     }
 
-    /// The chosen item; `None` for a built-in one.
+    /// The chosen policy or loss, if a program added it; `None` if it is built in.
     pub(crate) fn item<T: Any>(&self) -> Option<&T> {
         self.registry.get(self.kind, self.name)
     }

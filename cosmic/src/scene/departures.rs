@@ -1,4 +1,4 @@
-//! The options by which a scene deliberately differs from the paper.
+//! Departures: the options by which a scene deliberately differs from the paper.
 
 use super::{
     BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, Pass,
@@ -7,7 +7,7 @@ use super::{
 use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};
 
-/// A named option that differs from what the paper does.
+/// An option of a scene that differs from what the paper does.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Departure {
     /// The setting, as `section.key`.
@@ -16,14 +16,15 @@ pub struct Departure {
     pub says: String,
 }
 
-/// An option that departs from the paper.
+/// An option that can depart from the paper, and when it does.
 struct KnownDeparture {
     in_force: fn(&Scene) -> bool,
     option: &'static str,
     says: &'static str,
 }
 
-/// Lists departures: the option, what it does, and when it is in force.
+/// Makes a list of known departures. Each has the key of the option, a sentence about the difference, and the condition
+/// under which it is in force.
 macro_rules! departures {
     ($($option:literal: $says:literal if $in_force:expr;)+) => {
         [$(KnownDeparture { option: $option, says: $says, in_force: $in_force }),+]
@@ -115,9 +116,10 @@ const KNOWN: &[KnownDeparture] = &departures! {
 };
 
 impl Scene {
-    /// The departures in force, for the summary of a run. Without departures, physics and algorithm are those of the
-    /// paper. Sizes, widths, rates, weights, the angle of the ground and the order of the passes of a cycle are not
-    /// departures. A number that switches something on is a departure.
+    /// The departures that are in force, for the summary of a run. Without departures, the physics and the algorithm
+    /// are those of the paper. Numbers such as sizes, widths, rates, weights and the angle of the ground are no
+    /// departures, and neither is the order of the passes in a cycle. But a number that switches something on is a
+    /// departure.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
         in_force
@@ -128,7 +130,8 @@ impl Scene {
             .collect()
     }
 
-    /// Whether the cycle has passes of this kind, or the design is a layout, so that the cycle is not used.
+    /// True if the cycle has passes of this kind. Also true if the design is a layout, because then the cycle is not
+    /// used.
     fn passes(&self, pass: Pass) -> bool {
         !self.designs() || self.schedule.cycle.contains(&pass)
     }

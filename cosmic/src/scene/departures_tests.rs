@@ -1,4 +1,4 @@
-//! Checks that each value of a key is in the paper, is a plain number, or is a departure.
+//! Checks that every value of a key is a plain number, is a value of the paper, or is a departure.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
 use std::collections::HashSet;
@@ -12,7 +12,7 @@ use crate::laws::{self, Contact, Impact, Law};
 use crate::scene::{Chosen, Setting, TrussFile};
 use autodiff::Real;
 
-/// Switches off every departure that is on in the paper's scenes.
+/// Settings that switch off every departure of the paper's scenes.
 const WITHOUT: &str = "
 gradient = { design_memory = 0.0, cotangent_bound = 'off' }
 schedule = { settle = 0.0, snap_trials = 0, polish_trials = 0 }
@@ -21,25 +21,26 @@ selection.kind = 'last'
 design.one_piece = false
 ";
 
-/// The values that the paper uses or leaves open, or that do not change the method. A new name, or a new
-/// key whose values are not numbers, must be added here or be a departure.
+/// For each key, the values that are no departures: the paper uses them or leaves them open, or they do not change the
+/// method. A new name among the values of a key, or a new key whose values are not numbers, must be added here or be a
+/// departure.
 const PAPERS: &[(&str, &[&str])] = &[
     ("lattice.kind", &["\"rectangular\""]),
     ("lattice.file", &["\"off\""]),
     ("physics.integrator", &["\"symplectic_euler\""]),
     ("physics.contact", &["\"infinite\"", "\"coulomb\""]),
     ("physics.void_edges", &["\"keep\""]),
-    // It decides which runs are refused; it does not change a run.
+    // This setting decides which runs are refused. It does not change a run.
     ("physics.unstable_step", &["\"error\"", "\"warn\""]),
-    // It decides which rollouts have no result; it does not change a rollout.
+    // This setting decides which rollouts have no result. It does not change a rollout.
     ("physics.speed_bound", &["\"off\"", "1.0"]),
     ("ground.profile", &["\"flat\""]),
-    // Nothing reads them unless the profile is "points", which is a departure.
+    // The points are read only with the profile "points", which is a departure.
     ("ground.points", &["[[1.0, 0.1]]"]),
     ("controller.policy", &["\"mlp\""]),
     ("controller.goal_relative", &["false"]),
     ("controller.two_goals", &["false"]),
-    // Designs d, b and c, the ablation, and design a.
+    // The starts of the paper's designs d, b and c, of its ablation, and of its design a.
     (
         "start.kind",
         &[
@@ -62,7 +63,7 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("adam.gradient_norm", &["\"off\"", "1.0"]),
     ("gradient.design_norm", &["\"off\"", "1.0"]),
     ("gradient.cotangent_bound", &["\"off\""]),
-    // The gradient does not depend on it.
+    // The gradient does not depend on the memory.
     ("gradient.memory", &["\"off\"", "1.0"]),
     ("gradient.precision", &["\"f64\""]),
     ("loss.kind", &["\"final\""]),
@@ -71,20 +72,20 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("objective.own_loss", &["\"off\""]),
 ];
 
-/// Values of keys whose description does not list all values.
+/// Values to try for keys whose description does not list all their values.
 const MORE_VALUES: &[(&str, &[&str])] = &[
     ("schedule.cycle", &["\"dc\"", "\"cddcd\"", "\"d\"", "\"c\""]),
     ("ground.points", &["[[1.0, 0.1]]"]),
 ];
 
-/// Settings that make the scene read a key.
+/// For a key that only some scenes read, settings with which the scene reads it.
 const READ_WITH: &[(&str, &str)] = &[("start.layout", "start.kind = 'three_legged'")];
 
-/// Numbers that are 0 in the paper's scenes and do not switch anything on.
+/// Settings that are 0 in the paper's scenes, but switch nothing on if they are another number.
 const PLAIN: &[&str] = &["lattice.drop", "physics.incline_deg", "ground.seed"];
 
 crate::settings! {
-    /// Ground that does not change the velocity along the ground.
+    /// A contact law of ground without friction: it leaves the velocity along the ground unchanged.
     struct Ice {}
 }
 
@@ -98,7 +99,7 @@ impl Contact for Ice {
     }
 }
 
-/// The paper's scene with this name, without departures.
+/// The scene of the paper with this name, after all its departures are switched off.
 fn paper(name: &str) -> Scene {
     let scene = Scene::load(name).unwrap();
     scene.with("without departures", WITHOUT).unwrap()
@@ -109,21 +110,21 @@ fn options(scene: &Scene) -> HashSet<String> {
     departures.map(|departure| departure.option).collect()
 }
 
-/// A scene after setting a key to a value, even if the value contradicts other settings. `None` if the key
-/// rejects the value.
+/// The scene with `key` set to `value`, even if the value contradicts other settings. `None` if the key does not allow
+/// the value.
 fn with(scene: &Scene, key: &str, value: &str) -> Option<Scene> {
     let mut scene = scene.clone();
     scene.field(key)?.read_text(value).ok()?;
     Some(scene)
 }
 
-/// The entries of a table for a key.
+/// The values that a table lists for a key.
 fn listed(table: &[(&str, &'static [&'static str])], key: &str) -> &'static [&'static str] {
     let entry = table.iter().find(|(other, _)| *other == key);
     entry.map_or(&[], |(_, values)| *values)
 }
 
-/// True for a number or an array of numbers as TOML.
+/// True if the text is a number or an array of numbers in TOML.
 fn is_numeric(value: &str) -> bool {
     let mut parts = value
         .split(['[', ']', ',', ' '])
@@ -132,8 +133,8 @@ fn is_numeric(value: &str) -> bool {
     parts.peek().is_some() && parts.all(|part| part.parse::<f64>().is_ok())
 }
 
-/// The values of a key that is not a plain number: the names in its description, both booleans, a
-/// number if it can be "off", and the values listed above.
+/// The values to try for a key: the names in its description, both booleans, a number if the key can be "off", and the
+/// values in [`MORE_VALUES`]. Empty for a key whose values are plain numbers.
 fn values(scene: &mut Scene, key: &str) -> Vec<String> {
     let field = scene.field(key).unwrap();
     let (allowed, value) = (field.allowed(), field.value.toml());
@@ -166,7 +167,7 @@ fn every_value_that_is_not_a_number_is_in_the_paper_or_a_departure() {
             base = base.with("read with", settings).unwrap();
         }
         for value in values(&mut base, key) {
-            // Laws are named in an array.
+            // The setting of forces takes an array of names.
             let changed = [value.clone(), format!("[{value}]")];
             let changed = changed.iter().find_map(|value| with(&base, key, value));
             let changed = changed.unwrap_or_else(|| panic!("{key} cannot be {value}"));
@@ -189,7 +190,7 @@ fn every_value_that_is_not_a_number_is_in_the_paper_or_a_departure() {
     }
 }
 
-/// A number that is 0 in the paper's scenes must be a departure or a plain number.
+/// A number that is 0 in the paper's scenes must be a departure if it is not 0, or be listed in [`PLAIN`].
 #[test]
 fn every_number_that_switches_something_on_is_a_departure() {
     let scene = paper("stability");
@@ -232,12 +233,12 @@ fn the_paper_s_scenes_only_have_departures_that_can_be_switched_off() {
     ] {
         assert_eq!(options(&paper(name)), HashSet::new(), "{name}");
     }
-    // The paper uses one layout for its baseline and for this start.
+    // In the paper, this start follows the baseline's layout, `tall`. The scene `three_legged` follows `short`.
     let legs = paper("three_legged");
     assert_eq!(options(&legs), HashSet::from(["start.layout".to_owned()]));
 }
 
-/// A setting that nothing reads is not a departure.
+/// A setting that the scene does not read is no departure.
 #[test]
 fn a_layout_has_no_departures_in_settings_for_designing() {
     let text = "
@@ -260,7 +261,7 @@ fn a_layout_has_no_departures_in_settings_for_designing() {
     assert_eq!(of("uniform").len(), 8);
 }
 
-/// The task and its loss are not read if the program's own loss replaces them.
+/// If a program's own loss replaces the task, the task and its loss are not read. So they are no departures.
 #[test]
 fn an_own_loss_replaces_the_task_s() {
     let registry = Registry::default().with(Chosen::LOSS, &[], "own", ());

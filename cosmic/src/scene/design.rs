@@ -1,4 +1,4 @@
-//! Settings of the design vectors: projections, start, volume bounds, binarisation.
+//! Settings of the design vectors: projections, start, requirements on layouts, volume bounds, binarisation.
 
 use super::Scene;
 use crate::settings;

@@ -6,17 +6,17 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// The largest number of errors that are shown. A file that is not a scene can have thousands.
+/// The largest number of errors that one report shows. A file that is not a scene can have thousands.
 const SHOWN: usize = 10;
 
-/// The command-line option that is written before a setting.
+/// The command-line option that sets a key of a scene, as it is written before `KEY=VALUE`.
 const OPTION: &str = "--set ";
 
-/// A text that sets keys of a scene: a file or an option.
+/// A source: a text that sets keys of a scene. It is a file or an option `--set KEY=VALUE` of the command line.
 pub(super) struct SceneText<'t> {
-    /// The file's name; `None` for the command line, `--set KEY=VALUE`.
+    /// The name of the file; `None` for an option.
     pub(super) file: Option<&'t str>,
-    /// TOML.
+    /// The text as TOML.
     pub(super) text: Cow<'t, str>,
 }
 
@@ -28,10 +28,10 @@ impl<'t> SceneText<'t> {
         }
     }
 
-    /// The argument of `--set`. A word or a path needs no quotes: `physics.contact=coulomb`.
+    /// Makes a source from the argument of `--set`. A word or a path needs no quotes: `physics.contact=coulomb`.
     pub(super) fn option(setting: &'t str) -> Self {
         let is_word = |value: &str| {
-            // The folders of a sweep have names such as `tiny+friction=0.6-0`.
+            // Paths need these signs: the folders of a sweep have names such as `tiny+friction=0.6-0`.
             let letters = |c: char| c.is_alphanumeric() || "_-./+=,~".contains(c);
             let begins = value.starts_with(char::is_alphabetic);
             let is_path = ["/", "./", "../"]
@@ -51,19 +51,19 @@ impl<'t> SceneText<'t> {
     }
 }
 
-/// An error in a source.
+/// An error in a source of a scene.
 pub(super) struct Fault {
-    /// The number of the source.
+    /// The index of the source in the list of sources.
     pub(super) source: usize,
-    /// The bytes that the caret points at.
+    /// The bytes of the text that the caret points at.
     pub(super) span: Range<usize>,
-    /// The error, with the value.
+    /// The problem in a sentence, with the wrong value.
     pub(super) message: String,
-    /// The allowed values, or a hint; may be empty.
+    /// The allowed values, or a hint. May be empty.
     pub(super) allowed: String,
 }
 
-/// One error that reports all faults, in the order of the sources.
+/// Joins all faults to one error. Its report shows them in the order of the sources.
 pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error {
     faults.sort_by_key(|fault| (fault.source, fault.span.start));
     let shown = faults.iter().take(SHOWN);
@@ -86,8 +86,8 @@ pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error 
     }
 }
 
-/// The text of an error below its source line. For an option, the text shows the option as the user wrote it instead of
-/// file and line.
+/// The report of one fault: the message, and the source line with a caret. A fault in an option shows the option as the
+/// user wrote it, without file and line.
 fn show(source: &SceneText, fault: &Fault) -> String {
     let given = source.file.map_or(OPTION, |_| "");
     let text = format!("{given}{}", source.text);

@@ -1,4 +1,4 @@
-//! Settings that can be simulated but are probably a mistake.
+//! Doubts: settings that can be simulated but are probably a mistake.
 
 use super::{ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
@@ -6,22 +6,22 @@ use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
 
-/// A remark about a scene's settings.
+/// A remark about settings of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// The settings that the remark is about. The first one is the one to change.
+    /// The settings that the remark is about. The user should change the first one.
     pub settings: Vec<Setting>,
-    /// The problem.
+    /// The problem, in a sentence.
     pub says: String,
-    /// The change that would solve the problem; may be empty.
+    /// The change that would solve the problem. May be empty.
     pub remedy: String,
 }
 
 impl Finding {
-    /// A remark about settings of a scene.
+    /// Makes a remark about the settings with these keys.
     ///
     /// # Panics
-    /// If the scene has no such key.
+    /// If the scene does not have one of the keys.
     pub(crate) fn new(scene: &Scene, keys: &[&str], says: String, remedy: String) -> Self {
         let all = scene.settings();
         let setting = |key: &&str| all.iter().find(|s| s.key == *key).cloned();
@@ -36,7 +36,7 @@ impl Finding {
     }
 }
 
-/// Remark, settings with their values, and remedy.
+/// Writes the problem, then the settings with their values, then the remedy.
 impl fmt::Display for Finding {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let settings = self.settings.iter();
@@ -51,14 +51,15 @@ impl fmt::Display for Finding {
     }
 }
 
-/// A setting that is probably a mistake.
+/// A possible doubt: the condition under which it holds, the keys that it is about, and the problem.
 struct Doubt {
     holds: fn(&Scene) -> bool,
     keys: &'static [&'static str],
     says: &'static str,
 }
 
-/// Lists doubts: the keys, the problem, and when there is one.
+/// Makes a list of possible doubts. Each has its keys, a sentence about the problem, and the condition under which it
+/// holds.
 macro_rules! doubts {
     ($([$($key:literal),+]: $says:literal if $holds:expr;)+) => {
         [$(Doubt { keys: &[$($key),+], says: $says, holds: $holds }),+]
@@ -104,7 +105,7 @@ const DOUBTS: &[Doubt] = &doubts! {
         if |s| s.selection.perturbation == 0.0;
 };
 
-/// True if a node of the lowest row, or of a truss, starts below the profile.
+/// True if a node starts below the profile of the ground. Of a generated lattice, only the lowest row is checked.
 fn starts_inside(scene: &Scene) -> bool {
     let (lattice, profile) = (&scene.lattice, scene.physics.ground.resolved());
     let is_inside = |place: Vector<f64>| profile.above(place) < 0.0;
@@ -115,8 +116,7 @@ fn starts_inside(scene: &Scene) -> bool {
     (0..lattice.columns).any(|column| is_inside(Vector::new([place(column), lattice.drop])))
 }
 
-/// True if the rough ground ends within eight robot lengths ahead of the robot. Good robots walk
-/// farther.
+/// True if the rough ground ends less than eight robot lengths ahead of the robot. Good robots walk farther.
 fn ends_soon(scene: &Scene) -> bool {
     const LENGTHS: f64 = 8.0;
     let (lattice, ground) = (&scene.lattice, &scene.physics.ground);
@@ -138,8 +138,8 @@ fn ends_soon(scene: &Scene) -> bool {
 }
 
 impl Scene {
-    /// Valid settings that are probably a mistake, such as void that is stiffer than skeleton, and settings that
-    /// nothing reads.
+    /// Remarks about valid settings that are probably a mistake, such as void that is stiffer than skeleton. Includes
+    /// changed settings that have no effect.
     pub fn doubts(&self) -> Vec<Finding> {
         let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
         in_doubt

@@ -1,4 +1,4 @@
-//! The keys of a scene: finding a key by name, and tables of keys for the documentation.
+//! The keys of a scene. Finds a key by its name, and makes the tables of keys in the documentation.
 
 use super::Scene;
 use crate::registry::Registry;
@@ -6,7 +6,7 @@ use crate::settings::{Field, Settings};
 use serde::Serialize;
 
 impl Scene {
-    /// This scene with a registry. Its settings may name the items of the registry.
+    /// This scene with another registry. The settings of the scene may name the items of the registry.
     pub(crate) fn knowing(mut self, registry: &Registry) -> Self {
         self.of_sections(|_, settings| {
             let fields = settings.fields().into_iter();
@@ -15,12 +15,13 @@ impl Scene {
         self
     }
 
-    /// The laws, losses, policies and lattices that the settings of the scene may name beside the built-in ones.
+    /// The registry of the scene: the laws, losses, policies and lattices that its settings may name in addition to the
+    /// built-in ones.
     pub fn registry(&self) -> &Registry {
         self.physics.contact.registry()
     }
 
-    /// Every setting with its value, in the order in which they are written.
+    /// Every setting with its value, in the order in which a scene is written.
     pub fn settings(&self) -> Vec<Setting> {
         let of_section = |name: &str, section: &mut dyn Settings| -> Vec<Setting> {
             let setting = |field: Field| Setting {
@@ -32,7 +33,8 @@ impl Scene {
         self.clone().of_sections(of_section).concat()
     }
 
-    /// Calls `of` for every section and returns the results. The sections of the ground and of laws come last.
+    /// Calls `of` with the name and the settings of every section and returns the results. The sections of the ground
+    /// and of laws come last.
     pub(super) fn of_sections<T>(
         &mut self,
         mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
@@ -58,22 +60,22 @@ impl Scene {
     }
 }
 
-/// A setting of a scene.
+/// A setting of a scene as text: its key and its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Setting {
     /// The key, such as `physics.dt`.
     pub key: String,
-    /// The value as a scene file has it.
+    /// The value as a scene file states it.
     pub value: String,
 }
 
-/// A section's name and its keys.
+/// The name of a section, and the keys in this section.
 pub(super) struct SectionKeys {
     pub(super) name: &'static str,
     pub(super) keys: Vec<&'static str>,
 }
 
-/// Every section of a scene. The sections of the ground and of laws come last.
+/// The name and the keys of every section. The sections of the ground and of laws come last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     scene.of_sections(|name, settings| SectionKeys {
         name,
@@ -81,7 +83,8 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     })
 }
 
-/// If `number` is not allowed at a key such as `physics.dt`, the allowed values as a phrase. `None` if it is allowed.
+/// Checks whether a key such as `physics.dt` allows `number`. If not, returns the allowed values as a phrase; `None` if
+/// it does.
 ///
 /// # Panics
 /// If no scene has the key.
@@ -91,8 +94,8 @@ pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
     (!field.limits.contain(number)).then(|| field.allowed())
 }
 
-/// Every key of a scene file in Markdown, with one table for each section: default, unit, allowed values, source of the
-/// default, and meaning.
+/// A description of every key of a scene file in Markdown. Each section has a table with default, unit, allowed values,
+/// source of the default, and meaning.
 pub fn reference() -> String {
     let sections = Scene::paper().of_sections(|name, settings| {
         let mut text = format!("### `[{name}]`\n\n{}\n\n", settings.about());

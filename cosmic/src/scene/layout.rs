@@ -1,13 +1,13 @@
-//! The hand-made layouts: two with three legs, and the filled layout of the paper's ablation. The paper does not list
-//! the edges of its three-legged baseline, so the two layouts are drawn to resemble it.
+//! The hand-made layouts: two three-legged layouts, and the filled layout of the paper's ablation. The paper does not
+//! list the edges of its three-legged baseline, so the two three-legged layouts are drawn to resemble it.
 
 use super::design::Layout;
 
-/// The number of nodes along each side of the lattice for which the three-legged layouts are made.
+/// The three-legged layouts are made for a square lattice with this number of nodes along each side.
 pub(crate) const LAYOUT_SIDE: usize = 6;
 
-/// The layout "tall": one digit for each edge (0 void, 1 skeleton, 2 actuator), and one string for each row of nodes,
-/// bottom row first.
+/// The layout "tall". Each string holds the edges of a row of nodes, the bottom row first. Each digit is the material
+/// of one edge: 0 is void, 1 skeleton, 2 actuator.
 const TALL: [&str; LAYOUT_SIDE] = [
     "121020112100201121021",
     "021020102100201021021",
@@ -28,8 +28,8 @@ const SHORT: [&str; LAYOUT_SIDE] = [
 ];
 
 impl Layout {
-    /// The material of each of the 110 edges of the 6x6 lattice, in the order of the edges: 0 void, 1 skeleton,
-    /// 2 actuator. `None` for a layout that does not depend on the lattice.
+    /// The material of each of the 110 edges of the 6x6 lattice, in the order of the edges: 0 is void, 1 skeleton, 2
+    /// actuator. `None` for the filled layout, which fits any lattice.
     pub fn materials(self) -> Option<Vec<u8>> {
         let rows = match self {
             Layout::Tall => TALL,

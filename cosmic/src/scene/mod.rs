@@ -1,12 +1,13 @@
 //! Scenes: all numbers of an experiment, as plain data in one small struct per section.
 //!
-//! A function takes the section that it needs. Only the co-design and the modules above it take the whole [`Scene`].
-//! Units are SI. "Paper silent" marks a value that the paper does not give.
+//! A function takes only the section that it needs. Only the co-design and the modules above it take the whole
+//! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper does not give.
 //!
-//! [`settings!`](crate::settings!) declares every key once: type, default, range, unit, source and meaning. The reader,
-//! the commented template and the tables of keys in the docs are made from the declarations. The declared defaults are
-//! the values of the paper. They form the scene `stability`. Other scenes state how they differ from their [`Base`].
-//! The order of the `mod` lines is the architecture: a file imports only files above it.
+//! [`settings!`](crate::settings!) declares every key once, with type, default, range, unit, source and meaning. The
+//! reader of scenes, the commented template and the tables of keys in the documentation are made from these
+//! declarations. The declared defaults are the values of the paper; they form the scene `stability`. Every other scene
+//! lists its differences from its [`Base`]. The order of the `mod` lines is the architecture: a file imports only files
+//! above it.
 
 mod pass;
 mod truss_file;

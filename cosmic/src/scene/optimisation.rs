@@ -1,4 +1,4 @@
-//! Settings of the optimisation: schedule, both optimisers, gradient, loss, selection.
+//! Settings of the optimisation: schedule, both optimisers, gradient, loss, and choice of the result.
 
 use super::Scene;
 use autodiff::Memory;
@@ -147,7 +147,7 @@ settings! {
 }
 
 impl GradientSettings {
-    /// The setting `memory`.
+    /// The setting `memory` as the memory budget of a simulator.
     pub fn budget(&self) -> Memory {
         let bytes = |megabytes: f64| Memory::Bytes((megabytes * 1e6) as usize);
         self.memory.map_or(Memory::All, bytes)
@@ -217,7 +217,7 @@ settings! {
     }
 }
 
-/// The passes for these letters, which must be valid.
+/// The passes that these letters stand for. Every letter must be valid.
 fn passes(letters: &str) -> Vec<Pass> {
     super::pass::cycle(letters).unwrap_or_default()
 }

@@ -1,22 +1,22 @@
-//! The passes of the co-design, and the letters that stand for them in `schedule.cycle`.
+//! The passes of the co-design, and the letters that stand for passes in `schedule.cycle`.
 
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// The part that an iteration of the co-design updates.
+/// What one iteration of the co-design updates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pass {
-    /// The design vectors, by MMA.
+    /// The design vectors. MMA updates them.
     Design,
-    /// The controller's weights, by Adam.
+    /// The controller's weights. Adam updates them.
     Controller,
 }
 
 impl Pass {
-    /// The letter of the pass in `schedule.cycle`.
+    /// The letter that stands for this pass in `schedule.cycle`.
     pub fn letter(self) -> char {
         match self {
             Pass::Design => 'd',
@@ -25,7 +25,7 @@ impl Pass {
     }
 }
 
-/// The passes of a cycle such as `"dcdc"`; `None` if a letter is unknown.
+/// The passes that the letters of a cycle such as `"dcdc"` stand for; `None` if a letter is unknown.
 pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
     let pass = |letter| {
         [Pass::Design, Pass::Controller]

@@ -1,4 +1,4 @@
-//! Reads a scene from TOML over its base. Checks every value and reports the place of every error.
+//! Reads a scene from TOML. Its base supplies missing keys. Every value is checked, and every error has its place.
 
 use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed};
@@ -14,22 +14,22 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What the sources that are files contain.
+/// What a file among the sources contains.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Settings that change another scene.
     Changes,
-    /// A scene. Its base supplies missing keys unless the file states a version.
+    /// A whole scene. Its base supplies missing keys, unless the file states a version: then no key may be missing.
     Scene,
     /// The scene of a run, in which no key may be missing.
     Run,
-    /// The scene in a snapshot. Nobody edits it, so keys may be missing if it has no version.
+    /// The scene in a snapshot. Nobody edits such a scene, so keys may be missing if it states no version.
     Snapshot,
 }
 
 impl Registry {
-    /// Reads a scene from TOML. The scene in the key `base` supplies missing keys; without `base` it is `earth`. If the
-    /// scene names a truss file, that file is read too.
+    /// Reads a scene from TOML. The scene that the key `base` names supplies missing keys; without this key it is
+    /// `earth`. If the scene names a truss file, the truss file is read too.
     ///
     /// # Errors
     /// [`Error::Malformed`], naming `file`, for text that is not TOML, an unknown key, a value of the wrong type or out
@@ -39,7 +39,7 @@ impl Registry {
         Reader::over(self.blank(), Kind::Scene, &[SceneText::file(file, text)]).resolved()
     }
 
-    /// The paper's scene, whose settings may name the items of the registry.
+    /// The paper's scene, with this registry. Its settings may name the items of the registry.
     pub(crate) fn blank(&self) -> Scene {
         Scene::paper().knowing(self)
     }
@@ -63,8 +63,8 @@ impl Scene {
         Reader::over(registry.blank(), Kind::Run, &source).resolved()
     }
 
-    /// Like [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. The snapshot stores the truss, if there
-    /// is one, next to the scene.
+    /// Like [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. If the scene has a truss, the snapshot
+    /// stores it next to the scene.
     ///
     /// # Errors
     /// The errors of [`Scene::parse_of_run`].
@@ -84,7 +84,7 @@ impl Scene {
         reader.finished()
     }
 
-    /// The scene after the changes in a TOML text. The text must not name a base.
+    /// Changes this scene by the settings in a TOML text. The text must not name a base.
     ///
     /// # Errors
     /// The errors of [`Registry::parse`].
@@ -92,9 +92,9 @@ impl Scene {
         Reader::over(self.clone(), Kind::Changes, &[SceneText::file(file, text)]).resolved()
     }
 
-    /// The scene with some settings replaced. Each is given as a key and a TOML value such as `physics.gravity=9.81`;
-    /// if a key is given several times, the last value counts. Words need no quotes: `physics.contact=coulomb`. Only
-    /// after all replacements are the settings checked against one another.
+    /// Replaces some settings of this scene. Each setting is a key with a TOML value, such as `physics.gravity=9.81`.
+    /// Words need no quotes: `physics.contact=coulomb`. If a key is given several times, the last value counts. The
+    /// settings are checked against one another after all replacements.
     ///
     /// # Errors
     /// The errors of [`Registry::parse`], which name `--set` and the setting instead of a file and a line.
@@ -105,8 +105,8 @@ impl Scene {
         Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
     }
 
-    /// Reads the scene of a run for callers that do not simulate. Unknown laws and an unknown loss are left out instead
-    /// of being an error.
+    /// Reads the scene of a run to show it, not to simulate it. If the scene names laws or a loss that this program
+    /// does not have, they are left out instead of being an error.
     ///
     /// # Errors
     /// All other errors of [`Scene::read`] and [`Scene::parse_of_run`].
@@ -123,18 +123,18 @@ impl Scene {
     }
 }
 
-/// A scene for display, not for simulation.
+/// The scene of a run, read to be shown and not to be simulated.
 #[derive(Clone, Debug)]
 pub struct ShownScene {
     /// The scene, without the laws and the loss that this program does not have.
     pub scene: Scene,
-    /// The laws and the loss that were left out.
+    /// The names of the laws and of the loss that were left out.
     pub lacks: Lacks,
-    /// The text of its file.
+    /// The text of the scene's file.
     pub text: String,
 }
 
-/// The laws and the loss that a scene names but this program does not have.
+/// The laws and the loss that a scene names although this program does not have them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Lacks {
     /// The names of the laws. Without these laws the scene cannot be simulated.
@@ -149,7 +149,8 @@ impl Lacks {
         self.laws.is_empty() && self.loss.is_none()
     }
 
-    /// Adds the unknown names in the value of a key. False for a key whose value cannot be left out.
+    /// Adds `names`, the unknown names in the value of `key`. Returns false if the value of this key cannot be left
+    /// out.
     fn note(&mut self, key: &str, names: &[String]) -> bool {
         if names.is_empty() {
             return false;
@@ -163,14 +164,14 @@ impl Lacks {
     }
 }
 
-/// The settings given with `--set`, as sources.
+/// Makes a source from each setting that was given with `--set`.
 pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
     settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
-/// The error for a setting that turned out to be wrong after reading, shown where the last source sets it; `None` if no
-/// source sets it.
+/// The error for a setting whose value turned out to be wrong after the scene was read. It shows the last place in the
+/// sources that sets `key`. `None` if no source sets it.
 pub(super) fn pointed(
     registry: &Registry,
     sources: &[SceneText],
@@ -189,23 +190,24 @@ pub(super) fn pointed(
     Some(malformed(sources, vec![fault]))
 }
 
-/// Reads sources one after the other into a scene.
+/// Reads the sources of a scene, one after the other. Later sources override earlier ones.
 pub(super) struct Reader<'s, 't> {
     pub(super) sources: &'s [SceneText<'t>],
-    /// The number of the source that is being read.
+    /// The index of the source that is being read.
     pub(super) source: usize,
     pub(super) scene: Scene,
     pub(super) kind: Kind,
     pub(super) faults: Vec<Fault>,
-    /// The place where each `section.key` was set last.
+    /// For each `section.key`, the place where it was set last.
     pub(super) places: HashMap<String, KeyPlace>,
-    /// Collects the laws and the loss that this program does not have; `None` if they are an error.
+    /// The laws and the loss that were left out because this program does not have them. `None` if such names are
+    /// errors.
     lacks: Option<Lacks>,
-    /// Laws in values that were rejected. The sections of these laws are not read.
+    /// The names of laws in values that were refused. The sections of these laws are ignored.
     untaken: Vec<String>,
 }
 
-/// The place of a value: the number of the source, and its bytes there.
+/// The place of a value: the index of its source, and its bytes in the text of the source.
 #[derive(Clone, Default)]
 pub(super) struct KeyPlace {
     source: usize,
@@ -213,21 +215,22 @@ pub(super) struct KeyPlace {
 }
 
 impl<'s, 't> Reader<'s, 't> {
-    /// Reads all sources into `scene`. A file that is a whole scene first replaces `scene` by the base of the file.
+    /// Reads all sources into `scene`, one after the other. If a source is the file of a whole scene, `scene` is first
+    /// replaced by the base of this file.
     fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         let mut reader = Self::new(scene, kind, sources);
         reader.read();
         reader
     }
 
-    /// The scene after the changes in a table of the source.
+    /// Changes `scene` by the settings in `table`, a table in the text of `source`.
     pub(super) fn changed(scene: Scene, source: &SceneText, table: &DeTable) -> Result<Scene> {
         let mut reader = Reader::new(scene, Kind::Changes, std::slice::from_ref(source));
         reader.table(table);
         reader.resolved()
     }
 
-    /// A reader before it reads the sources; see [`over`](Self::over).
+    /// A reader that has not read anything yet. [`over`](Self::over) makes one and reads all sources.
     fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
             sources,
@@ -249,7 +252,7 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Reads the truss file that the scene names, unless there are errors already.
+    /// Reads the truss file that the scene names. Does nothing if errors were found already.
     fn resolve(&mut self) -> Result<()> {
         if !self.faults.is_empty() {
             return Ok(());
@@ -258,13 +261,13 @@ impl<'s, 't> Reader<'s, 't> {
         self.scene.lattice.file.resolve(&folder)
     }
 
-    /// The scene with the truss that it names, or the errors found.
+    /// Reads the truss that the scene names. Returns the scene, or the errors found.
     fn resolved(mut self) -> Result<Scene> {
         self.resolve()?;
         self.finished()
     }
 
-    /// The scene, if there is no error.
+    /// Checks for settings that contradict one another. Returns the scene, or the errors found.
     fn finished(mut self) -> Result<Scene> {
         if self.faults.is_empty() && !self.sources.is_empty() {
             self.conflicts();
@@ -298,13 +301,13 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Reads the sections of a table, and the keys above them if it is a whole scene.
+    /// Reads the sections of a table. If the table is a whole scene, also reads the keys above the sections.
     fn table(&mut self, table: &DeTable) {
         let version = match self.begin(table) {
             Ok(version) => version,
             Err(fault) => return self.faults.push(fault),
         };
-        // The section `physics` comes first: its laws decide which other sections exist.
+        // The section `physics` is read first, because the laws that it names decide which other sections exist.
         let sections = table.iter();
         let sections = sections.filter(|(name, _)| !TOP_KEYS.contains(&&**name.get_ref()));
         let (first, then): (Vec<_>, Vec<_>) =
@@ -359,7 +362,7 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Records an error for a value that a key cannot have.
+    /// Records an error for a value that `path`, the key, does not allow.
     fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
         if LAW_KEYS.contains(&path) {
             self.untaken.extend(words(value));
@@ -381,7 +384,8 @@ impl<'s, 't> Reader<'s, 't> {
         self.fault(span, message, allowed + &point.unwrap_or_default());
     }
 
-    /// The folder of the file that set a key last. It is the working directory if the command line set the key.
+    /// The folder of the file that was the last to set a key. If the command line set it, the folder is the working
+    /// directory.
     fn folder(&self, key: &str) -> PathBuf {
         let file = self
             .places
@@ -403,7 +407,8 @@ impl<'s, 't> Reader<'s, 't> {
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
     }
 
-    /// Records an error for every conflict, at the first of its settings that the sources set.
+    /// Records an error for every conflict between settings. The error points at the first setting of the conflict that
+    /// a source sets.
     fn conflicts(&mut self) {
         for conflict in check::conflicts(&self.scene) {
             let mut keys = conflict.keys.iter();
@@ -421,7 +426,7 @@ impl<'s, 't> Reader<'s, 't> {
     }
 }
 
-/// Parses `text`, the source with the number `source`, as TOML.
+/// Parses `text` as TOML. `source` is the index of its source, for the error.
 pub(super) fn parsed(
     source: usize,
     text: &str,
@@ -443,8 +448,8 @@ pub(super) fn parsed(
     })
 }
 
-/// Finds the number with a decimal comma at a byte of a text. Returns its place and the number with
-/// a point.
+/// Finds the number with a decimal comma around the byte `comma` of a text. Returns its place, and the number written
+/// with a decimal point.
 fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
     let (before, after) = text.split_at_checked(comma)?;
     let is_part = |c: char| c.is_ascii_alphanumeric() || "+-.,".contains(c);
@@ -454,10 +459,10 @@ fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
     Some((start..end, number))
 }
 
-/// The keys that choose laws. A law with settings has a section of its name.
+/// The keys that choose laws. If a law has settings, the scene has a section with the name of the law.
 const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
 
-/// The strings in a value, or in the entries of an array.
+/// The string in a value, or the strings in an array.
 fn words(value: &Spanned<DeValue>) -> Vec<String> {
     let entries = value.get_ref().as_array();
     let entries = entries.map_or(vec![value], |entries| entries.iter().collect());
@@ -467,9 +472,9 @@ fn words(value: &Spanned<DeValue>) -> Vec<String> {
     words.map(str::to_owned).collect()
 }
 
-/// The known name that is most similar to a misspelt one, or else all known names.
+/// A hint for a misspelt name: the known name that is most similar, or all known names if none is similar.
 pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Clone) -> String {
-    /// The Jaro-Winkler similarity of two names that differ by one or two typing errors.
+    /// Names that differ by one or two typing errors have a Jaro-Winkler similarity above this number.
     const CLOSE: f64 = 0.8;
     let rate = |name: &&'n str| strsim::jaro_winkler(wrong, name);
     let best = known.clone().max_by(|a, b| rate(a).total_cmp(&rate(b)));

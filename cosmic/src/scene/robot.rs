@@ -60,18 +60,19 @@ settings! {
 }
 
 impl LatticeSettings {
-    /// True if nodes and edges come from a file or from the program.
+    /// True if the nodes and edges come from a truss file or from a program, and not from columns and rows.
     pub fn is_truss(&self) -> bool {
         self.file.truss().is_some()
     }
 
-    /// Height of the lowest node above the ground line at the start, m.
+    /// The height of the lowest node above the ground line at the start, in metres.
     pub fn lowest(&self) -> f64 {
         let truss = self.file.truss();
         truss.map_or(self.drop, |truss| truss.lowest())
     }
 
-    /// These settings. If the lattice is a truss, `columns` and `rows` describe its nodes as one row.
+    /// These settings for a lattice with this number of nodes. For a truss, they state one row with all nodes:
+    /// `columns` is `nodes` and `rows` is 1.
     #[must_use]
     pub(crate) fn fitted(&self, nodes: usize) -> Self {
         let mut settings = self.clone();
@@ -81,7 +82,7 @@ impl LatticeSettings {
         settings
     }
 
-    /// A short name of the lattice, such as `6x6`.
+    /// A short name of the lattice: its size, such as `6x6`, or the path of its truss file.
     pub fn name(&self) -> String {
         let size = format!("{}x{}", self.columns, self.rows);
         match (self.file.truss(), self.kind) {
@@ -189,7 +190,8 @@ impl From<&PhysicsSettings> for Ground {
 }
 
 impl PhysicsSettings {
-    /// The sections beside `[physics]`: the ground, and the chosen laws that have settings, by their names.
+    /// The sections that belong to the physics but are written separately: the ground, and each chosen law that has
+    /// settings. The section of a law has the name of the law.
     pub(super) fn own_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
         let ground: (_, &mut dyn Settings) = ("ground", &mut self.ground);
         let contact = (self.contact.name(), self.contact.settings());
@@ -201,12 +203,12 @@ impl PhysicsSettings {
         all
     }
 
-    /// The contact law of the scene, with its coefficient of friction.
+    /// The contact law that the scene chooses, with the scene's coefficient of friction.
     pub(crate) fn contact_law(&self) -> Box<dyn AnyContact> {
         self.contact.law().with_friction(self.friction)
     }
 
-    /// The forces on a lattice, springs first.
+    /// The force laws that act on a lattice. The springs come first.
     pub(crate) fn forces_on(&self, lattice: &Lattice) -> Vec<Arc<dyn Force>> {
         let (cubic, radius) = (self.stiffening, self.bending_radius);
         let springs: Box<dyn AnyForce> = if cubic > 0.0 {
@@ -284,12 +286,12 @@ settings! {
 pub struct Senses {
     /// The positions of the nodes.
     pub x: bool,
-    /// Their velocities.
+    /// The velocities of the nodes.
     pub v: bool,
 }
 
 impl ControllerSettings {
-    /// Whether an observation depends on positions and on velocities.
+    /// Whether an observation depends on positions, and whether it depends on velocities.
     pub fn senses(&self) -> Senses {
         let follows_goal = self.goal_relative && self.goal_scale != 0.0;
         Senses {
@@ -298,7 +300,7 @@ impl ControllerSettings {
         }
     }
 
-    /// These settings with the goal mirrored: behind the origin instead of ahead of it.
+    /// These settings with the goal on the other side of the origin.
     pub fn turned_back(&self) -> Self {
         let [along, height] = self.goal;
         Self {

@@ -1,4 +1,4 @@
-//! Settings of the ground: the profile above its line.
+//! Settings of the ground: the height profile above the ground line.
 
 use super::Scene;
 use toml::Spanned;
@@ -69,17 +69,17 @@ settings! {
     }
 }
 
-/// Whether the scene has ground with one of these profiles.
+/// True if the scene has ground, and its profile is of one of these kinds.
 fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     let physics = &scene.physics;
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
 }
 
-/// The largest number of steps. Each step has two corners.
+/// The largest number of steps in a profile. Each step has two corners.
 pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
 
 impl GroundSettings {
-    /// The profile of these settings.
+    /// The profile that these settings describe.
     ///
     /// # Panics
     /// If the settings contradict one another. The reader of scenes refuses such settings.
@@ -88,7 +88,7 @@ impl GroundSettings {
         profile.unwrap_or_else(|says| panic!("the profile of the ground {says}"))
     }
 
-    /// The profile.
+    /// The profile that these settings describe.
     ///
     /// # Errors
     /// A sentence if the settings contradict one another.
@@ -114,7 +114,8 @@ impl GroundSettings {
         (0..self.count).flat_map(step).collect()
     }
 
-    /// Random heights at equal distances. The first and the last point are on the ground line.
+    /// The points of rough ground: random heights at equal distances. The first and the last point are on the ground
+    /// line.
     fn rough(&self) -> Vec<Vector<f64>> {
         let mut stream = stream(self.seed as u64, Purpose::Terrain);
         let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));

@@ -1,4 +1,4 @@
-//! Checks that structs, declarations and texts of scenes agree.
+//! Checks that the structs, the declarations and the texts of scenes agree.
 
 use super::check::conflicts;
 use super::*;
@@ -6,13 +6,13 @@ use crate::Registry;
 use crate::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
-/// `section.key` of every setting, in the order of the file.
+/// The key of every setting as `section.key`, in the order in which a scene is written.
 fn paths() -> Vec<String> {
     let settings = Scene::paper().settings().into_iter();
     settings.map(|setting| setting.key).collect()
 }
 
-/// A newer key must have a valid value for older runs and an existing version.
+/// A key that is newer than version 0 must name a version that exists, and its value for older runs must be valid.
 #[test]
 fn the_value_of_a_key_for_older_runs_is_valid() {
     let mut scene = Scene::paper();
@@ -33,7 +33,7 @@ fn the_value_of_a_key_for_older_runs_is_valid() {
     assert_eq!(scene.robust, Scene::paper().robust);
 }
 
-/// A scene of version 1, which has no `controller.policy`, is read; a scene of version 2 without this key is refused.
+/// A scene of version 1 has no `controller.policy` and is read. A scene of version 2 without this key is refused.
 #[test]
 fn the_scene_of_a_run_of_version_1_is_read() {
     let text = Scene::paper().to_run_toml();
@@ -83,15 +83,15 @@ fn every_key_has_its_own_line_below_a_comment() {
     assert_eq!(written, paths());
 }
 
-/// The paper's scene with a value at a key, even if the value contradicts other settings. `None` if the key refuses the
-/// value.
+/// The paper's scene with the key `path` set to `value`, even if the value contradicts other settings. `None` if the
+/// key does not allow the value.
 fn with(path: &str, value: &str) -> Option<Scene> {
     let mut scene = Scene::paper();
     scene.field(path).unwrap().read_text(value).ok()?;
     Some(scene)
 }
 
-/// Only the task `far` can have a second goal, because only there is the negated loss a useful task.
+/// Only the task `far` accepts a second goal, because for other tasks the negated loss is no useful task.
 #[test]
 fn two_goals_need_the_task_far() {
     let of = |task: &str| {
@@ -133,7 +133,7 @@ proptest! {
         let number = format!("{x:?}");
         let read = lists.iter().chain([&number]).find_map(|value| with(path, value));
         let Some(mut scene) = read else {
-            // A name, a count, or a number out of range.
+            // The key takes a name or a count, or `x` is out of its range.
             return Ok(());
         };
         let text = scene.field(path).unwrap().value.toml();

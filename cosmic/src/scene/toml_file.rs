@@ -1,4 +1,4 @@
-//! A TOML file that is not a scene, such as a study's: some of its tables are settings of scenes.
+//! A TOML file that is not a scene but contains settings of scenes in some of its tables, such as the file of a study.
 
 use super::Scene;
 use super::diagnostic::{Fault, SceneText, malformed};
@@ -10,7 +10,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A TOML file with its name. Errors show the line, the value and what is allowed.
+/// A parsed TOML file and its name. Its errors show the line, the value and what is allowed.
 pub struct TomlFile<'t> {
     source: SceneText<'t>,
     text: &'t str,
@@ -34,11 +34,11 @@ impl<'t> TomlFile<'t> {
         }
     }
 
-    /// The whole file as a value.
+    /// Converts the whole file to a value of type `T`.
     ///
     /// # Errors
-    /// [`Error::Malformed`] for a missing key, a wrong value, and a key that `T` does not know if it denies
-    /// unknown fields.
+    /// [`Error::Malformed`] for a missing key and for a wrong value. If `T` denies unknown fields, also for an unknown
+    /// key.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
         toml::from_str(self.text).map_err(|error| {
             let message = error.message().replace("field `", "key `");
@@ -50,8 +50,8 @@ impl<'t> TomlFile<'t> {
         })
     }
 
-    /// The scene after the settings in the table at a path such as `trials[3].settings`. Without this table
-    /// the scene is unchanged.
+    /// Changes a scene by the settings in the table at a path such as `trials[3].settings`. If there is no such table,
+    /// the scene stays as it is.
     ///
     /// # Errors
     /// The errors of [`Scene::with`].
@@ -65,7 +65,7 @@ impl<'t> TomlFile<'t> {
         }
     }
 
-    /// Checks that every one of `names`, the list at `path`, is in `known`.
+    /// Checks that every name in `names` is in `known`. `names` is the list that the file has at `path`.
     ///
     /// # Errors
     /// [`Error::Malformed`] for the first name that is unknown.
@@ -77,7 +77,8 @@ impl<'t> TomlFile<'t> {
         })
     }
 
-    /// The error for the value at a path: the path, what is wrong, the value as it is written, and what is allowed.
+    /// Makes an error about the value at a path. It shows the path, the problem, the value as it is written, and what
+    /// is allowed.
     pub fn wrong(&self, path: &str, says: &str, allowed: &str) -> Error {
         let span = self.value(path).map_or(0..0, Spanned::span);
         let written = self.text.get(span.clone()).unwrap_or_default();

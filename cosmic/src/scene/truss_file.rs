@@ -1,4 +1,4 @@
-//! The setting that names a truss: a lattice with any nodes and edges.
+//! The setting `lattice.file`, which names a truss: a lattice with any nodes and edges.
 
 use std::io;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::lattice::Truss;
 use crate::registry::{OFF, Registry};
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 
-/// The setting `lattice.file`: no truss, or a truss with the path of its file or its name in the
+/// The setting `lattice.file`. It chooses no truss, the truss in a file, or a truss that was added to the
 /// [registry](Registry::with_lattice).
 #[derive(Clone, Debug)]
 pub struct TrussFile {
@@ -32,7 +32,8 @@ impl Default for TrussFile {
     }
 }
 
-/// Trusses are compared by nodes and edges: a copy of a file equals the file.
+/// Two settings are equal if their trusses have the same nodes and edges, even if the trusses come from different
+/// files.
 impl PartialEq for TrussFile {
     fn eq(&self, other: &Self) -> bool {
         match (&self.truss, &other.truss) {
@@ -49,10 +50,10 @@ impl Serialize for TrussFile {
 }
 
 impl TrussFile {
-    /// The name of the copy of the truss file in the folder of a run.
+    /// The file name of the copy of the truss that the folder of a run holds.
     pub const COPY: &'static str = "truss.json";
 
-    /// A truss, and the path by which a scene names it.
+    /// Chooses `truss`. `path` is the path by which a scene names it.
     pub fn new(path: &str, truss: Arc<Truss>) -> Self {
         Self {
             path: path.to_owned(),
@@ -61,12 +62,12 @@ impl TrussFile {
         }
     }
 
-    /// The path or the name in the scene.
+    /// The path of the truss file, or the name of the truss, as the scene states it.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// The nodes and edges; `None` for a generated lattice.
+    /// The chosen truss; `None` for a generated lattice.
     ///
     /// # Panics
     /// If the file was not read yet. Reading a scene reads it.
@@ -79,12 +80,13 @@ impl TrussFile {
         self.truss.as_ref()
     }
 
-    /// True for a path whose file was not read yet.
+    /// True if the setting names a truss that was not read yet.
     pub(super) fn is_to_be_read(&self) -> bool {
         self.truss.is_none() && self.path != OFF
     }
 
-    /// Takes the truss with this name from the registry, or reads the file. Its path is relative to `folder`.
+    /// Takes the truss with this name from the registry. If there is none, reads the file at this path, which is
+    /// relative to `folder`.
     ///
     /// # Errors
     /// The errors of [`Truss::read`].
@@ -118,7 +120,7 @@ impl SettingValue for TrussFile {
     }
 
     fn toml(&self) -> String {
-        // TOML and Rust escape characters differently.
+        // Rust would escape some characters in another way than TOML.
         toml::Value::String(self.path.clone()).to_string()
     }
 

@@ -1,9 +1,9 @@
-//! Settings in a scene that have no effect.
+//! Finds settings of a scene that have no effect.
 
 use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
-    /// The settings that differ from the base of the scene.
+    /// The settings whose values differ from the base of the scene.
     pub fn changed(&self) -> Vec<Setting> {
         let base = self.base.scene().settings();
         let mut settings = self.settings();
@@ -11,7 +11,7 @@ impl Scene {
         settings
     }
 
-    /// A warning for every setting that was changed although nothing reads it.
+    /// A warning for every setting that differs from the base although the scene does not read it.
     pub(super) fn unread(&self) -> Vec<Finding> {
         let remark = |Setting { key, .. }: Setting| {
             let when = self.clone().when_read(&key, self)?;
@@ -21,7 +21,8 @@ impl Scene {
         self.changed().into_iter().filter_map(remark).collect()
     }
 
-    /// The condition under which a key is read, in words. `None` if the scene reads the key.
+    /// If the scene does not read the key at `path`, the condition under which the key is read, as a phrase. `None` if
+    /// the scene reads it.
     pub(super) fn when_read(&mut self, path: &str, scene: &Scene) -> Option<&'static str> {
         let (section, _) = path.split_once('.')?;
         let (when, is_read) = scene.section_is_read(section);
@@ -32,27 +33,27 @@ impl Scene {
         (!(field.is_read)(scene)).then_some(field.when)
     }
 
-    /// Whether the design is optimised. It is not if the start is a layout.
+    /// True if the design is optimised: the start is not a layout.
     pub(super) fn designs(&self) -> bool {
         self.start.kind != StartKind::Layout
     }
 
-    /// Whether the loss is the task's loss.
+    /// True if the loss is that of the task, and not a loss that a program adds.
     pub(super) fn has_task(&self) -> bool {
         self.objective.own_loss.is_default()
     }
 
-    /// Whether the loss depends on more states than the last one.
+    /// True if the loss depends on other states than the last one.
     pub(super) fn sees_several_states(&self) -> bool {
         self.loss.kind == LossKind::Mean || self.objective.task == TaskKind::Economy
     }
 
-    /// Whether the lattice is generated from columns and rows.
+    /// True if the lattice is generated from columns and rows.
     pub(super) fn is_generated(&self) -> bool {
         !self.lattice.is_truss()
     }
 
-    /// Whether the contact law may read the coefficient of friction. A law that a program adds may.
+    /// True if the contact law may read the coefficient of friction. This includes every law that a program adds.
     pub(super) fn slips(&self) -> bool {
         !["infinite", "none"].contains(&self.physics.contact.name())
     }

@@ -1,8 +1,8 @@
-//! The version of the scenes of runs.
+//! The format and the version of the scenes of runs.
 
-/// The key `format` in the scene of a run.
+/// The value of the key `format` in the scene of a run.
 pub(super) const FORMAT: &str = "cosmic-scene";
 
-/// The version of the scenes that this program writes for runs. It is raised with every new key. Scenes without a
-/// version have version 0.
+/// The version of the scenes that this program writes for runs. It is raised with every new key. A scene that states no
+/// version has version 0.
 pub const VERSION: u32 = 2;

@@ -1,4 +1,4 @@
-//! Reads the beginning of a scene file, its base and version, and checks that no key is missing.
+//! Reads the beginning of a scene file, which states base and version. Also checks that no key is missing.
 
 use super::Scene;
 use super::base::{Base, TOP_KEYS};
@@ -13,8 +13,9 @@ use toml::de::{DeTable, DeValue};
 const BASE: &str = "base";
 
 impl Reader<'_, '_> {
-    /// Begins to read a whole scene. The reader starts from the scene's base, or from the defaults if the file must be
-    /// complete. Returns the version whose keys a complete file must hold; `None` if keys may be missing.
+    /// Begins to read a source. If it is a whole scene, the reader starts again from the base of the scene, or from the
+    /// declared defaults if the file must be complete. Returns the version whose keys a complete file must hold; `None`
+    /// if keys may be missing.
     pub(super) fn begin(&mut self, document: &DeTable) -> Result<Option<u32>, Fault> {
         if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
             let mut stated = TOP_KEYS
@@ -45,7 +46,7 @@ impl Reader<'_, '_> {
         Ok(version)
     }
 
-    /// The base that the file names.
+    /// The base that the file names; `None` if it names no base.
     fn base(&self, document: &DeTable) -> Result<Option<Base>, Fault> {
         let Some(value) = document.get(BASE) else {
             return Ok(None);
@@ -62,8 +63,8 @@ impl Reader<'_, '_> {
         Err(self.wrong(BASE, value, says, known))
     }
 
-    /// The version whose keys the scene must hold: the stated version, or 0 for the scene of a run without a version.
-    /// `None` if keys may be missing.
+    /// The version whose keys a complete scene must hold. It is the version that the file states. If the scene of a run
+    /// states none, it is 0. `None` if keys may be missing.
     fn version(&self, document: &DeTable) -> Result<Option<u32>, Fault> {
         let [format, version] = ["format", "version"].map(|key| document.get(key));
         let (format, version) = match (format, version) {
@@ -99,7 +100,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// An error in the value of a key above the first section.
+    /// A fault about the value of a key above the first section.
     fn wrong(&self, key: &str, value: &Spanned<DeValue>, says: &str, allowed: String) -> Fault {
         let text = &self.sources[self.source].text;
         let written = abridged(text.get(value.span()).unwrap_or_default());
@@ -111,7 +112,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Checks that no key of a version is missing. Newer keys get the values that reproduce older runs.
+    /// Checks that no key of this version is missing. Keys that are newer than the version get the values with which
+    /// older runs are reproduced.
     pub(super) fn complete(&mut self, version: u32) {
         let is_lenient = self.kind == Kind::Snapshot && version == 0;
         let (places, mut missing) = (&self.places, Vec::new());

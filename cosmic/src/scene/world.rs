@@ -1,11 +1,11 @@
-//! A description of the world of a scene in one line.
+//! Describes the world of a scene in one line.
 
 use super::{ProfileKind, Scene};
 use crate::settings::Named;
 
 impl Scene {
-    /// The world in one line: gravity, contact and friction, drag, damping of the bars and end stops. Other forces, an
-    /// incline and a ground profile are named if there are any.
+    /// A description of the world in one line: gravity, contact and friction, drag, damping of the bars, and end stops.
+    /// Other forces, an incline and a ground profile are named if the scene has them.
     pub fn world(&self) -> String {
         let physics = &self.physics;
         let mut parts = vec![format!("gravity {} m/s2", physics.gravity)];

@@ -6,12 +6,12 @@ use crate::settings::{Settings, Values};
 use serde::{Serialize, Serializer};
 
 impl Scene {
-    /// The whole scene as commented TOML; [`Scene::parse`] reads it back to the same bits.
+    /// The whole scene as TOML with comments. [`Scene::parse`] reads it back to the same bits.
     pub fn to_toml(&self) -> String {
         let write = |name: &str, settings: &mut dyn Settings| {
             let mut text = format!("# {}\n[{name}]\n", settings.about());
             for field in settings.fields() {
-                // The unit and the source end the sentence: "Time step, s (paper, table 2)."
+                // The unit and the source stand at the end of the sentence: "Time step, s (paper, table 2)."
                 let doc = field.doc.trim_end_matches('.');
                 let comma = if field.unit.is_empty() { "" } else { ", " };
                 let (unit, source, allowed) = (field.unit, field.source, field.allowed());
@@ -29,8 +29,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// Like [`to_toml`](Scene::to_toml), with format and version, for the scene of a run, in which no key may be
-    /// missing.
+    /// The scene for the folder of a run: the text of [`to_toml`](Scene::to_toml) with format and version. In such a
+    /// scene no key may be missing.
     pub fn to_run_toml(&self) -> String {
         let text = self.to_toml();
         format!(
@@ -40,7 +40,7 @@ impl Scene {
     }
 }
 
-/// Sections of keys, in the order of the text.
+/// Serializes a scene as its sections, each with its keys and values. The order is that of the TOML text.
 impl Serialize for Scene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let of = |name: &'static str, section: &mut dyn Settings| (name, Values::of(section));

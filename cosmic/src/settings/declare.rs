@@ -1,4 +1,4 @@
-//! The macro that declares the settings of a scene. It keeps everything about a key in one place.
+//! The macro that declares the settings of a scene. Everything about a key is declared in one place.
 
 /// Declares a section of a scene (`struct`), the names among which a setting chooses (`enum`), or the scene itself
 /// (`scene`).
@@ -123,7 +123,7 @@ macro_rules! settings {
         $(#[doc = $about])+
         #[derive(Debug, Clone)]
         pub struct $Scene {
-            /// The built-in scene that supplied the keys missing in the file. Scenes with equal settings are
+            /// The built-in scene that supplied the keys that were missing in the file. Scenes with equal settings are
             /// equal even if their bases differ.
             pub base: $Base,
             $($(#[doc = $doc])+ pub $section: $Settings,)+
@@ -136,13 +136,13 @@ macro_rules! settings {
         }
 
         impl $Scene {
-            /// The scene with all declared defaults.
+            /// The scene in which every setting has its declared default.
             fn declared(base: $Base) -> Self {
                 Self { base, $($section: <$Settings>::default(),)+ }
             }
 
-            /// The condition under which a section is read, in words, and whether a scene reads it. The words are
-            /// empty if every scene reads the section.
+            /// The condition under which a section is read, as a phrase, and whether this scene reads the section. The
+            /// phrase is empty if every scene reads it.
             fn section_is_read(&self, section: &str) -> (&'static str, bool) {
                 match section {
                     $($(stringify!($section) => {
@@ -153,7 +153,7 @@ macro_rules! settings {
                 }
             }
 
-            /// Every section with its name, in the order in which they are written.
+            /// Every section with its name, in the order in which a scene is written.
             fn sections(
                 &mut self,
             ) -> [(&'static str, &mut dyn $crate::settings::Settings); [$(stringify!($section)),+].len()] {
@@ -173,8 +173,7 @@ macro_rules! settings {
             $($(#[$doc])+ $Member,)+
         }
 
-        // Implemented by hand: a derive would need serde among the dependencies of the user's
-        // crate.
+        // This trait is implemented by hand, because a derive would require that the user's crate depends on serde.
         impl $crate::settings::serde::Serialize for $Choice {
             fn serialize<S: $crate::settings::serde::Serializer>(
                 &self,
@@ -196,7 +195,7 @@ macro_rules! settings {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
         }
     };
-    // Settings without inputs.
+    // For settings without inputs.
     (@inputs $Settings:ident [] $fields:tt) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<R: $crate::settings::Real> = Self;
@@ -211,7 +210,7 @@ macro_rules! settings {
             }
         }
     };
-    // Settings that are generic over their numbers. The macro gets the type and the key of each field.
+    // For settings that are generic over their numbers. The macro receives the type and the key of each field.
     (@inputs $Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<$R: $crate::settings::Real> = $Settings<$R>;

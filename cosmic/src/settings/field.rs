@@ -12,7 +12,7 @@ use crate::registry::OFF;
 
 /// A setting: its value and everything that its declaration says.
 pub struct Field<'a> {
-    /// The key within its section.
+    /// The name of the key within its section.
     pub key: &'static str,
     /// The meaning of the key, in sentences.
     pub doc: &'static str,
@@ -20,17 +20,17 @@ pub struct Field<'a> {
     pub unit: &'static str,
     /// The source of the default: the paper, a decision (D1 to D11), or an experiment.
     pub source: &'static str,
-    /// The first version of the scenes of runs that hold the key.
+    /// The version of the scenes of runs in which the key appears first.
     pub since: u32,
-    /// The key's value in older scenes, as TOML; empty if it is the default.
+    /// The value that the key has in scenes older than the key, as TOML. Empty if it is the default.
     pub before: &'static str,
-    /// The condition under which the key is read, in words; empty if every scene reads it.
+    /// The condition under which the key is read, as a phrase. Empty if every scene reads the key.
     pub when: &'static str,
-    /// Whether the scene reads the key.
+    /// Returns whether a scene reads the key.
     pub is_read: fn(&dyn Any) -> bool,
-    /// The allowed range of its numbers.
+    /// The allowed range of the numbers in the value.
     pub limits: Limits,
-    /// The value itself.
+    /// The value of the setting.
     pub value: &'a mut dyn SettingValue,
 }
 
@@ -40,7 +40,7 @@ impl Field<'_> {
         self.value.allowed(&self.limits)
     }
 
-    /// Sets the value to a value written in TOML.
+    /// Reads a value written in TOML into the setting.
     ///
     /// # Errors
     /// The part of the error message that stands between the key and the value.
@@ -55,34 +55,35 @@ impl Field<'_> {
         read.map_err(|misfit| misfit.says)
     }
 
-    /// Sets the key to its value for scenes that are older than the key. False if the declared value is invalid.
+    /// Gives the key the value that it has in scenes older than the key. Returns false if the declaration of this value
+    /// is invalid.
     pub(crate) fn take_before(self) -> bool {
         let before = self.before;
         before.is_empty() || self.read_text(before).is_ok()
     }
 }
 
-/// Whether a condition on a scene holds. The type of the scene is a parameter, because this module comes before the
-/// scene and does not know its type.
+/// Evaluates a condition on a scene. The type of the scene is a parameter, because the module of scenes comes after
+/// this module.
 pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> bool {
     scene.downcast_ref().is_none_or(condition)
 }
 
-/// A section of a scene file; [`settings!`](crate::settings!) declares it.
+/// A section of a scene file. The macro [`settings!`](crate::settings!) declares sections.
 pub trait Settings {
     /// A description of the section, in a sentence.
     fn about(&self) -> &'static str;
-    /// The settings, in the order in which they are written; none by default.
+    /// The settings of the section, in the order in which they are written. By default there are none.
     fn fields(&mut self) -> Vec<Field<'_>> {
         Vec::new()
     }
 }
 
-/// The keys of a section with their values as JSON, in the order in which they are written.
+/// The keys of a section and their values as JSON, in the order in which they are written.
 pub struct Values(Vec<(&'static str, Value)>);
 
 impl Values {
-    /// The keys and values of a section.
+    /// Collects the keys and values of a section.
     pub fn of(section: &mut dyn Settings) -> Self {
         let fields = section.fields().into_iter();
         Self(
@@ -99,15 +100,15 @@ impl Serialize for Values {
     }
 }
 
-/// Sets a setting to a value in JSON. Numbers, strings, booleans and arrays of them are written as in TOML;
-/// `null` stands for TOML's `"off"`.
+/// Reads a JSON value into a setting. JSON and TOML write numbers, strings, booleans and arrays of them alike. `null`
+/// stands for `"off"` in TOML.
 ///
 /// # Errors
 /// A sentence that names the key, the value and what is allowed.
 pub fn read_json(field: Field, json: &Value) -> Result<(), String> {
     let (key, allowed) = (field.key, field.allowed());
     let read = match json {
-        // The user wrote no "off", so its error would be misleading.
+        // The error of `"off"` would mislead a user who wrote `null`.
         Value::Null => {
             let read = field.read_text(&format!("{OFF:?}"));
             read.map_err(|_| "cannot be".to_owned())

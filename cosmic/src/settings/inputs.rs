@@ -1,41 +1,43 @@
-//! The settings of a law as inputs of a step.
+//! The numbers in the settings of a law, as inputs of a step.
 
 use autodiff::Real;
 
 use super::value::Named;
 
-/// Settings whose numbers are inputs of a step: a rollout can be differentiated with respect to them, and robots of one
-/// batch may differ in them. [`settings!`](crate::settings!) implements it: the numbers of `struct Mud<R>` are its
-/// fields of type `R`.
+/// Settings whose numbers are inputs of a step. A rollout can be differentiated with respect to these numbers, and
+/// robots that are simulated together may have different numbers. [`settings!`](crate::settings!) implements this
+/// trait: the numbers of `struct Mud<R>` are its fields of type `R`.
 pub trait Inputs: Sized {
-    /// These settings with numbers of type `R`.
+    /// The type of these settings if their numbers have the type `R`.
     type Of<R: Real>;
-    /// The number of inputs.
+    /// The number of inputs in these settings.
     const COUNT: usize;
 
-    /// The key and value of each input. A key with a point names its section too: `physics.friction`.
+    /// The key and the value of each input. For a setting of another section, the key names its section too:
+    /// `physics.friction`.
     fn inputs(&self) -> Vec<(String, f64)>;
 
-    /// These settings with other numbers, in the order of [`inputs`](Inputs::inputs).
+    /// These settings with `numbers` as their inputs, in the order of [`inputs`](Inputs::inputs).
     fn of<R: Real>(&self, numbers: &[R]) -> Self::Of<R>;
 
-    /// These settings with their numbers as constants of type `R`.
+    /// These settings with their inputs as constants of the number type `R`.
     fn constant<R: Real>(&self) -> Self::Of<R> {
         let numbers = self.inputs().into_iter();
         self.of(&numbers.map(|(_, x)| R::lit(x)).collect::<Vec<_>>())
     }
 }
 
-/// The type of a field of settings. If the numbers of the settings get the type `N`, the field gets the type `Out`.
+/// The type of a field in settings of a law. If the numbers of the settings have the type `N`, the field has the type
+/// `Out`.
 #[doc(hidden)]
 pub trait InputField<N, Out> {
     /// The number of inputs in the field; 0 for a field without inputs.
     const COUNT: usize = 0;
-    /// The key and value of each input in the field.
+    /// The key and the value of each input in the field.
     fn inputs(&self, _key: &str) -> Vec<(String, f64)> {
         Vec::new()
     }
-    /// The field with its inputs taken from the front of `numbers`.
+    /// This field with other inputs. They are taken from the front of `numbers`.
     fn of(&self, numbers: &mut &[N]) -> Out;
 }
 

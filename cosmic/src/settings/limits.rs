@@ -1,8 +1,8 @@
-//! The allowed range of the numbers of a setting.
+//! The range of numbers that a setting allows.
 
 use std::fmt;
 
-/// A range of finite numbers. For an array it limits every entry, for a cycle its length.
+/// A range of finite numbers. For an array, it is the range of every entry. For a cycle, it is the range of its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     low: f64,
@@ -11,16 +11,16 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// No limits. Settings that are not numbers have these.
+    /// The range of all finite numbers, for settings without limits and for settings that are not numbers.
     pub const NONE: Limits = within(f64::MIN, f64::MAX);
 
-    /// Whether a number is in the range. False for NaN and infinities.
+    /// True if a number is in the range. NaN and infinities never are.
     pub fn contain(&self, x: f64) -> bool {
         x <= self.high && (x > self.low || self.low_included && x == self.low)
     }
 }
 
-/// From `low` to `high`, both included.
+/// The range from `low` to `high`. Both are included.
 pub const fn within(low: f64, high: f64) -> Limits {
     Limits {
         low,
@@ -29,7 +29,7 @@ pub const fn within(low: f64, high: f64) -> Limits {
     }
 }
 
-/// Above `low`, up to `high`, which is included.
+/// The range from `low`, which is excluded, to `high`, which is included.
 pub const fn above(low: f64, high: f64) -> Limits {
     Limits {
         low,
@@ -38,15 +38,15 @@ pub const fn above(low: f64, high: f64) -> Limits {
     }
 }
 
-/// Numbers of iterations; 0 is before the first iteration.
+/// The range of an iteration's number. 0 is before the first iteration.
 pub(crate) const ITERATIONS: Limits = within(0.0, 1e5);
-/// Lengths of a rollout or of a part of it, in steps.
+/// The range of the length of a rollout, or of a part of it, in steps.
 pub(crate) const STEPS: Limits = within(1.0, 1e6);
-/// Factors and costs without a natural bound.
+/// The range of factors and costs without a natural bound.
 pub(crate) const POSITIVE: Limits = above(0.0, 1e6);
-/// Shares of a whole.
+/// The range of a share of a whole.
 pub(crate) const SHARE: Limits = within(0.0, 1.0);
-/// Relative deviations that keep a positive number positive.
+/// The range of a relative deviation. Within it, a deviation keeps a positive number positive.
 pub(crate) const DEVIATION: Limits = within(0.0, 0.99);
 
 impl fmt::Display for Limits {
@@ -60,7 +60,7 @@ impl fmt::Display for Limits {
     }
 }
 
-/// A bound as people write it: `64`, not `64.0`; `1e9`, not `1000000000`.
+/// Writes a bound as people do: `64` and not `64.0`, `1e9` and not `1000000000`.
 fn plain(bound: f64) -> String {
     let text = if bound.abs() >= 1e5 {
         format!("{bound:e}")

@@ -1,4 +1,5 @@
-//! Settings: the keys of a scene file. Each is declared once with its type, default, range, unit, source and meaning.
+//! Settings: the keys of a scene file. Each key is declared once, with its type, default, range, unit, source and
+//! meaning.
 
 mod limits;
 mod value;

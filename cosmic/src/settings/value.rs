@@ -1,4 +1,4 @@
-//! The types of settings: their allowed values, and how they are read and written.
+//! The types of settings. A type decides which values are allowed, and how values are read and written.
 
 use super::limits::Limits;
 use crate::registry::{OFF, Registry};
@@ -9,9 +9,9 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// The type of a setting.
+/// A type that a setting can have.
 pub trait SettingValue: Debug {
-    /// The values that are allowed in a file, as a phrase.
+    /// The values that a file may state, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
     /// The value as TOML. Rust writes numbers, booleans and arrays of them as TOML does, with the fewest digits that
     /// read back to the same bits.
@@ -20,32 +20,31 @@ pub trait SettingValue: Debug {
     }
     /// The value as JSON.
     fn json(&self) -> serde_json::Value;
-    /// Replaces this value by the value in a file.
+    /// Replaces this value by a value from a file.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
     /// True if the value is within the limits.
     fn fits(&self, _limits: &Limits) -> bool {
         true
     }
-    /// Gives the registry to a setting that chooses an item by its name.
+    /// Gives the registry to this setting, if it chooses an item by its name.
     fn know(&mut self, _registry: &Registry) {}
 }
 
-/// The reason why a value is refused. A message reads "`physics.dt` is a string: "fast"", where `says` is the part
-/// between key and value.
+/// The reason why a value is refused, for a message such as "`physics.dt` is a string: "fast"".
 pub struct Misfit {
-    /// The bytes of the value in its source.
+    /// The place of the value: its bytes in the text.
     pub span: Range<usize>,
-    /// The part of the message between key and value.
+    /// The part of the message between key and value, such as "is a string:".
     pub says: String,
-    /// The names of laws or losses in the value that this program does not have. If these names are the
-    /// only error, the setting holds the rest of the value.
+    /// The names in the value of laws or losses that this program does not have. If they are the only error, the
+    /// setting holds the rest of the value.
     pub unknown: Vec<String>,
 }
 
 /// The result of reading a value.
 pub type Filled<T> = Result<T, Misfit>;
 
-/// The error for a refused value.
+/// A refusal of a value. `says` is the part of the message between key and value.
 pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     Misfit {
         span: value.span(),
@@ -54,7 +53,7 @@ pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     }
 }
 
-/// The error for an unknown name.
+/// A refusal of a value that contains the unknown name `name`.
 pub(crate) fn unknown(value: &Spanned<DeValue>, name: &str, says: &str) -> Misfit {
     Misfit {
         unknown: vec![name.to_owned()],
@@ -66,12 +65,12 @@ fn out_of_range(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, "is out of range:")
 }
 
-/// The error for a value of the wrong type.
+/// A refusal of a value of the wrong type.
 pub fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, &format!("is {}:", kind(value)))
 }
 
-/// The type of a TOML value, with its article.
+/// The type of a TOML value as a phrase, such as "a string".
 pub fn kind(value: &Spanned<DeValue>) -> &'static str {
     match value.get_ref() {
         DeValue::String(_) => "a string",
@@ -93,7 +92,8 @@ impl SettingValue for f64 {
         json(self)
     }
 
-    /// The number may be written without a point. A number that overflows becomes infinite, which is out of range.
+    /// Reads a number, which may be written without a decimal point. A number that overflows is infinite and therefore
+    /// out of range.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         let x = match value.get_ref() {
             DeValue::Float(x) => x.as_str().parse().ok(),
@@ -137,9 +137,9 @@ impl SettingValue for usize {
     }
 }
 
-/// A number type that an array setting may hold.
+/// A number type that the entries of an array setting may have.
 pub trait ArrayNumber: SettingValue {
-    /// The noun for such a number.
+    /// The noun for a number of this type.
     const NOUN: &'static str;
 }
 
@@ -175,7 +175,7 @@ impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
     }
 }
 
-/// A bound that can be switched off.
+/// A bound that can be switched off: `None` is "off".
 impl SettingValue for Option<f64> {
     fn allowed(&self, limits: &Limits) -> String {
         format!("a number {limits}, or {OFF:?}")
@@ -220,17 +220,17 @@ impl SettingValue for bool {
 
 /// An enum whose members have names in scene files.
 pub trait Named: Copy + Debug + PartialEq + 'static {
-    /// Every member of the enum, with its name before it.
+    /// Every member of the enum, as a pair of its name and itself.
     const ALL: &'static [(&'static str, Self)];
 
-    /// The member's name.
+    /// The name of this member.
     fn name(self) -> &'static str {
         let entry = Self::ALL.iter().find(|(_, member)| *member == self);
         entry.map_or("", |(name, _)| name)
     }
 }
 
-/// Reads a member of an enum by its name, for [`settings!`](crate::settings!).
+/// Deserializes the name of an enum's member. Made for [`settings!`](crate::settings!).
 ///
 /// # Errors
 /// The errors of the deserializer, and an error for a string that is not one of the names.
@@ -266,21 +266,21 @@ impl<T: Named> SettingValue for T {
     }
 }
 
-/// The names in quotes, joined by `between`.
+/// Puts each name in quotes and joins the names by `between`.
 pub(crate) fn quoted<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
     let quoted: Vec<String> = names.map(|name| format!("{name:?}")).collect();
     quoted.join(between)
 }
 
-/// The string value.
+/// The string in a TOML value.
 ///
 /// # Errors
-/// [`Misfit`] for a value that is not a string.
+/// A [`Misfit`] for a value that is not a string.
 pub fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
     value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
 }
 
-/// A value as JSON. Every setting has a JSON form, because settings are numbers, names and lists of them.
+/// Converts the value of a setting to JSON. This always works, because settings are numbers, names and lists of them.
 pub fn json(value: &(impl serde::Serialize + ?Sized)) -> serde_json::Value {
     serde_json::to_value(value).unwrap_or_default()
 }
