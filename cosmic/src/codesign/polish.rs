@@ -14,10 +14,10 @@ use super::slopes::Sought;
 use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
-/// The best layouts of the short rollouts, one in four, continue to the full rollouts.
+/// One in this number of layouts, the best ones in the short rollouts, continues to the full rollouts.
 const HEAT: usize = 4;
 
-/// Tries other materials for single edges with the current controller, and keeps the layout with the best full
+/// Tries other materials for single edges. The controller stays the current one. Keeps the layout with the best full
 /// rollout. Returns the result of that rollout; `None` if no rollout was needed.
 pub(super) fn polish(
     evaluator: &Evaluator,
@@ -131,7 +131,7 @@ mod tests {
         assert!(found > 0, "no robot became better");
     }
 
-    /// A polished robot never gets less far than the same robot without polish. The controller does not change, so the
+    /// A polished robot never walks less far than the same robot without polish. The controller does not change, so the
     /// robots differ only by the polish.
     #[test]
     fn polished_robots_get_farther_and_without_trials_nothing_is_polished() {

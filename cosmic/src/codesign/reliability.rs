@@ -25,15 +25,15 @@ pub enum Reliability {
     },
 }
 
-/// A median distance with a smaller absolute value counts as this distance, m.
+/// A median distance with a smaller absolute value counts as this distance, in metres.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Merit {
-    /// The displacement along the ground, m.
+    /// The displacement along the ground, in metres.
     Distance,
-    /// With two goals: the shorter of the distances that the robot walks towards each goal, m.
+    /// With two goals: the robot walks one distance towards each goal; this is the shorter of the two, in metres.
     ShorterWay,
     /// Minus the loss.
     MinusLoss,

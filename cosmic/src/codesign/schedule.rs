@@ -21,7 +21,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// The name in files.
+    /// The name of the phase in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::CoDesign => "co_design",
@@ -64,7 +64,7 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// What the iteration updates.
+    /// What the iteration updates: the design or the controller.
     pub(super) fn pass(&self) -> Pass {
         let cycle = &self.scene.schedule.cycle;
         cycle[(self.iteration - 1) % cycle.len()]
