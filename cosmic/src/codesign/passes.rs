@@ -11,7 +11,7 @@ use crate::design::{Design, clamp};
 use crate::optimiser::Linearisation;
 use crate::projection::Projection;
 
-/// Before the snap, an iteration does a full rollout if its number is a multiple of this. In the fine-tuning, every
+/// Before the snap, an iteration does a full rollout if its number is a multiple of this one. In the fine-tuning, every
 /// iteration does one, because every controller is then a candidate for delivery.
 const EVALUATE_EVERY: usize = 10;
 

@@ -9,10 +9,10 @@
 //! There are two frames: the world's frame and the frame of the [`Ground`]. In the ground's frame, a point is below
 //! flat ground if its last coordinate is negative.
 //!
-//! - In the *world's* frame are states, trajectories and the positions of a lattice, in memory and in files, and the
-//!   inputs of losses and controllers.
-//! - In the *ground's* frame are scenes, truss files, the places of a lattice, and everything inside a rollout,
-//!   including laws.
+//! - These are in the *world's* frame: states, trajectories and a lattice's `positions`, both in memory and in files;
+//!   also the inputs of losses and controllers.
+//! - These are in the *ground's* frame: scenes, truss files, a lattice's `places`, and everything inside a rollout,
+//!   including the inputs of laws.
 //!
 //! Only [`State::to_ground`](crate::lattice::State::to_ground) and [`State::to_world`](crate::lattice::State::to_world)
 //! convert states. The simulator converts once at the start of a rollout and once for every observed state, but never
