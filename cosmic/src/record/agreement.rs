@@ -16,9 +16,9 @@ use std::path::Path;
 /// The largest difference that rounding may cause between two results.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest distance between two rollouts of the same robot at the second state of a trajectory file, as a share
-/// of the lattice's spacing. Other platforms and versions round differently, but in so few steps the difference stays
-/// below this distance. Robots of different seeds are farther apart.
+/// Two rollouts belong to the same robot if, at the second state of a trajectory file, no node differs by more than
+/// this distance, as a share of the lattice's spacing. Platforms and versions of the program round differently, but in
+/// so few steps the difference stays below this distance. Robots of different seeds are farther apart.
 const APART: f64 = 1e-6;
 
 /// Checks that the files of a finished run belong together.

@@ -31,14 +31,14 @@ impl Format {
         Self { name, version }
     }
 
-    /// `format`, `version` and the body's keys as one line of JSON.
+    /// One line of JSON with the keys `format` and `version` and the keys of the body.
     pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
         let text = serde_json::to_string(&Stamped { format: self, body });
         text.expect("plain numbers and string keys serialise") + "\n"
     }
 }
 
-/// The keys `format` and `version` of a file that is read.
+/// The keys `format` and `version`, as they are read from a file.
 #[derive(Deserialize)]
 struct Stamp {
     format: String,

@@ -1,4 +1,4 @@
-//! Text files that grow by lines and can be truncated.
+//! Text files to which lines are appended and which can be truncated.
 
 use crate::error::{Error, Result, fits};
 use std::fs::{File, OpenOptions};
@@ -26,7 +26,7 @@ impl Appended {
         }
     }
 
-    /// The length of the first `lines` lines, in bytes. Fewer complete lines are an error.
+    /// The length of the first `lines` lines, in bytes. Returns an error if the file has fewer complete lines.
     pub(super) fn end(&mut self, lines: usize) -> Result<u64> {
         let mut bytes = Vec::new();
         (self.file.rewind())
