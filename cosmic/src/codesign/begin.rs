@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::simulator::StepCheck;
 use crate::task::Task;
 
-/// A scene, ready to be optimised.
+/// The optimisation of a scene, ready to begin.
 pub struct CoDesign {
     pub(super) evaluator: Evaluator,
     /// True if the caller supplied the loss in place of the scene's objective.

@@ -1,4 +1,5 @@
-//! The delivery at the end of an optimisation: chooses a controller and measures the robot's displacement.
+//! The delivery at the end of an optimisation: chooses the controller of the robot and measures the robot's
+//! displacement.
 
 use rayon::prelude::*;
 
@@ -455,7 +456,8 @@ mod tests {
         };
         let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
         assert!(chosen(rival(3.0, of(2.9, 3.0))));
-        // Both are unreliable: by a low 10 % quantile, then by an unperturbed rollout that differs from the median.
+        // Both rivals are unreliable: the first because its 10 % quantile is low, the second because its unperturbed
+        // rollout differs from the median.
         assert!(!chosen(rival(3.0, of(1.4, 3.0))));
         assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
         assert!(chosen(rival(5.0, of(2.4, 5.0))));

@@ -68,7 +68,8 @@ impl Evaluator {
     }
 }
 
-/// Refuses a loss that observes no node, or whose observed steps do not ascend and end with the last step.
+/// Refuses a loss that observes no node, and a loss whose observed steps do not ascend or do not end with the last
+/// step.
 fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
     let horizon = |iteration| Schedule { scene, iteration }.horizon();
     let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();

@@ -1,4 +1,4 @@
-//! One iteration of algorithm 1, and the loop over all iterations.
+//! One iteration of the paper's algorithm 1, and the loop over all iterations.
 
 use super::begin::CoDesign;
 use super::delivery::Delivery;
@@ -35,7 +35,7 @@ impl CoDesign {
         progress.iteration >= self.scene().schedule.iterations
     }
 
-    /// One iteration of algorithm 1.
+    /// Does one iteration of the paper's algorithm 1.
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
         let scene = self.scene().clone();
@@ -65,7 +65,7 @@ impl CoDesign {
         record
     }
 
-    /// Moves every edge whose dominant material is clear towards that material.
+    /// Moves every edge that clearly has a dominant material towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
         let mixtures = self.evaluator.design(progress);
         let (confidence, nudge) = now.attraction();

@@ -42,7 +42,7 @@ pub struct Progress {
     pub adam: AdamState,
     /// Multipliers and penalties for the binarisation measures.
     pub lagrangian: AugmentedLagrangian,
-    /// The binarisation measures of the first design. The thresholds of the measures fall from these values.
+    /// The binarisation measures of the first design. The thresholds of the measures begin at these values and fall.
     pub first_measures: [f64; 4],
     /// By how much the measures exceeded their thresholds at the last update of the multipliers.
     pub violations: [f64; 4],
@@ -68,8 +68,8 @@ impl Progress {
         self.entered.unwrap_or(0)
     }
 
-    /// Inserts the current controller into the candidates, sorted by merit, unless it is already among them. Keeps at
-    /// most `most` candidates.
+    /// Inserts the current controller into the candidates, which are sorted by merit. Does nothing if the merit is not
+    /// finite or the controller is already a candidate. Keeps at most `most` candidates.
     pub(super) fn note_candidate(&mut self, merit: f64, most: usize) {
         let is_same = |c: &Candidate| c.controller == self.controller;
         if !merit.is_finite() || self.candidates.iter().any(is_same) {
@@ -86,9 +86,9 @@ impl Progress {
         self.candidates.truncate(most);
     }
 
-    /// Returns an error if the loss was never finite: no gradient of ten or more iterations could be used, and the
-    /// loss of this iteration is not finite either. Further iterations would not help, because neither the design nor
-    /// the controller has changed.
+    /// Returns an error if the loss was never finite: in ten or more iterations no gradient could be used, and the loss
+    /// of the last iteration, `record`, is not finite either. Further iterations would not help, because neither the
+    /// design nor the controller has changed.
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the iteration and the loss.
@@ -165,7 +165,7 @@ pub struct Candidate {
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains in which controllers are compared. `None` if it has not been measured
+    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they have not been measured
     /// yet, or if so many rollouts diverged that the 10 % quantile is not finite.
     #[serde(default)]
     pub spread: Option<Quantiles>,

@@ -37,8 +37,8 @@ impl Reached {
     }
 
     /// Joins this result for the goal ahead with the result `behind` for the goal behind the robot. The merit of
-    /// `behind` counts with the opposite sign, because there the payload must move backwards, or the loss must be
-    /// large.
+    /// `behind` counts with the opposite sign, because for the goal behind the payload must move backwards, or the loss
+    /// must be large.
     pub(super) fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
@@ -53,8 +53,8 @@ fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }
 
-/// True if robots of this scene with this loss are ranked by their displacement alone: the loss is for distance, and
-/// there is one goal.
+/// True if, in this scene and with this loss, robots are ranked by their displacement alone. This requires the loss for
+/// distance and a single goal.
 pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && !scene.controller.two_goals
 }
@@ -253,7 +253,8 @@ fn watched(
         if seen.states.last().is_none_or(is_cleared) {
             return Some(seen);
         }
-        // The cheap check during the rollout is stricter than the guard, so the guard decides.
+        // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
+        // rollout.
         let design = borrowed[k % borrowed.len()];
         let guarded = task.guarded(design, controller, starts[k], &span);
         guarded.divergence.is_none().then_some(guarded.trajectory)
@@ -301,7 +302,7 @@ mod tests {
     use crate::scene::{GradientPrecision, Scene, TaskKind};
 
     /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
-    /// slope for 40 s, so far that the cheap check during the rollout stops and the guard decides.
+    /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
     #[test]
     fn a_nearly_absurd_state_has_not_diverged() {
         let mut scene = tiny();
@@ -383,7 +384,8 @@ mod tests {
         }
     }
 
-    /// Rollouts of the optimisation have the precision of the scene; quoted figures have f64.
+    /// Rollouts of the optimisation are computed in the precision of the scene; the figures to quote are computed in
+    /// f64.
     #[test]
     fn rollouts_of_the_optimisation_have_the_precision_of_gradients() {
         let check = |mut scene: Scene| {
@@ -418,8 +420,8 @@ mod tests {
         assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
     }
 
-    /// The merit is that of the worse goal. A robot that does not observe its goal moves the same way for both goals:
-    /// what it gains for one, it loses for the other.
+    /// With two goals, the merit is the merit for the worse goal. A robot that does not observe its goal moves the same
+    /// way for both goals: what it gains for one, it loses for the other.
     #[test]
     fn with_two_goals_the_worse_one_gives_the_merit() {
         let mut scene = Scene::parse("lively", LIVELY).unwrap();

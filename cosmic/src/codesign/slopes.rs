@@ -40,8 +40,8 @@ impl Sought<'_> {
         }
     }
 
-    /// The simulated design for the design vectors `z`. For [`Shares`](Self::Shares), `z` is treated as an undecided
-    /// design, whose void edges keep their small stiffness.
+    /// The design that is simulated for the design vectors `z`. For [`Shares`](Self::Shares), `z` is treated as an
+    /// undecided design, whose void edges keep their small stiffness.
     pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
@@ -306,7 +306,8 @@ mod tests {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
         let slope = slope_in_domains(&scene, 1);
-        // Springs that are stretched by half a metre accelerate nodes to 50 m/s: less than 0.1 m in a step of 2 ms.
+        // Springs that are stretched by half a metre accelerate nodes to 50 m/s. In a step of 2 ms, the payload then
+        // moves less than 0.1 m.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
         assert!(slope.displacement != 0.0);
     }
@@ -414,7 +415,7 @@ mod tests {
             faster * nominal.0.bound.frequency
         ));
         let [any, any_drawn] = [nominal.0, check].map(|check| check.any_design.unwrap());
-        // The limit of damped symplectic Euler is nearly inverse to the frequency.
+        // The longest stable time step of the damped symplectic Euler method is nearly proportional to 1 / frequency.
         assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
     }
 }

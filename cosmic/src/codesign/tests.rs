@@ -8,8 +8,8 @@ use crate::objective::Loss;
 use crate::scene::{LossKind, Scene};
 use crate::simulator::Trajectory;
 
-/// A small robot that moves from the start and can take several layouts. The text ends in `[schedule]` without
-/// `iterations`, so that tests can append that setting.
+/// A scene with a small robot that moves from the start and can get several layouts. The text ends in `[schedule]`
+/// without `iterations`, so that tests can append that setting.
 pub(super) const LIVELY: &str = "
     base = 'stability'
     [lattice]

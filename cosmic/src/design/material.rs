@@ -1,4 +1,4 @@
-//! Materials.
+//! The materials that an edge can have.
 
 use serde::{Deserialize, Serialize};
 

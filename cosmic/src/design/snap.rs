@@ -33,8 +33,8 @@ impl VolumeBounds {
 /// edges, which must have the same material, are flipped together. An edge never gets a material that the rules forbid
 /// for it, so faults may remain and volumes may stay out of bounds.
 ///
-/// A volume of a layout is a whole number of edges. If no whole number is within the bounds, the snap aims at the whole
-/// number nearest to the middle of the bounds.
+/// The bounds limit how many edges of a layout are solid and how many are actuators. If no whole number of edges is
+/// within the bounds, the snap aims at the whole number nearest to the middle of the bounds.
 pub fn snap(
     mixtures: &[Mixture<f64>],
     bounds: &VolumeBounds,
@@ -131,9 +131,10 @@ pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
 /// is excluded by `projection.hold_materials` has a share of about 1e-9.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges, least confident edges first.
-/// They have no more faults than the snapped layout, and their volumes are no further out of bounds. In the edge's
-/// mixture, the new material has at least the share `LEAST_SHARE`.
+/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges. The edges whose new material
+/// has nearly the share of the old one, or more, come first. They have no more faults than the snapped layout, and
+/// their volumes are no further out of bounds. In the edge's mixture, the new material has at least the share
+/// `LEAST_SHARE`.
 pub fn alternatives(
     mixtures: &[Mixture<f64>],
     materials: &[Material],
@@ -187,7 +188,7 @@ struct Counts {
 impl Counts {
     fn new(bounds: &VolumeBounds, edges: usize) -> Self {
         let whole = |bounds: Range| {
-            // Rounding makes 0.03 * 100 differ from 3.
+            // The slack is needed because of rounding: 0.03 * 100 is not exactly 3.
             let slack = 1e-9;
             let [least, most] = bounds.map(|share| share * edges as f64).into();
             let inside =
@@ -324,14 +325,14 @@ mod tests {
             (changed[0].0, *changed[0].1.0)
         };
         let found: Vec<_> = layouts.iter().map(differs).collect();
-        // The bounds require exactly one actuator, so no flip involves one.
+        // The bounds require exactly one actuator, so no flip adds or removes an actuator.
         assert_eq!(found, [(1, Skeleton), (3, Skeleton), (0, Void)]);
         assert_eq!(all(&mixture, &HALF).len(), 0);
         assert_eq!(
             alternatives(&mixture, &layout, &wide, &free(4), 2),
             layouts[..2]
         );
-        // Void without a share in its edge is not an alternative.
+        // Void is no alternative for an edge in whose mixture it has no share.
         let mut held = mixture;
         held[0] = Mixture([1e-9, 1.0 - 1e-9, 0.0]);
         let found: Vec<_> = all(&held, &wide).iter().map(differs).collect();
@@ -405,8 +406,8 @@ mod tests {
         assert!(torn > 30, "{torn} of 60 mixtures need it");
     }
 
-    /// A kept edge far from the payload is connected to it by as few edges as possible, although their mixtures are
-    /// nearly void.
+    /// An edge that must be kept, far from the payload, is connected to the payload by as few edges as possible,
+    /// although the mixtures of these edges are nearly void.
     #[test]
     fn kept_bars_are_bridged() {
         let mut lattice = Lattice::sample(6, 2, 0.0);

@@ -91,7 +91,7 @@ impl Bars<'_> {
         degrees
     }
 
-    /// A number for every node, equal for nodes that are connected by bars.
+    /// Numbers the pieces: returns a number for every node. Nodes that are connected by bars have the same number.
     fn pieces(&self) -> Vec<usize> {
         let mut parent: Vec<usize> = (0..self.lattice.nodes()).collect();
         let root = |parent: &mut Vec<usize>, mut node: usize| {

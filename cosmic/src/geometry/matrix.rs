@@ -18,7 +18,7 @@ impl<const D: usize> Matrix<D> {
         }
     }
 
-    /// The matrix with ones on its diagonal.
+    /// The identity matrix.
     pub fn identity() -> Self {
         Self {
             rows: Vector::axes(),

@@ -1,8 +1,8 @@
 //! Vectors and shapes. Only this module accesses components of vectors; all other code uses the operators and methods
 //! of [`Vector`].
 //!
-//! The first axis points along the ground in the direction of `+x`, the last axis up or out of the ground. Code that
-//! needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
+//! The first axis points along the ground in the direction of `+x`, the last axis points up, or out of the ground. Code
+//! that needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
 //!
 //! # Frames
 //!

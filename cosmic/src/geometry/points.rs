@@ -25,7 +25,8 @@ fn column<T: Copy, const D: usize>(points: &[Vector<T, D>], k: usize) -> Vec<T> 
     points.iter().map(|point| point.0[k]).collect()
 }
 
-/// The components of points as `D` columns: the first components of all points, then the second components.
+/// The components of points in one list, in `D` columns: the first components of all points, then the second
+/// components, and so on.
 pub fn columns<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
     (0..D).flat_map(|k| column(points, k)).collect()
 }
@@ -72,7 +73,7 @@ pub struct Bounds<const D: usize = 2> {
 }
 
 impl<const D: usize> Bounds<D> {
-    /// The bounds of points.
+    /// The smallest box that contains all given points.
     pub fn of(points: impl IntoIterator<Item = Vector<f64, D>>) -> Self {
         let none = Self {
             low: Vector([f64::INFINITY; D]),

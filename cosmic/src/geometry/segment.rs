@@ -67,7 +67,8 @@ impl<const D: usize> Segment<D> {
                 last = last.min(one.max(other));
             }
         }
-        // Clamping is needed for very long segments, where the rounding of a share moves its point.
+        // The point at a share is clamped, because on a very long segment the rounding of the share may move the point
+        // out of the box.
         let at = |share: f64| {
             let end = from.towards(*to, share);
             Vector::from_fn(|k| end.0[k].clamp(bounds.low.0[k], bounds.high.0[k]))
@@ -222,7 +223,7 @@ mod tests {
         let inside = [[10.0, 10.0], [400.0, 200.0]];
         assert_eq!(within(inside), Some(of(inside)));
         let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-        // A share of a segment of 1e9 m that is rounded at 1e-16 has an error of 1e-7 m.
+        // The ends are shares of a segment of 1e9 m. A share is rounded at 1e-16, which gives an error of 1e-7 m.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(
             near(across.from.0[0], -64.0) && near(across.to.0[0], 544.0),

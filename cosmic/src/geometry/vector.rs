@@ -160,7 +160,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
     #[inline(always)]
     #[must_use]
     pub fn shortened(self, by: R) -> Self {
-        // In the plane, a vector along the ground has one component.
+        // In the plane, a vector along the ground has only its first component.
         if D == 2 {
             let left = self.0[0].abs() - by;
             return Self::upright(self.0[0].signum() * left.max(R::zero()), R::zero());
@@ -175,7 +175,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
     #[inline(always)]
     #[must_use]
     pub fn across(self, other: Self) -> Self {
-        // In the plane, this is exactly zero for parallel vectors.
+        // In the plane, this formula is used: it gives exactly zero for parallel vectors.
         if D == 2 {
             let sin = self.0[0] * other.0[1] - self.0[1] * other.0[0];
             return Self::upright(-(sin * self.0[1]), sin * self.0[0]);
@@ -284,7 +284,7 @@ impl Vector<f64, 2> {
         Self([angle.cos(), angle.sin()])
     }
 
-    /// The angle from the first axis towards the second, radians.
+    /// The angle of this vector in radians, from the first axis towards the second.
     pub fn angle(self) -> f64 {
         self.0[1].atan2(self.0[0])
     }

@@ -1,8 +1,7 @@
 //! Checks whether a design, a summary and a trajectory belong to the same run.
 //!
-//! The files do not name their run, but their numbers must agree: the volumes of the summary are those of the design,
-//! the displacement of the summary is that of the trajectory, and a simulation of the design gives the first steps of
-//! the trajectory.
+//! The files do not name their run, but their numbers must agree: the summary must have the volumes of the design and
+//! the displacement of the trajectory, and a simulation of the design must give the first steps of the trajectory.
 
 use super::design_file::{DESIGN, DesignFile};
 use super::summary::{SUMMARY, Summary};

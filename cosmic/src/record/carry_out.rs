@@ -329,7 +329,7 @@ mod tests {
                 .iterations,
             4
         );
-        // The run continues and is delivered into the same folder again.
+        // The run continues, and is then delivered into the same folder again.
         resume_of(&run, &plan(1), &mut StopAfter(6)).unwrap_err();
         assert_eq!(
             deliver_so_far(&run, &into, None, &Registry::default())

@@ -54,7 +54,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     // The data must reach the disk before the rename: otherwise a power cut could leave an empty file.
     file.as_file().sync_all()?;
     file.persist(path)?;
-    // On Unix, a rename is on the disk only after its folder is synchronised.
+    // On Unix, a rename reaches the disk only when the folder is synchronised.
     if cfg!(unix) {
         File::open(folder)?.sync_all()?;
     }

@@ -16,7 +16,7 @@ pub struct Format {
     pub version: u32,
 }
 
-/// The keys of a JSON file: `format` and `version`, then those of the body.
+/// The keys of a JSON file: `format` and `version`, then the keys of the body.
 #[derive(Serialize)]
 pub(super) struct Stamped<'b, T> {
     #[serde(flatten)]
@@ -26,7 +26,7 @@ pub(super) struct Stamped<'b, T> {
 }
 
 impl Format {
-    /// A kind of file and its version.
+    /// A format with the given kind of file and the given version.
     pub const fn new(name: &'static str, version: u32) -> Self {
         Self { name, version }
     }

@@ -31,11 +31,11 @@ pub struct RunPlan<S = Scene> {
     pub name: String,
     /// The scene.
     pub scene: S,
-    /// The seed; of several starts, the first seed.
+    /// The seed of the run, or the first seed of several starts.
     pub seed: u64,
     /// The number of starts. Their seeds are consecutive.
     pub starts: NonZeroUsize,
-    /// The most iterations of the run, or `None` for all iterations of the scene.
+    /// The largest number of iterations of the run, or `None` for all iterations of the scene.
     pub iterations: Option<NonZeroUsize>,
     /// How several starts are searched.
     #[serde(default, skip_serializing_if = "Search::is_full")]

@@ -146,7 +146,7 @@ keys! {
 }
 
 impl Start {
-    /// A start with its summary; `None` if it was dropped or diverged.
+    /// The entry of a start. `summary` is `None` if the start was dropped or diverged.
     pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
         Self {
             seed,
@@ -168,12 +168,12 @@ pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 
 impl Summary {
     /// The numbers of the summary for a table: one for each of the [`columns`](crate::keys::columns) of the summary's
-    /// keys. A number is `None` if too many rollouts diverged to determine it.
+    /// keys. A number is `None` if the summary does not have it, for example because rollouts diverged.
     pub fn numbers(&self) -> Vec<Option<f64>> {
         self.cells().into_iter().map(Cell::number).collect()
     }
 
-    /// The [`ratio`] of the robot's displacement without feedback to its displacement with feedback. Also `None` for an
+    /// The [`ratio`] of the robot's displacement without feedback to its displacement with feedback. `None` also for an
     /// unreliable robot.
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());

@@ -91,7 +91,8 @@ mod tests {
     #[test]
     fn a_known_kink_shortens_the_search() {
         let (blind, told) = (trials(vec![]), trials(vec![3.0, 7.0, 50.0]));
-        // The trials are 1, 4, 16, the kink at 7, and the chord beyond it, which is exact up to rounding.
+        // The trials are 1, 4, 16, the kink at 7, and the zero of the chord beyond the kink, which is exact up to
+        // rounding.
         assert!(
             told <= 6 && blind > 2 * told,
             "{told} trials, {blind} without kinks"

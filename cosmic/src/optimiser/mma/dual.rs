@@ -6,9 +6,9 @@
 //! passes the elastic cost `c`. For a few constraints, an active-set Newton method with a line search along each
 //! direction reaches rounding error.
 //!
-//! Degenerate cases are common. If all variables are at their boxes, the dual is flat in all directions up to the
-//! elastic cost. If a volume has nearly equal lower and upper bounds, the dual is nearly flat in one direction. Two
-//! things make the method safe in these cases. First, each multiplier has a known upper bound: `c + d y` for the
+//! Degenerate cases are common. If all variables are at the edges of their boxes, the dual is flat in all directions up
+//! to the elastic cost. If a volume has nearly equal lower and upper bounds, the dual is nearly flat in one direction.
+//! Two things make the method safe in these cases. First, each multiplier has a known upper bound: `c + d y` for the
 //! largest `y` that the box can require. Second, the Newton matrix is damped by the gradient divided by that bound, so
 //! a step in a flat direction leads at most to the bound. The damping vanishes with the gradient and does not disturb
 //! the last Newton steps.
@@ -96,7 +96,8 @@ struct Limit {
 struct Ascent<'a> {
     model: &'a mut Subproblem,
     elastic: Elastic,
-    /// Upper bounds on the multipliers, which no solution reaches; 0 for a constraint that cannot be active.
+    /// Upper bounds on the multipliers. No solution reaches them, except that the bound is 0 for a constraint that
+    /// cannot be active.
     ceilings: Vec<f64>,
     /// The rounding error of each component of the gradient.
     noise: Vec<f64>,
@@ -209,7 +210,8 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// Computes the direction over the free multipliers from curvature, damping and gradient.
+    /// Computes the direction over the free multipliers. It solves the damped Newton system, which consists of
+    /// curvature, damping and gradient.
     fn solve_newton(&mut self) {
         self.model.dual_curvature(&self.free, &mut self.matrix);
         let size = self.free.len();

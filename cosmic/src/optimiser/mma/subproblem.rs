@@ -70,8 +70,8 @@ pub(super) struct Subproblem {
     constraints: Vec<ModelWeights>,
     /// The values of the constraints at the point.
     pub(super) values: Vec<f64>,
-    /// For each constraint, the largest sum of the absolute values of its terms within the box. The rounding error of
-    /// the constraint is a few ulps of this sum.
+    /// For each constraint, the sum of the absolute values of its terms, where this sum is largest within the box. The
+    /// rounding error of the constraint is a few ulps of this sum.
     pub(super) sizes: Vec<f64>,
     /// For each constraint, the largest value of its model within the box.
     pub(super) peaks: Vec<f64>,

@@ -5,7 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-/// A text file that is open for more lines.
+/// A text file that is open, so that lines can be appended.
 #[derive(Debug)]
 pub(super) struct Appended {
     path: PathBuf,

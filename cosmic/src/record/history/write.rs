@@ -8,7 +8,7 @@ use crate::codesign::Record;
 use crate::error::Result;
 use std::path::Path;
 
-/// The files of a history, open for more lines. The caller holds the lock on the folder.
+/// The files of a history, open, so that lines can be appended. The caller holds the lock on the folder.
 #[derive(Debug)]
 pub(in crate::record) struct History {
     lines: Appended,

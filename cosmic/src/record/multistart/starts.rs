@@ -17,8 +17,8 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
 }
 
 /// Does `work` for every seed in parallel, one per thread, and returns the results in the order of the seeds. If one
-/// start fails or is interrupted, the others are interrupted. Errors that tell the user to resume name `folder`, the
-/// folder of the search, instead of the folder of a start.
+/// start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the folder
+/// of the search (`folder`), not the folder of a start.
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     seeds: &[u64],

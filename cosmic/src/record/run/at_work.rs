@@ -35,7 +35,8 @@ pub trait Observer: Send {
         ControlFlow::Continue(())
     }
 
-    /// Called when a run has done its iterations, or has reached a rung where it waits for the other starts.
+    /// Called when a run has done its iterations. In a search by halving, also called when a run has reached a rung,
+    /// where it waits for the other starts.
     fn end(&mut self, _run: &Run) {}
 
     /// Called with a warning. Each warning is given once, and the run continues.

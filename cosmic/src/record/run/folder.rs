@@ -16,8 +16,8 @@ use std::time::Duration;
 /// The name of the scene in the folder of a run.
 pub const SCENE: &str = "scene.toml";
 
-/// The number of attempts to lock a folder. A single attempt may fail by chance: a child process that another thread
-/// starts holds a copy of every lock for a moment.
+/// The number of attempts to lock a folder. A single attempt may fail by chance: if another thread starts a child
+/// process, the child holds a copy of every lock for a moment.
 const TRIES: usize = 5;
 /// The pause after a failed attempt.
 const PAUSE: Duration = Duration::from_millis(10);
