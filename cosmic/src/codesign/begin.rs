@@ -14,16 +14,17 @@ use crate::scene::Scene;
 use crate::simulator::StepCheck;
 use crate::task::Task;
 
-/// A scene, ready to be optimised.
+/// The optimisation of a scene, ready to begin.
 pub struct CoDesign {
     pub(super) evaluator: Evaluator,
     /// True if the caller supplied the loss in place of the scene's objective.
     own_loss: bool,
-    /// The optimiser of the design. Its state is kept in [`Progress::mma`], once for each projection.
+    /// The optimiser of the design. [`Progress::mma`] holds its state, one for each projection.
     pub(super) mma: Mma,
     pub(super) adam: Adam,
     pub(super) rules: LayoutRules,
-    /// The last design whose time step was checked, so that a layout is checked only once.
+    /// The last design whose time step was checked, with the result of the check. It is kept so that a layout, which
+    /// rarely changes, is not checked again in every iteration.
     pub(super) checked: Option<(Design<Mixture<f64>>, StepCheck)>,
 }
 
@@ -82,8 +83,8 @@ impl CoDesign {
     /// ```
     ///
     /// # Errors
-    /// Like [`new`](Self::new); [`Error::Usage`] if the loss observes no node, or if the steps that it observes do
-    /// not ascend and end with the last step, for every horizon of the schedule.
+    /// Like [`new`](Self::new); [`Error::Usage`] if the loss observes no node, or if, for some horizon of the schedule,
+    /// the steps that it observes do not ascend or do not end with the last step.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
         Self::of_loss(scene, Arc::new(loss))
     }
@@ -105,8 +106,8 @@ impl CoDesign {
         })
     }
 
-    /// The state before the first iteration: the initial design of the scene (`[start]`) and a controller drawn from
-    /// the seed.
+    /// Begins an optimisation: returns the state before the first iteration. Its design is the initial design of the
+    /// scene (`[start]`); its controller is drawn at random from the seed.
     ///
     /// # Errors
     /// [`Error::Usage`] if the initial design is a layout for another lattice; [`Error::UnstableStep`] if the time
@@ -117,10 +118,11 @@ impl CoDesign {
         Ok(progress)
     }
 
-    /// The state before the first iteration, for a given robot instead of the scene's initial design.
+    /// Like [`begin`](Self::begin), but begins with a given robot instead of the scene's initial design.
     ///
-    /// A layout enters after the snap, so only the fine-tuning remains. If the scene requires a design in one piece,
-    /// the loose bars of the layout are removed. An undecided design goes through the whole schedule.
+    /// If the design is a layout, the optimisation begins after the snap, so only the fine-tuning remains. If the scene
+    /// also requires a design in one piece, the bars of the layout that are not connected to the payload are removed.
+    /// If the design is undecided, it goes through the whole schedule.
     ///
     /// # Errors
     /// [`Error::Misfit`] for a robot of another lattice or with another number of hidden units; [`Error::Usage`]
@@ -202,19 +204,19 @@ impl CoDesign {
         Ok(())
     }
 
-    /// The state before the first iteration, without the check of the time step.
+    /// Like [`begin`](Self::begin), but does not check the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
         let controller = Controller::xavier(&self.scene().controller, &self.task().lattice, seed);
         Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
-    /// The initial design. It depends on the seed if the scene draws it at random.
+    /// The initial design of the scene. The seed has an effect only if the scene draws the design at random.
     fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
         let beta = self.scene().projection.beta;
         start(&self.scene().start, &self.task().lattice, beta, seed)
     }
 
-    /// The state of a robot before its first iteration.
+    /// The state, before the first iteration, of an optimisation that begins with a given design and controller.
     fn progress(
         &self,
         seed: u64,

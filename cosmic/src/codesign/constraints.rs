@@ -19,7 +19,7 @@ pub(super) struct Constraints {
 }
 
 impl Evaluator {
-    /// The measures of the design `z` after the performance projection (D10).
+    /// The binarisation measures of the mixtures that the performance projection makes of the design vectors `z` (D10).
     fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
         let mixtures = self.task.mixtures(Projection::Performance, z);
         measures(&mixtures, self.scene.projection.delta)
@@ -30,9 +30,9 @@ impl Evaluator {
         self.scene.binarisation.method == BinarisationMethod::Augmented
     }
 
-    /// The constraints of a design update, and the gradient of the terms of the augmented Lagrangian. That gradient
-    /// is empty if the binarisation measures are constraints. Volumes and measures are those of the design after the
-    /// performance projection (D10). All constraints are scaled by `mma.volume_row_scale`.
+    /// Returns the constraints of a design update, and the gradient of the terms of the augmented Lagrangian. This
+    /// gradient is empty if the binarisation measures are constraints. The volumes and the measures are computed from
+    /// the mixtures after the performance projection (D10). All constraints are scaled by `mma.volume_row_scale`.
     pub(super) fn rows_and_terms(
         &self,
         inputs: &Inputs<f64>,
@@ -63,8 +63,8 @@ impl Evaluator {
         (rows, Vec::new())
     }
 
-    /// The constraints for the volume bounds. `volumes` has the volume of solid material and of actuators, each with
-    /// its gradient.
+    /// The constraints for the volume bounds. `volumes` has two volumes, that of solid material and that of actuators,
+    /// each with its gradient.
     fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = now.volume_bounds();

@@ -1,4 +1,5 @@
-//! The delivery at the end of an optimisation: chooses a controller and measures the robot's displacement.
+//! The delivery at the end of an optimisation: chooses the controller of the robot and measures the robot's
+//! displacement.
 
 use rayon::prelude::*;
 
@@ -17,48 +18,50 @@ use crate::scene::{GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
-/// [`Delivery::trajectory`] keeps the state after every so many steps.
+/// The number of steps from one state of [`Delivery::trajectory`] to the next.
 const KEEP_EVERY: usize = 16;
 
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Delivery {
-    /// The design: a layout after the snap.
+    /// The design of the robot. It is a layout if the snap has been done.
     pub design: Design<[f64; 3]>,
-    /// The material of every edge; before the snap, its dominant material.
+    /// The material of every edge. Before the snap, this is the material with the largest share in the edge.
     pub materials: Vec<Material>,
-    /// The controller.
+    /// The controller of the robot.
     pub controller: Controller<f64>,
     /// The iteration that produced the controller.
     pub iteration: usize,
-    /// Displacement of the payload in one unperturbed rollout, along the x and y axes of the world, m.
+    /// Displacement of the payload in one unperturbed rollout, along the x and y axes of the world, in metres.
     pub displacement: Vector<f64>,
-    /// The displacement along the ground in that rollout, m.
+    /// Displacement of the payload along the ground in the same unperturbed rollout, in metres.
     pub along: f64,
-    /// The merits that the controller was chosen by, over perturbed starts: displacements along the ground, m. For
-    /// tasks other than distance, minus the losses. With two goals, the merits for the worse goal.
+    /// Quantiles, over perturbed starts, of the merit by which the controller was chosen. The merit is the displacement
+    /// along the ground in metres; for tasks other than distance, it is minus the loss. With two goals, it is the merit
+    /// for the worse goal.
     pub selection: Quantiles,
-    /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if
-    /// the robot is unreliable over those starts.
+    /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
+    /// robot is unreliable over the starts of `selection`.
     pub selection_score: f64,
-    /// Whether the robot is well described by the median of `spread`, or for tasks other than distance by its
-    /// median loss.
+    /// The verdict whether the median of `spread` describes the robot well. For tasks other than distance, it is the
+    /// verdict whether the median loss does.
     pub reliability: Reliability,
-    /// With two goals: displacements with the goal behind the robot, from the starts of `spread`, m. Negative
-    /// displacements are towards that goal.
+    /// Only with two goals: quantiles of the displacement when the goal is behind the robot, over the starts of
+    /// `spread`, in metres. A negative displacement is towards that goal.
     pub behind: Option<Quantiles>,
-    /// Displacements along the ground, m: the figures to quote. The perturbed starts are not those of `selection`.
+    /// Quantiles of the displacement along the ground over perturbed starts, in metres: the figures to quote. These
+    /// starts are not the starts of `selection`.
     pub spread: Quantiles,
-    /// Displacements from the starts of `spread` without feedback, m: the controller observes the clock, but of the
-    /// robot only its initial state.
+    /// Quantiles of the displacement without feedback, over the starts of `spread`, in metres. Without feedback, the
+    /// controller observes the clock and the robot's initial state, but not its current state.
     pub clock_alone: Quantiles,
-    /// Displacements with the controller of the last iteration, from the starts of `spread`, m.
+    /// Quantiles of the displacement with the controller of the last iteration, over the starts of `spread`, in metres.
     pub last: Quantiles,
-    /// For tasks other than distance: minus the losses from the starts of `spread`.
+    /// Only for tasks other than distance: quantiles of minus the loss, over the starts of `spread`.
     pub merit: Option<Quantiles>,
-    /// Share of solid material.
+    /// Mean share of solid material (skeleton and actuator) over the edges.
     pub volume: f64,
-    /// Share of actuators.
+    /// Mean share of actuators over the edges.
     pub actuator_volume: f64,
     /// How the bars of `materials` are connected; `None` for an undecided design, which has no bars.
     pub structure: Option<Structure>,
@@ -81,8 +84,8 @@ impl Evaluator {
         delivery.expect("`is_stopped` is always false")
     }
 
-    /// Like [`deliver`](Self::deliver), but calls `is_stopped` several times on the way. Stops and returns `None` as
-    /// soon as `is_stopped` returns true.
+    /// Like [`deliver`](Self::deliver), but can be stopped: calls `is_stopped` several times during the work, and
+    /// returns `None` as soon as that returns true.
     pub fn deliver_unless(
         &self,
         progress: &Progress,
@@ -154,8 +157,8 @@ impl Evaluator {
         })
     }
 
-    /// The merit of a robot from the unperturbed start. `along` is its displacement along the ground, which is already
-    /// known.
+    /// The merit of a robot in the rollout from the unperturbed start. `along` is the displacement along the ground in
+    /// that rollout, which the caller already knows.
     fn unperturbed(
         &self,
         design: &Design<Mixture<f64>>,
@@ -174,7 +177,7 @@ impl Evaluator {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// Displacements without feedback, from the starts of `domains`, m.
+    /// Measures a robot without feedback: the quantiles of its displacement over the starts of `domains`, in metres.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
@@ -187,8 +190,8 @@ impl Evaluator {
         self.spreads(design, &[controller], &domains)[0].displacement
     }
 
-    /// Displacements of a robot in full rollouts from perturbed starts, m: the same starts as for
-    /// [`Delivery::spread`] with this seed.
+    /// Measures a robot in full rollouts: the quantiles of its displacement over perturbed starts, in metres. With the
+    /// same seed, these are the starts of [`Delivery::spread`].
     pub fn judge(
         &self,
         design: &Design<Mixture<f64>>,
@@ -223,7 +226,7 @@ impl Evaluator {
         entrants
     }
 
-    /// Measures the merits of every candidate over the [selecting domains](Self::selecting_domains).
+    /// Measures the quantiles of every candidate's merit over the [selecting domains](Self::selecting_domains).
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
@@ -232,7 +235,8 @@ impl Evaluator {
         }
     }
 
-    /// The merits of every entrant over the [selecting domains](Self::selecting_domains). Known merits are reused.
+    /// The quantiles of every entrant's merit over the [selecting domains](Self::selecting_domains). Quantiles that are
+    /// already known are not measured again.
     fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
@@ -254,8 +258,8 @@ impl Evaluator {
         (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The nominal task from perturbed starts: in each, every coordinate is moved up or down by
-    /// `selection.perturbation`.
+    /// Domains that have the nominal task and a perturbed start. In a perturbed start, `selection.perturbation` is
+    /// added to every coordinate or subtracted from it, at random.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
@@ -264,8 +268,8 @@ impl Evaluator {
         (0..settings.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The quantiles of each controller's results over the same domains, in the order of the controllers. The rollouts
-    /// run in parallel.
+    /// Measures controllers over the same domains, in parallel rollouts. Returns the quantiles of each controller's
+    /// results, in the order of the controllers.
     fn spreads(
         &self,
         design: &Design<Mixture<f64>>,
@@ -297,7 +301,7 @@ impl Evaluator {
     }
 }
 
-/// Quantiles of one controller over several domains.
+/// The quantiles of one controller's results over several domains.
 struct Reaches {
     displacement: Quantiles,
     merit: Quantiles,
@@ -398,7 +402,7 @@ mod tests {
             evaluator.entrants(&progress)[0].spread,
             Some(plain.selection)
         );
-        // After another update, the candidate and the last iterate are different entrants.
+        // After another update, the candidate and the controller of the last iteration are different entrants.
         progress.controller.numbers_mut()[0] += 0.1;
         assert_eq!(evaluator.entrants(&progress).len(), 2);
     }
@@ -452,7 +456,8 @@ mod tests {
         };
         let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
         assert!(chosen(rival(3.0, of(2.9, 3.0))));
-        // Both are unreliable: by a low 10 % quantile, then by an unperturbed rollout that differs from the median.
+        // Both rivals are unreliable: the first because its 10 % quantile is low, the second because its unperturbed
+        // rollout differs from the median.
         assert!(!chosen(rival(3.0, of(1.4, 3.0))));
         assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
         assert!(chosen(rival(5.0, of(2.4, 5.0))));

@@ -24,7 +24,7 @@ pub struct Evaluator {
 }
 
 impl Evaluator {
-    /// The evaluator of a scene for a loss.
+    /// Creates the evaluator of a scene for the given loss.
     pub(super) fn new(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         // A run writes its scene and reads it again, so the scene must be valid as a file.
         scene.check()?;
@@ -53,8 +53,8 @@ impl Evaluator {
         self.loss.is_far()
     }
 
-    /// The design as it is simulated: before the snap, the mixtures of the performance projection; after it, the layout
-    /// (D7).
+    /// The design that is simulated: before the snap, the mixtures that the performance projection makes of the design
+    /// vectors; after the snap, the layout (D7).
     pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
         self.task
             .projected(Projection::Performance, &progress.design)
@@ -68,7 +68,8 @@ impl Evaluator {
     }
 }
 
-/// Refuses a loss that observes no node, or whose observed steps do not ascend and end with the last step.
+/// Refuses a loss that observes no node, and a loss whose observed steps do not ascend or do not end with the last
+/// step.
 fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
     let horizon = |iteration| Schedule { scene, iteration }.horizon();
     let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();

@@ -1,4 +1,4 @@
-//! One iteration of algorithm 1, and the loop over all iterations.
+//! One iteration of the paper's algorithm 1, and the loop over all iterations.
 
 use super::begin::CoDesign;
 use super::delivery::Delivery;
@@ -16,8 +16,9 @@ impl CoDesign {
     /// a folder.
     ///
     /// # Errors
-    /// The errors of [`begin`](Self::begin); the time step is checked again after every iteration. The errors of
-    /// [`Progress::check_loss`].
+    /// The errors of [`begin`](Self::begin) and of [`Progress::check_loss`];
+    /// [`Error::UnstableStep`](crate::Error::UnstableStep) also if the time step becomes unstable after a later
+    /// iteration.
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
         while !self.is_done(&progress) {
@@ -34,7 +35,7 @@ impl CoDesign {
         progress.iteration >= self.scene().schedule.iterations
     }
 
-    /// One iteration of algorithm 1.
+    /// Does one iteration of the paper's algorithm 1.
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
         let scene = self.scene().clone();
@@ -64,7 +65,7 @@ impl CoDesign {
         record
     }
 
-    /// Moves every edge whose dominant material is clear towards that material.
+    /// Moves every edge that clearly has a dominant material towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
         let mixtures = self.evaluator.design(progress);
         let (confidence, nudge) = now.attraction();
@@ -73,8 +74,8 @@ impl CoDesign {
         }
     }
 
-    /// Gives every edge one material, within the widened volume bounds. Compares the layout with some alternatives in
-    /// rollouts and keeps the best.
+    /// Gives every edge one material, within the widened volume bounds. Compares this layout with some alternative
+    /// layouts in rollouts, and keeps the best of them.
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
         let design = self.evaluator.design(progress);
         let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());

@@ -1,4 +1,4 @@
-//! The two kinds of update: of the design by MMA, of the controller by Adam.
+//! The two kinds of update: MMA updates the design, Adam updates the controller.
 
 use super::begin::CoDesign;
 use super::progress::{Progress, Record};
@@ -11,13 +11,14 @@ use crate::design::{Design, clamp};
 use crate::optimiser::Linearisation;
 use crate::projection::Projection;
 
-/// Before the snap, every so many iterations have a full rollout. In the fine-tuning every iteration has one,
-/// because its controllers are candidates for delivery.
+/// Before the snap, an iteration does a full rollout if its number is a multiple of this one. In the fine-tuning, every
+/// iteration does one, because every controller is then a candidate for delivery.
 const EVALUATE_EVERY: usize = 10;
 
 impl CoDesign {
-    /// Updates the design for the performance and for the stability projection, each with its own optimiser
-    /// state, and blends the two updates. Updates the multipliers once, from the measures before the update (D10).
+    /// Updates the design for the performance and for the stability projection, each with its own optimiser state, and
+    /// blends the two updates. Updates the multipliers of the augmented Lagrangian only once, from the binarisation
+    /// measures before the update (D10).
     pub(super) fn design_pass(
         &mut self,
         progress: &mut Progress,
@@ -188,7 +189,8 @@ mod tests {
         assert!(beyond > skipped(&scene), "{beyond}");
     }
 
-    /// Minus the height, but NaN in the gradient rollouts whose number is in the range. The gradient is always finite.
+    /// A loss that is minus the height of the payload. It counts the rollouts in which a gradient is computed, and is
+    /// NaN in those whose number is in the range. Its gradient is always finite.
     struct Failing(Range<usize>, AtomicUsize);
 
     impl Loss for Failing {

@@ -1,9 +1,10 @@
 //! Polishing: local search over the materials of single edges after the snap.
 //!
-//! The snap destroys gaits that need mixed materials, and it decides some edges by noise. Once every edge has one
-//! material, rollouts show whether another material is better. With two other materials for each edge, there are too
-//! many changes for full rollouts. So the gradient with respect to the shares of the materials selects some changes,
-//! short rollouts select a quarter of these, and full rollouts choose the best one.
+//! The snap destroys gaits that need mixed materials, and the materials that it gives to some edges are decided by
+//! noise. Once every edge has one material, rollouts show whether another material is better. Each edge has two other
+//! materials, so there are too many possible changes to test all of them in full rollouts. So the gradient with respect
+//! to the shares of the materials selects some changes, short rollouts select a quarter of these, and full rollouts
+//! choose the best one.
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
@@ -14,10 +15,10 @@ use super::slopes::Sought;
 use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
-/// The best layouts of the short rollouts, one in four, continue to the full rollouts.
+/// One in this number of layouts, the best ones in the short rollouts, continues to the full rollouts.
 const HEAT: usize = 4;
 
-/// Tries other materials for single edges with the current controller, and keeps the layout with the best full
+/// Tries other materials for single edges, with the current controller, and keeps the layout that does best in a full
 /// rollout. Returns the result of that rollout; `None` if no rollout was needed.
 pub(super) fn polish(
     evaluator: &Evaluator,
@@ -32,7 +33,7 @@ pub(super) fn polish(
     let (best, reached) = evaluator.farthest(layout.to_vec(), finalists, &progress.controller);
     if best != layout {
         progress.design = Design::Layout(best);
-        // The candidates are controllers of the robot before the change.
+        // The candidates are controllers that were measured with the robot before the change.
         progress.candidates.clear();
     }
     reached
@@ -67,7 +68,7 @@ fn finalists(
     let reached = evaluator.reached(&tried, &progress.controller, &short);
     let merits = reached.iter().map(|r| r.merit);
     let mut ranked: Vec<_> = merits.zip(tried).collect();
-    // The sort is stable, so the first of equals wins. A diverged rollout (NaN) comes last.
+    // The sort is stable, so of equally good layouts the first wins. A diverged rollout (NaN) comes last.
     let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
     ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
     ranked.truncate(ranked.len().div_ceil(HEAT));
@@ -131,7 +132,7 @@ mod tests {
         assert!(found > 0, "no robot became better");
     }
 
-    /// A polished robot never gets less far than the same robot without polish. The controller does not change, so the
+    /// A polished robot never walks less far than the same robot without polish. The controller does not change, so the
     /// robots differ only by the polish.
     #[test]
     fn polished_robots_get_farther_and_without_trials_nothing_is_polished() {

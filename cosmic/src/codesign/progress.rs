@@ -21,8 +21,9 @@ const WITHOUT_LOSS: usize = 10;
 pub struct Progress {
     /// Seed of all random numbers: initial weights, a tilted start, perturbed starts, domains.
     pub seed: u64,
-    /// For an optimisation that began with a given robot, the iteration after which it entered: the iteration of the
-    /// snap for a layout, otherwise 0. `None` for the initial design of the scene.
+    /// If the optimisation began with a given robot, the iteration after which that robot entered: the iteration of the
+    /// snap if its design was a layout, otherwise 0. `None` if the optimisation began with the initial design of the
+    /// scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entered: Option<usize>,
     /// True if the caller supplied the loss, which cannot be stored in files.
@@ -35,13 +36,13 @@ pub struct Progress {
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// State of the design's optimiser for each projection.
+    /// The state of MMA, which updates the design, for each projection.
     pub mma: [MmaState; 2],
-    /// State of the controller's optimiser.
+    /// The state of Adam, which updates the controller.
     pub adam: AdamState,
     /// Multipliers and penalties for the binarisation measures.
     pub lagrangian: AugmentedLagrangian,
-    /// The binarisation measures of the first design. The thresholds of the measures fall from these values.
+    /// The binarisation measures of the first design. The thresholds of the measures begin at these values and fall.
     pub first_measures: [f64; 4],
     /// By how much the measures exceeded their thresholds at the last update of the multipliers.
     pub violations: [f64; 4],
@@ -49,26 +50,26 @@ pub struct Progress {
     pub flips: usize,
     /// The number of gradients skipped because they or their loss were not finite.
     pub skipped: usize,
-    /// The controllers of the fine-tuning with the best single rollouts, best first.
+    /// The best controllers of the fine-tuning, best first. They are compared by the merit of one rollout each.
     pub candidates: Vec<Candidate>,
     /// The running mean of the design gradient of each projection. Empty before the first design pass, and always if
     /// `gradient.design_memory` is 0.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
-    /// The controller that settling returns to; `None` before settling starts.
+    /// The controller that settling (the last part of the fine-tuning) returns to; `None` before settling starts.
     #[serde(default)]
     pub settled: Option<Settled>,
 }
 
 impl Progress {
-    /// The number of the iteration before the first iteration of this run: 0, or the iteration after which a given
-    /// robot entered.
+    /// The number of the iteration before the first one of this run: 0, or the iteration after which a given robot
+    /// entered.
     pub fn before_first(&self) -> usize {
         self.entered.unwrap_or(0)
     }
 
-    /// Inserts the current controller into the candidates, sorted by merit, unless it is already among them. Keeps at
-    /// most `most` candidates.
+    /// Inserts the current controller into the candidates, which are sorted by merit. Does nothing if the merit is not
+    /// finite or the controller is already a candidate. Keeps at most `most` candidates.
     pub(super) fn note_candidate(&mut self, merit: f64, most: usize) {
         let is_same = |c: &Candidate| c.controller == self.controller;
         if !merit.is_finite() || self.candidates.iter().any(is_same) {
@@ -85,9 +86,9 @@ impl Progress {
         self.candidates.truncate(most);
     }
 
-    /// Returns an error if the loss was never finite: no gradient of ten or more iterations could be used, and the
-    /// loss of this iteration is not finite either. Further iterations would not help, because neither the design nor
-    /// the controller has changed.
+    /// Returns an error if the loss was never finite: in ten or more iterations no gradient could be used, and the loss
+    /// of the last iteration, `record`, is not finite either. Further iterations would not help, because neither the
+    /// design nor the controller has changed.
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the iteration and the loss.
@@ -158,12 +159,13 @@ impl Progress {
 pub struct Candidate {
     /// The iteration that produced the controller.
     pub iteration: usize,
-    /// Displacement along the ground in a full rollout, m; for tasks other than distance, minus the loss.
+    /// The merit in one full rollout: the displacement along the ground in metres; for tasks other than distance, minus
+    /// the loss.
     #[serde(rename = "along")]
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains in which controllers are compared. `None` if it has not been measured
+    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they have not been measured
     /// yet, or if so many rollouts diverged that the 10 % quantile is not finite.
     #[serde(default)]
     pub spread: Option<Quantiles>,
@@ -178,7 +180,7 @@ pub struct Settled {
     /// median merit of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is
     /// the best merit of a single rollout.
     pub merit: f64,
-    /// A factor on the learning rate. It is halved whenever an update is taken back.
+    /// A factor that multiplies the learning rate. It is halved whenever an update is taken back.
     pub trust: f64,
 }
 
@@ -271,7 +273,8 @@ keys! {
     }
 }
 
-/// The table cells of a subproblem: its Newton steps, its residual, and its `elastic` numbers of the volume bounds.
+/// The cells of the table for one subproblem: the number of Newton steps, the residual, and the four `elastic` numbers
+/// of the volume bounds.
 fn solved(mma: Option<&MmaDiagnostics>) -> [Cell; 6] {
     let Some(mma) = mma else {
         return [Cell::Missing; 6];

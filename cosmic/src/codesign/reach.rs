@@ -21,13 +21,13 @@ use crate::task::{Task, together};
 /// The result of a full rollout. All its numbers are NaN if the rollout diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
-    /// Displacement of the payload along and normal to the ground, m.
+    /// Displacement of the payload in metres: first the component along the ground, then the component normal to it.
     pub moved: Vector<f64>,
-    /// The number that robots are ranked by: the displacement along the ground, m, or minus the loss for tasks other
-    /// than distance. With two goals it is the merit for the worse goal.
+    /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
+    /// distance, minus the loss. With two goals, it is the merit for the worse goal.
     pub merit: f64,
-    /// With two goals: the displacement along the ground with the goal behind the robot, m. A negative displacement
-    /// is towards that goal.
+    /// Only with two goals: the displacement along the ground in metres when the goal is behind the robot. A negative
+    /// displacement is towards that goal.
     pub behind: Option<f64>,
 }
 
@@ -37,8 +37,8 @@ impl Reached {
     }
 
     /// Joins this result for the goal ahead with the result `behind` for the goal behind the robot. The merit of
-    /// `behind` counts with the opposite sign, because there the payload must move backwards, or the loss must be
-    /// large.
+    /// `behind` counts with the opposite sign, because for the goal behind the payload must move backwards, or the loss
+    /// must be large.
     pub(super) fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
@@ -53,14 +53,14 @@ fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }
 
-/// True if robots of this scene with this loss are ranked by their displacement alone: the loss is for distance, and
-/// there is one goal.
+/// True if, in this scene and with this loss, robots are ranked by their displacement alone. This requires the loss for
+/// distance and a single goal.
 pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && !scene.controller.two_goals
 }
 
 impl Evaluator {
-    /// A full rollout of the current robot, in the precision of gradients.
+    /// Simulates the current robot in a full rollout, in the precision of gradients, and returns the result.
     pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
         self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
     }
@@ -81,8 +81,9 @@ impl Evaluator {
         .remove(0)
     }
 
-    /// Full rollouts of robots from the unperturbed start, in the precision of gradients. For perturbed starts, call
-    /// [`reach_many`](Self::reach_many) in f64, because f32 rounds a perturbation of a nanometre away.
+    /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
+    /// results. For perturbed starts, call [`reach_many`](Self::reach_many) with f64, because rounding to f32 would
+    /// remove a perturbation of a nanometre.
     pub(super) fn try_many(
         &self,
         designs: &[Design<Mixture<f64>>],
@@ -94,8 +95,9 @@ impl Evaluator {
         self.reach_many(designs, controller, task, &starts, precision)
     }
 
-    /// Compares a layout and its alternatives (`others`) by one full rollout each. Returns the best layout, the first
-    /// one among equals, and the result of its rollout. A layout without alternatives needs no rollout.
+    /// Compares a layout and its alternatives (`others`) by one full rollout each. Returns the best layout and the
+    /// result of its rollout. Of equally good layouts, it returns the first. A layout without alternatives needs no
+    /// rollout.
     pub(super) fn farthest(
         &self,
         layout: Vec<Material>,
@@ -124,7 +126,7 @@ impl Evaluator {
         groups.flat_map_iter(side_by_side).collect()
     }
 
-    /// A full rollout of a robot in a domain.
+    /// Simulates a robot in a full rollout in one domain, and returns the result.
     pub fn reach(
         &self,
         design: &Design<Mixture<f64>>,
@@ -144,8 +146,8 @@ impl Evaluator {
         }
     }
 
-    /// The results of full rollouts from several starts. `designs` has one design for all starts, or one for each
-    /// start. With two goals, every robot is also simulated towards the goal behind it.
+    /// Simulates robots in full rollouts from several starts, and returns their results. `designs` has one design for
+    /// all starts, or one for each start. With two goals, every robot is also simulated towards the goal behind it.
     pub(super) fn reach_many(
         &self,
         designs: &[impl Borrow<Design<Mixture<f64>>>],
@@ -200,8 +202,8 @@ impl Evaluator {
         self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
     }
 
-    /// The result for one goal, of a robot whose payload moved by `moved`. `loss` is called only if the merit needs
-    /// it.
+    /// The result for one goal of a robot whose payload has the displacement `moved`. `loss` computes the loss; it is
+    /// called only if the merit is minus the loss.
     pub(super) fn reached_by(&self, moved: Vector<f64>, loss: impl Fn() -> f64) -> Reached {
         Reached {
             moved,
@@ -214,7 +216,8 @@ impl Evaluator {
         }
     }
 
-    /// Displacement of the payload from `start` to `last`, along and normal to the ground, m; NaN if `last` is absurd.
+    /// Displacement of the payload from `start` to `last` in metres: first the component along the ground, then the
+    /// component normal to it. Both are NaN if `last` is an [absurd](State::is_absurd) state.
     pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> Vector<f64> {
         if last.is_absurd() {
             return Vector::NAN;
@@ -224,8 +227,8 @@ impl Evaluator {
     }
 }
 
-/// Simulates robots from several starts in `precision`, and returns their states after the numbers of steps in `steps`.
-/// `designs` has one design for all starts, or one for each start. `None` for a robot that diverges.
+/// Simulates robots from several starts in `precision`, and returns the states of each robot after the numbers of steps
+/// in `steps`; `None` for a robot that diverges. `designs` has one design for all starts, or one for each start.
 fn watched(
     designs: &[impl Borrow<Design<Mixture<f64>>>],
     controller: &Controller<f64>,
@@ -250,7 +253,8 @@ fn watched(
         if seen.states.last().is_none_or(is_cleared) {
             return Some(seen);
         }
-        // The cheap check during the rollout is stricter than the guard, so the guard decides.
+        // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
+        // rollout.
         let design = borrowed[k % borrowed.len()];
         let guarded = task.guarded(design, controller, starts[k], &span);
         guarded.divergence.is_none().then_some(guarded.trajectory)
@@ -258,7 +262,7 @@ fn watched(
     all.into_iter().enumerate().map(seen).collect()
 }
 
-/// Rollouts in the number type `R`, rounded to f64.
+/// Simulates robots in the number type `R`, and returns the trajectories rounded to f64.
 fn roll_in<R: Real + Into<f64>>(
     designs: &[&Design<Mixture<f64>>],
     controller: &Controller<f64>,
@@ -276,8 +280,9 @@ fn roll_in<R: Real + Into<f64>>(
     all.into_iter().map(rounded).collect()
 }
 
-/// The index of the largest merit; of the first one if several are equal. A merit has `N` numbers, of which the later
-/// ones break ties. NaN, from a diverged rollout, is below any number.
+/// The index of the largest merit. If several merits are equally large, it is the index of the first. A merit has `N`
+/// numbers: if the first numbers of two merits are equal, the second numbers decide, and so on. NaN, the merit of a
+/// diverged rollout, is below any number.
 pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
     let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }
@@ -297,7 +302,7 @@ mod tests {
     use crate::scene::{GradientPrecision, Scene, TaskKind};
 
     /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
-    /// slope for 40 s, so far that the cheap check during the rollout stops and the guard decides.
+    /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
     #[test]
     fn a_nearly_absurd_state_has_not_diverged() {
         let mut scene = tiny();
@@ -379,7 +384,8 @@ mod tests {
         }
     }
 
-    /// Rollouts of the optimisation have the precision of the scene; quoted figures have f64.
+    /// Rollouts of the optimisation are computed in the precision of the scene; the figures to quote are computed in
+    /// f64.
     #[test]
     fn rollouts_of_the_optimisation_have_the_precision_of_gradients() {
         let check = |mut scene: Scene| {
@@ -414,8 +420,8 @@ mod tests {
         assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
     }
 
-    /// The merit is that of the worse goal. A robot that does not observe its goal moves the same way for both goals:
-    /// what it gains for one, it loses for the other.
+    /// With two goals, the merit is the merit for the worse goal. A robot that does not observe its goal moves the same
+    /// way for both goals: what it gains for one, it loses for the other.
     #[test]
     fn with_two_goals_the_worse_one_gives_the_merit() {
         let mut scene = Scene::parse("lively", LIVELY).unwrap();

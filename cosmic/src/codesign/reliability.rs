@@ -25,15 +25,15 @@ pub enum Reliability {
     },
 }
 
-/// A median distance with a smaller absolute value counts as this distance, m.
+/// A median distance with a smaller absolute value counts as this distance, in metres.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Merit {
-    /// The displacement along the ground, m.
+    /// The displacement along the ground, in metres.
     Distance,
-    /// With two goals: the shorter of the distances that the robot walks towards each goal, m.
+    /// With two goals: the robot walks one distance towards each goal; this is the shorter of the two, in metres.
     ShorterWay,
     /// Minus the loss.
     MinusLoss,
@@ -98,7 +98,7 @@ impl Reliability {
         }
     }
 
-    /// The verdict in one word.
+    /// The verdict in one word: `reliable` or `unreliable`.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Reliable => "reliable",
@@ -145,7 +145,7 @@ mod tests {
         let far = |numbers| reason(Merit::Distance, numbers);
         assert_eq!(far([-2.9, -2.0, -1.1]), "");
         assert!(far([-3.1, -2.0, -2.0]).contains("-3.100 m"));
-        // Robots that barely move may differ by at most 5 mm.
+        // For a robot that barely moves, the numbers may differ by at most 5 mm.
         assert_eq!(far([-0.004, 0.0, 0.004]), "");
         assert!(far([-0.006, 0.0, 0.0]).contains("0.005 m below"));
         // With losses, the merit is minus the loss.
@@ -164,7 +164,7 @@ mod tests {
             |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
         let reliable = score([1.9, 2.0, 2.0]);
         assert_eq!(reliable, 2.0);
-        // Two unreliable robots: the first by its quantile, the second by its unperturbed rollout.
+        // Two unreliable robots: the first because of its quantile, the second because of its unperturbed rollout.
         assert_eq!(score([1.4, 3.0, 3.0]), 1.4);
         assert_eq!(score([1.6, 3.0, -4.0]), 1.6);
         // An unreliable robot may still have the higher score.

@@ -12,7 +12,7 @@ pub enum Phase {
     /// Structure, material and controller change together.
     #[default]
     CoDesign,
-    /// Like `CoDesign`; in addition, edges whose dominant material is clear are moved towards that material.
+    /// Like `CoDesign`; in addition, edges that clearly have a dominant material are moved towards that material.
     Attraction,
     /// The single iteration that gives every edge one material.
     Snap,
@@ -21,7 +21,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// The name in files.
+    /// The name of the phase in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::CoDesign => "co_design",
@@ -32,7 +32,8 @@ impl Phase {
     }
 }
 
-/// The value of a ramp from `ends[0]` at iteration `over[0]` to `ends[1]` at iteration `over[1]`.
+/// The value of a linear ramp at an iteration. The ramp goes from `ends[0]` at iteration `over[0]` to `ends[1]` at
+/// iteration `over[1]`.
 fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     let [from, to] = over.map(|i| i as f64);
     // A ramp over zero iterations is a step.
@@ -64,7 +65,7 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// What the iteration updates.
+    /// What the iteration updates: the design or the controller.
     pub(super) fn pass(&self) -> Pass {
         let cycle = &self.scene.schedule.cycle;
         cycle[(self.iteration - 1) % cycle.len()]
@@ -91,7 +92,8 @@ impl<'a> Schedule<'a> {
         first.map(|g| ramp(self.iteration, ends(g), settings.threshold_over))
     }
 
-    /// The confidence above which an edge is moved towards its dominant material, and the size of that move.
+    /// Two numbers for the attraction: an edge is moved towards its dominant material if the share of that material
+    /// exceeds the first number; the second number is the size of the move.
     pub(super) fn attraction(&self) -> (f64, f64) {
         let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
         let over = [schedule.attraction_from, schedule.snap_at];
@@ -99,7 +101,7 @@ impl<'a> Schedule<'a> {
         (at(settings.confidence), at(settings.nudge))
     }
 
-    /// The number of iterations at the end of the fine-tuning in which controllers settle.
+    /// The number of iterations in which controllers settle. They are the last iterations of the fine-tuning.
     fn settling(&self) -> usize {
         let schedule = &self.scene.schedule;
         let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
@@ -132,7 +134,8 @@ impl<'a> Schedule<'a> {
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
         let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
-        // The result of the last update would not be measured, so the rate falls to zero while controllers settle.
+        // No rollout would measure the controller after the last update. So the rate falls to zero while controllers
+        // settle.
         let left = if self.settles() {
             (schedule.iterations - self.iteration) as f64 / self.settling() as f64
         } else {

@@ -2,8 +2,8 @@
 //! distance.
 //!
 //! Gaits are chaotic. The fine-tuning finds good controllers and loses them again, because some updates halve the
-//! distance. Such updates help to leave poor controllers, but because of them the last controller is good only by
-//! chance. So the last iterations return to the best controller and stay close to it.
+//! distance. Such updates help to get away from poor controllers. But because of them, it is a matter of chance whether
+//! the last controller is good. So the last iterations return to the best controller and stay close to it.
 
 use super::evaluator::Evaluator;
 use super::progress::{Progress, Settled};
@@ -38,8 +38,8 @@ pub(super) fn settle(
             settled.merit = settled.merit.max(merit);
             return false;
         }
-        // The controller is unchanged, so there is no update to take back. Its unperturbed rollout may still be far
-        // below its median, with which it was compared.
+        // The controller is unchanged, so there is no update to take back. The merit of its unperturbed rollout may
+        // still be far below `settled.merit`, which can be its median merit.
         Some(settled) if progress.controller == settled.controller => {
             settled.merit = merit;
             return false;
@@ -60,7 +60,8 @@ fn begin_to_settle(evaluator: &Evaluator, progress: &mut Progress) -> bool {
     evaluator.judge_candidates(progress);
     let judged = progress.candidates.iter();
     let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
-    // Candidates are sorted by their single rollouts, which thus break ties between equal scores.
+    // Candidates are sorted by the merit of their single rollouts. So of candidates with equal ranks, the one with the
+    // better single rollout is chosen.
     let best = first_best(judged.iter().map(|(spread, c)| evaluator.rank(spread, c)));
     let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
         return false;

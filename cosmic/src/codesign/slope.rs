@@ -1,4 +1,5 @@
-//! A gradient of the loss, the point at which it is computed, and its means over design passes and over domains.
+//! [`Slope`], a gradient of the loss; [`At`], the point at which it is computed; and its means over design passes and
+//! over domains.
 
 use rayon::prelude::*;
 
@@ -13,7 +14,7 @@ use crate::task::{Horizon, Task};
 pub(super) struct Slope {
     pub(super) gradient: Vec<f64>,
     pub(super) loss: f64,
-    /// Displacement along the ground, m.
+    /// Displacement along the ground, in metres.
     pub(super) displacement: f64,
     /// The number that robots are ranked by, like [`Reached::merit`](super::reach::Reached::merit).
     pub(super) merit: f64,
@@ -41,7 +42,7 @@ impl Slope {
         }
     }
 
-    /// The mean of all fields over domains, from one `Slope` per domain.
+    /// The mean over domains of every field. `slopes` has one `Slope` for each domain.
     fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self::default();
@@ -58,9 +59,9 @@ impl Slope {
     }
 }
 
-/// The point at which gradients are computed.
+/// Where gradients are computed: the robot and its start, the domains, and the horizon.
 pub(super) struct At<'a> {
-    /// The domains that gradients are averaged over. If it is empty, gradients are those of the nominal task.
+    /// The domains that gradients are averaged over. If there are none, the gradient of the nominal task is used.
     pub(super) domains: Vec<Domain<'a>>,
     pub(super) inputs: Inputs<f64>,
     pub(super) horizon: Horizon,

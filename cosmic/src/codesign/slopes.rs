@@ -21,13 +21,13 @@ use crate::task::{Horizon, Task, together};
 /// The variables that the loss is differentiated with respect to.
 #[derive(Clone, Copy)]
 pub(super) enum Sought<'a> {
-    /// The design vectors, before this projection.
+    /// The design vectors, to which this projection is applied.
     Design(Projection),
-    /// The shares of the materials in a layout, which are its design vectors (D7).
+    /// The shares of the materials in each edge of a layout. They are the design vectors of the layout (D7).
     Shares,
-    /// The controller of a robot of this design.
+    /// The controller of a robot that has this design.
     Controller(&'a Design<Mixture<f64>>),
-    /// No variable: only the loss of a robot of this design.
+    /// No variable: only the loss is computed, for a robot that has this design.
     Nothing(&'a Design<Mixture<f64>>),
 }
 
@@ -40,8 +40,8 @@ impl Sought<'_> {
         }
     }
 
-    /// The simulated design for the design vectors `z`. For [`Shares`](Self::Shares), `z` is treated as an undecided
-    /// design, whose void edges keep their small stiffness.
+    /// The design that is simulated for the design vectors `z`. For [`Shares`](Self::Shares), `z` is treated as an
+    /// undecided design, whose void edges keep their small stiffness.
     pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
@@ -55,7 +55,7 @@ impl Sought<'_> {
 const WALKS: f64 = 0.01;
 
 impl Evaluator {
-    /// The point at which an iteration computes its gradients.
+    /// Where an iteration computes its gradients: the current robot, the domains, and the horizon.
     pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
         At {
             domains: self.domains(progress, now),
@@ -64,7 +64,7 @@ impl Evaluator {
         }
     }
 
-    /// The inputs of the current robot's rollout from the unperturbed start.
+    /// The inputs of a rollout of the current robot from the unperturbed start.
     pub fn inputs(&self, progress: &Progress) -> Inputs<f64> {
         Inputs {
             z: progress.design.vectors().into_owned(),
@@ -95,9 +95,9 @@ impl Evaluator {
         }
     }
 
-    /// The gradients with respect to the design, in the performance and in the stability projection; `None` for a
-    /// projection without a share in the update. The two rollouts run in SIMD lanes on one thread if that is possible,
-    /// otherwise on two threads.
+    /// The gradients with respect to the design, through the performance projection and through the stability
+    /// projection; `None` for a projection that has no share in the update. The two rollouts run in SIMD lanes on one
+    /// thread if that is possible, otherwise on two threads.
     pub(super) fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
         let alone = |k: usize| {
@@ -134,9 +134,9 @@ impl Evaluator {
 
     /// Returns `displacement`, which was reached in the rollout of a gradient, or NaN if the robot flew apart there.
     ///
-    /// The rollout of a gradient does not check for that. So if the mean speed of the payload was high, the rollout is
-    /// repeated with the checks: few walking robots are so fast, but all robots that fly apart are. With domains, the
-    /// displacement is a mean and is not checked.
+    /// The rollout of a gradient does not check whether the robot flies apart. If the mean speed of the payload was
+    /// high, the rollout is repeated with this check. Few walking robots are so fast, but all robots that fly apart
+    /// are. With domains, the displacement is a mean and is not checked.
     pub(super) fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
         let physics = &self.scene.physics;
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
@@ -198,9 +198,9 @@ impl Evaluator {
         })
     }
 
-    /// The loss of each robot within a horizon, and its result measured from `start`. With two goals, the loss is the
-    /// mean of the loss for the goal ahead and of minus the loss for the goal behind, because towards that goal the
-    /// payload must move backwards.
+    /// The loss of each robot within a horizon, and the robot's result measured from `start`. With two goals, the loss
+    /// is the mean of two numbers: the loss for the goal ahead, and minus the loss for the goal behind. The sign
+    /// changes because the payload must move backwards to reach the goal behind.
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
@@ -288,8 +288,8 @@ mod tests {
         slope
     }
 
-    /// In every domain, a controller that does not observe the goal moves the same way for both goals, so the losses of
-    /// the two goals cancel.
+    /// A robot whose controller does not observe the goal moves the same way for both goals, in every domain. So the
+    /// losses for the two goals cancel.
     #[test]
     fn both_goals_have_the_same_robot() {
         let mut scene = tiny();
@@ -306,7 +306,8 @@ mod tests {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
         let slope = slope_in_domains(&scene, 1);
-        // Springs that are stretched by half a metre accelerate nodes to 50 m/s: less than 0.1 m in a step of 2 ms.
+        // Springs that are stretched by half a metre accelerate nodes to 50 m/s. In a step of 2 ms, the payload then
+        // moves less than 0.1 m.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
         assert!(slope.displacement != 0.0);
     }
@@ -378,7 +379,7 @@ mod tests {
         check(&scene, HorizonMode::Head);
     }
 
-    /// The largest frequency of a task's robot, 1/s.
+    /// The largest frequency of a vibration of the task's robot, in 1/s.
     fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
         let body = task.body(&codesign.evaluator.design(progress));
         let rest = &task.lattice.positions;
@@ -414,7 +415,7 @@ mod tests {
             faster * nominal.0.bound.frequency
         ));
         let [any, any_drawn] = [nominal.0, check].map(|check| check.any_design.unwrap());
-        // The limit of damped symplectic Euler is nearly inverse to the frequency.
+        // The longest stable time step of the damped symplectic Euler method is nearly proportional to 1 / frequency.
         assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
     }
 }

@@ -8,8 +8,8 @@ use crate::objective::Loss;
 use crate::scene::{LossKind, Scene};
 use crate::simulator::Trajectory;
 
-/// A small robot that moves from the start and can take several layouts. The text ends in `[schedule]` without
-/// `iterations`, so that tests can append that setting.
+/// A scene with a small robot that moves from the start and can get several layouts. The text ends in `[schedule]`
+/// without `iterations`, so that tests can append that setting.
 pub(super) const LIVELY: &str = "
     base = 'stability'
     [lattice]
@@ -31,7 +31,7 @@ pub(super) const LIVELY: &str = "
     horizon = [64, 64]
 ";
 
-/// A user's loss: minus the mean height of the payload after half of the steps and at the end.
+/// A user's loss: minus the mean of two heights of the payload, after half of the steps and at the end.
 pub(crate) struct Up;
 
 impl Loss for Up {
@@ -96,7 +96,7 @@ fn a_memory_budget_changes_no_bit() {
     assert!(all == within);
 }
 
-/// The merit of a seed's robot after a snap with `trials` trials.
+/// The merit of the robot of a seed after a snap that compares `trials` alternative layouts.
 fn after_the_snap(trials: usize, seed: u64) -> f64 {
     let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
     scene.schedule.snap_trials = trials;

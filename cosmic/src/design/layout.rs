@@ -7,14 +7,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Material, Mixture};
 
-/// The design of a robot. Before the snap it is undecided and has an element of type `E` for every edge; after the snap
-/// it is a layout with one material for every edge.
+/// The design of a robot. Before the snap, it is undecided and has an element of type `E` for every edge. After the
+/// snap, it is a layout: it has one material for every edge.
 ///
 /// The optimiser works on design vectors, `Design<[f64; 3]>`. A [projection](crate::projection::Projection) turns them
 /// into mixtures, `Design<Mixture<R>>`, which determine the body of the robot. Projections do not change a layout (D7).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Design<E> {
-    /// An element for every edge: its design vector or its mixture.
+    /// An element for every edge: the design vector or the mixture of the edge.
     Undecided(Vec<E>),
     /// One material for every edge.
     Layout(Vec<Material>),
@@ -55,7 +55,8 @@ impl<E> Design<E> {
 }
 
 impl Design<[f64; 3]> {
-    /// The design of given vectors: a layout if every vector is one-hot.
+    /// The design with these design vectors. It is a layout if every vector is one-hot (one entry is 1, the others are
+    /// 0).
     pub fn of_vectors(z: Vec<[f64; 3]>) -> Self {
         let layout: Vec<_> = z.iter().map(Material::dominant).collect();
         if one_hot(&layout) == z {
@@ -75,8 +76,8 @@ impl Design<[f64; 3]> {
 }
 
 impl<R: Real> Design<Mixture<R>> {
-    /// Computes a number for every edge, with `of_mixture` from its mixture or, in a layout, with `of_material` from
-    /// its material.
+    /// Computes a number for every edge. For an undecided design, `of_mixture` computes it from the mixture of the
+    /// edge; for a layout, `of_material` computes it from the material of the edge.
     pub fn each(
         &self,
         of_mixture: impl Fn(&Mixture<R>) -> R,
@@ -96,7 +97,7 @@ impl<R: Real> Design<Mixture<R>> {
         Self::Undecided(shares.iter().map(|&shares| Mixture(shares)).collect())
     }
 
-    /// The mixture of every edge. In a layout, the edge's material has the share 1.
+    /// The mixture of every edge. In a layout, the mixture has only the material of the edge, with the share 1.
     pub fn mixtures(&self) -> Cow<'_, [Mixture<R>]> {
         match self {
             Self::Undecided(mixtures) => mixtures.into(),
@@ -109,7 +110,7 @@ impl<R: Real> Design<Mixture<R>> {
 }
 
 impl Design<Mixture<f64>> {
-    /// The material of every edge: that of the layout, or the dominant material of an undecided design.
+    /// The material of every edge. For an undecided design, it is the dominant material, which has the largest share.
     pub fn materials(&self) -> Vec<Material> {
         match self {
             Self::Undecided(mixtures) => mixtures.iter().map(Mixture::dominant).collect(),
@@ -117,7 +118,7 @@ impl Design<Mixture<f64>> {
         }
     }
 
-    /// The same design in another number type, with constant shares.
+    /// Converts the design to another number type. The shares become constants, which have no derivatives.
     pub fn lift<R: Real>(&self) -> Design<Mixture<R>> {
         self.map(|mixture| Mixture(mixture.0.map(R::lit)))
     }

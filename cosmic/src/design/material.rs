@@ -1,8 +1,8 @@
-//! Materials.
+//! The materials that an edge can have.
 
 use serde::{Deserialize, Serialize};
 
-/// The material of an edge; 0, 1 and 2 in files.
+/// The material of an edge. Files store it as 0, 1 or 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Material {
@@ -18,12 +18,12 @@ impl Material {
     /// All materials, in the order of the entries of a design vector.
     pub const ALL: [Self; 3] = [Self::Void, Self::Skeleton, Self::Actuator];
 
-    /// True if an edge of this material counts in the volume: skeleton and actuator.
+    /// True for skeleton and actuator: an edge of these materials is a bar and counts in the volume.
     pub fn is_solid(self) -> bool {
         self != Self::Void
     }
 
-    /// The entry of this material in a list with one entry per material.
+    /// Picks the entry of this material from a list with one entry per material.
     pub fn of<T: Copy>(self, entries: &[T; 3]) -> T {
         entries[self as usize]
     }

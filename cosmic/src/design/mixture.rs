@@ -19,7 +19,7 @@ impl<R> Index<Material> for Mixture<R> {
 }
 
 impl<R: Real> Mixture<R> {
-    /// The share of solid material.
+    /// The share of solid material: skeleton and actuator together.
     pub fn solid(&self) -> R {
         self[Material::Skeleton] + self[Material::Actuator]
     }

@@ -15,7 +15,7 @@ pub struct VolumeBounds {
 }
 
 impl VolumeBounds {
-    /// The bounds of a scene, each limit moved outwards by `slack`.
+    /// The volume bounds of a scene, widened: each limit is moved outwards by `slack`.
     pub fn widened(settings: &VolumeSettings, slack: f64) -> Self {
         Self {
             solid: Range::from(settings.solid).widened(slack),
@@ -27,13 +27,14 @@ impl VolumeBounds {
 /// Gives every edge its dominant material, then flips edges (changes their materials) until the layout obeys `rules`
 /// and `bounds`.
 ///
-/// While the layout breaks a rule, which is called a fault, or a volume is out of bounds, the least confident edge is
-/// flipped whose flip improves that. Faults come first; a flip that improves a volume must not add a fault. Tied edges
-/// are flipped together. An edge never gets a material that the rules forbid for it, so faults may remain and volumes
-/// may stay out of bounds.
+/// A broken rule is called a fault. Edges are flipped one after the other as long as a flip can remove a fault or bring
+/// a volume nearer to its bounds. The next flip is always the cheapest of these: the one for which the old material has
+/// the least lead over the new one in the edge's mixture. A flip that improves a volume must not add a fault. Tied
+/// edges, which must have the same material, are flipped together. An edge never gets a material that the rules forbid
+/// for it, so faults may remain and volumes may stay out of bounds.
 ///
-/// The volumes of a layout are whole numbers of edges. If no whole number is within the bounds, the target is the whole
-/// number nearest to their middle.
+/// The bounds limit how many edges of a layout are solid and how many are actuators. If no whole number of edges is
+/// within the bounds, the snap aims at the whole number nearest to the middle of the bounds.
 pub fn snap(
     mixtures: &[Mixture<f64>],
     bounds: &VolumeBounds,
@@ -43,7 +44,7 @@ pub fn snap(
     let counts = Counts::new(bounds, mixtures.len());
     let groups = rules.edges().groups(mixtures.len());
     let cost = |edge: usize, from, to| Some(mixtures[edge][from] - mixtures[edge][to]);
-    // Each bridge connects at least one more piece.
+    // Each bridge connects at least one more piece, so there cannot be more bridges than edges.
     for _ in 0..=mixtures.len() {
         materials = mended(materials, &counts, rules, &groups, &cost);
         let bridge = rules.bridge(&materials);
@@ -82,7 +83,7 @@ fn mended(
     }
 }
 
-/// A change of the material of one edge, or of tied edges.
+/// The change of one edge, or of all edges that are tied to each other, to another material.
 struct Flip<'g> {
     group: &'g [usize],
     to: Material,
@@ -98,8 +99,8 @@ impl Flip<'_> {
     }
 }
 
-/// All flips of a layout that the rules allow and for which `cost` is not `None`, cheapest first. The edges of a group
-/// are tied and have the same material; the cost of their flip is the sum over the edges.
+/// Lists the flips of a layout, cheapest first: those that the rules allow and for which `cost` is not `None`. The
+/// edges of a group are tied and have the same material. The cost of their flip is the sum of their costs.
 fn flips_of<'g>(
     groups: &'g [Vec<usize>],
     layout: &[Material],
@@ -126,12 +127,14 @@ pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
     materials.iter().zip(mixtures).filter(flipped).count()
 }
 
-/// A material is an alternative for an edge only if it has at least this share there. A material that is excluded by
-/// `projection.hold_materials` has a share of about 1e-9.
+/// A material is an alternative for an edge only if it has at least this share in the edge's mixture. A material that
+/// is excluded by `projection.hold_materials` has a share of about 1e-9.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges, least confident edges first.
-/// They have no more faults and no worse volumes, and the new material has a share of its edge's mixture.
+/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges. The edges whose new material
+/// has nearly the share of the old one, or more, come first. They have no more faults than the snapped layout, and
+/// their volumes are no further out of bounds. In the edge's mixture, the new material has at least the share
+/// `LEAST_SHARE`.
 pub fn alternatives(
     mixtures: &[Mixture<f64>],
     materials: &[Material],
@@ -147,8 +150,8 @@ pub fn alternatives(
 }
 
 /// At most `most` layouts that differ from the layout `materials` in one edge or in tied edges, cheapest first. They
-/// have no more faults and are no further out of bounds. `cost` returns the cost of changing an edge from one material
-/// to another, or `None` to exclude that change.
+/// have no more faults than `materials`, and their volumes are no further out of bounds. `cost` returns the cost of
+/// changing an edge from one material to another, or `None` to exclude that change.
 pub fn flipped(
     materials: &[Material],
     bounds: &VolumeBounds,
@@ -185,7 +188,7 @@ struct Counts {
 impl Counts {
     fn new(bounds: &VolumeBounds, edges: usize) -> Self {
         let whole = |bounds: Range| {
-            // Rounding makes 0.03 * 100 differ from 3.
+            // The slack is needed because of rounding: 0.03 * 100 is not exactly 3.
             let slack = 1e-9;
             let [least, most] = bounds.map(|share| share * edges as f64).into();
             let inside =
@@ -202,18 +205,20 @@ impl Counts {
         }
     }
 
-    /// The number of faults, then the number of edges by which the volumes are out of bounds. Fewer is better, in this
-    /// order.
+    /// How bad a layout is: the number of faults, then the number of edges by which the volumes are out of bounds. The
+    /// number of faults is compared first.
     fn badness(&self, layout: &[Material], rules: &LayoutRules) -> [usize; 2] {
         [rules.faults(layout), self.excess(layout)]
     }
 
-    /// True if a layout has neither more faults nor more excess than the badness `than`.
+    /// True if a layout is no worse than the badness `than`, both in the number of faults and in the
+    /// [excess](Self::excess).
     fn is_no_worse(&self, layout: &[Material], rules: &LayoutRules, than: [usize; 2]) -> bool {
         self.excess(layout) <= than[1] && rules.faults(layout) <= than[0]
     }
 
-    /// The number of edges that are missing or too many: the sum for solid edges and for actuators.
+    /// The number of edges by which the volumes are out of bounds: the sum of the solid edges that are missing or too
+    /// many and of the actuators that are missing or too many.
     fn excess(&self, layout: &[Material]) -> usize {
         let [solid, actuators] = solid_and_actuators(layout);
         let outside =
@@ -232,7 +237,7 @@ mod tests {
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{DesignSettings, VolumeSettings};
 
-    /// The rules for a chain of edges with these edge rules and without other requirements.
+    /// The layout rules for a chain of edges: the given rules for its edges, and no other requirements.
     fn ruled(rules: &EdgeRules, edges: usize) -> LayoutRules {
         let nodes = (0..=edges).map(|k| Vector::new([k as f64, 0.0])).collect();
         let mut chain = Lattice::between(nodes, (0..edges).map(|k| [k, k + 1]).collect());
@@ -320,14 +325,14 @@ mod tests {
             (changed[0].0, *changed[0].1.0)
         };
         let found: Vec<_> = layouts.iter().map(differs).collect();
-        // The bounds require exactly one actuator, so no flip involves one.
+        // The bounds require exactly one actuator, so no flip adds or removes an actuator.
         assert_eq!(found, [(1, Skeleton), (3, Skeleton), (0, Void)]);
         assert_eq!(all(&mixture, &HALF).len(), 0);
         assert_eq!(
             alternatives(&mixture, &layout, &wide, &free(4), 2),
             layouts[..2]
         );
-        // Void without a share in its edge is not an alternative.
+        // Void is no alternative for an edge in whose mixture it has no share.
         let mut held = mixture;
         held[0] = Mixture([1e-9, 1.0 - 1e-9, 0.0]);
         let found: Vec<_> = all(&held, &wide).iter().map(differs).collect();
@@ -370,7 +375,8 @@ mod tests {
         assert_eq!(found(&free).len(), 4);
     }
 
-    /// Random mixtures snap to layouts in one piece within the bounds, and so are their alternatives.
+    /// Random mixtures snap to layouts that are in one piece and within the bounds. The same holds for the alternatives
+    /// of these layouts.
     #[test]
     fn any_mixture_snaps_to_one_piece_within_the_bounds() {
         let lattice = Lattice::sample(6, 6, 0.0);
@@ -400,8 +406,8 @@ mod tests {
         assert!(torn > 30, "{torn} of 60 mixtures need it");
     }
 
-    /// A kept edge far from the payload is connected to it by as few edges as possible, although their mixtures are
-    /// nearly void.
+    /// An edge that must be kept, far from the payload, is connected to the payload by as few edges as possible,
+    /// although the mixtures of these edges are nearly void.
     #[test]
     fn kept_bars_are_bridged() {
         let mut lattice = Lattice::sample(6, 2, 0.0);

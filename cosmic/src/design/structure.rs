@@ -1,5 +1,5 @@
-//! The structure of a layout: how its bars are connected, and what a scene may require of that. A bar is an edge of
-//! solid material.
+//! The structure of a layout: how its bars are connected, and which connections a scene may require. A bar is an edge
+//! of solid material.
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,8 @@ use crate::scene::DesignSettings;
 
 /// A node is in the lowest row if its height is below this, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// Singular values up to this share of the largest one count as zero. Lengths are of order one, so a floppy mode has a
-/// singular value of the size of rounding errors.
+/// Singular values up to this share of the largest one count as zero. Lengths are about 1, so the singular value of a
+/// floppy mode is only as large as a rounding error.
 const RANK: f64 = 1e-9;
 /// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
 /// bars take a few seconds.
@@ -64,7 +64,7 @@ impl Structure {
     }
 }
 
-/// For each node, whether bars connect it to the first payload.
+/// For each node, true if bars connect it to the first payload.
 pub fn joined_to_payload(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
     Bars { lattice, layout }.held()
 }
@@ -76,7 +76,7 @@ struct Bars<'a> {
 }
 
 impl Bars<'_> {
-    /// The edge of every bar, and its nodes.
+    /// Iterates over the bars: the index of the bar's edge, and its two nodes.
     fn iter(&self) -> impl Iterator<Item = (usize, [usize; 2])> {
         let edges = self.lattice.edges.iter().zip(self.layout).enumerate();
         let bars = edges.filter(|(_, (_, material))| material.is_solid());
@@ -91,7 +91,7 @@ impl Bars<'_> {
         degrees
     }
 
-    /// A number for every node, equal for nodes that are connected by bars.
+    /// Numbers the pieces: returns a number for every node. Nodes that are connected by bars have the same number.
     fn pieces(&self) -> Vec<usize> {
         let mut parent: Vec<usize> = (0..self.lattice.nodes()).collect();
         let root = |parent: &mut Vec<usize>, mut node: usize| {
@@ -113,7 +113,7 @@ impl Bars<'_> {
         self.lattice.payload.iter().map(|payload| payload.node)
     }
 
-    /// For each node, whether bars connect it to the first payload.
+    /// For each node, true if bars connect it to the first payload.
     fn held(&self) -> Vec<bool> {
         let pieces = self.pieces();
         let first = self.payload().next().map(|node| pieces[node]);
@@ -128,7 +128,7 @@ impl Bars<'_> {
             .count()
     }
 
-    /// The number of nodes in the lowest row with a bar.
+    /// The number of nodes in the lowest row that have a bar.
     fn feet(&self) -> usize {
         let nodes = self.lattice.places.iter().zip(self.degrees());
         nodes
@@ -137,8 +137,8 @@ impl Bars<'_> {
     }
 }
 
-/// The requirements on the layouts of a lattice: those of the lattice's edges, and those of the scene's section
-/// `[design]`.
+/// The rules that a layout must obey: the lattice's rules for its edges, and the requirements in the section `[design]`
+/// of the scene.
 #[derive(Clone, Debug)]
 pub struct LayoutRules {
     lattice: Lattice,
@@ -148,7 +148,7 @@ pub struct LayoutRules {
 }
 
 impl LayoutRules {
-    /// The rules for a lattice and the settings `asked`.
+    /// The rules of a lattice, together with the requirements `asked` of a scene.
     pub fn new(lattice: &Lattice, asked: &DesignSettings) -> Self {
         Self {
             crossing: if asked.crossings {
@@ -161,7 +161,7 @@ impl LayoutRules {
         }
     }
 
-    /// The materials that the lattice allows for each edge.
+    /// The lattice's rules: which materials each edge may have.
     pub(super) fn edges(&self) -> &EdgeRules {
         &self.lattice.rules
     }
@@ -171,8 +171,8 @@ impl LayoutRules {
         Bars { lattice, layout }
     }
 
-    /// The number of faults of a layout: of bars and payloads that are not connected to the first payload but should
-    /// be, plus the violations of the other requirements.
+    /// Counts the faults of a layout: each bar and each payload that should be connected to the first payload but is
+    /// not, and each violation of the other requirements.
     pub(super) fn faults(&self, layout: &[Material]) -> usize {
         let (asked, bars) = (&self.asked, self.bars(layout));
         let mut faults = 0;
@@ -191,8 +191,8 @@ impl LayoutRules {
         faults + self.crossing.iter().filter(are_bars).count()
     }
 
-    /// The layout without its loose bars, which are not connected to the first payload. If the scene does not require
-    /// one piece, the layout is unchanged.
+    /// Removes the loose bars of a layout: the bars that are not connected to the first payload. If the scene does not
+    /// require one piece, the layout does not change.
     pub fn without_loose_bars(&self, layout: &[Material]) -> Vec<Material> {
         let (mut rest, bars) = (layout.to_vec(), self.bars(layout));
         if self.asked.one_piece {
@@ -204,8 +204,9 @@ impl LayoutRules {
         rest
     }
 
-    /// The shortest path of edges that would connect the first payload to a loose bar or another payload. Empty if
-    /// there is no such path, if nothing is loose, or if the scene does not require one piece.
+    /// Finds the shortest path of edges that, as bars, would connect a loose bar or a loose payload to the first
+    /// payload. The path is empty if there is no such path, if nothing is loose, or if the scene does not require one
+    /// piece.
     pub(super) fn bridge(&self, layout: &[Material]) -> Vec<usize> {
         if !self.asked.one_piece {
             return Vec::new();
@@ -364,7 +365,7 @@ mod tests {
         assert_eq!(rules.faults(&layout), 1);
         let bridge = rules.bridge(&layout);
         assert!(!bridge.is_empty());
-        // Other faults than loose bars are not bridged.
+        // A bridge is built only for loose bars, not for other faults.
         let in_pieces = DesignSettings {
             one_piece: false,
             free_ends: false,

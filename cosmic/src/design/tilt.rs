@@ -1,4 +1,4 @@
-//! The tilt of an initial design: more void towards one side. The seed determines the side.
+//! The tilt of an initial design: the share of void grows towards one side. The seed determines the side.
 
 use std::f64::consts::TAU;
 
@@ -10,9 +10,9 @@ use crate::random::{Purpose, stream, symmetric};
 const VOID: Range = Range::new(0.001, 0.999);
 
 /// Adds a surplus to the share of void of every edge: `tilt (1 + cos(a) x + sin(a) y)`, where `x` and `y` go from -1 to
-/// 1 across the lattice and `a` is a random angle. If the direction is along an axis, the surplus grows from 0 at one
-/// side to `2 tilt` at the other; if it is diagonal, from `-0.4 tilt` in one corner to `2.4 tilt` in the opposite
-/// corner.
+/// 1 across the lattice and `a` is a random angle. If the direction of the angle is along an axis, the surplus grows
+/// from 0 at one side of the lattice to `2 tilt` at the other side. If the direction is diagonal, the surplus grows
+/// from `-0.4 tilt` in one corner to `2.4 tilt` in the opposite corner.
 ///
 /// The angle depends on the seed, and all angles are equally likely. So a search over seeds also searches for the side
 /// that should have less material.

@@ -23,7 +23,7 @@ impl Ground {
         self.incline_deg == 0.0
     }
 
-    /// The rotation from the world's axes to those of the ground.
+    /// The rotation from the axes of the world to the axes of the ground.
     fn axes(&self) -> Rotation<f64> {
         Rotation::of_degrees(self.incline_deg)
     }
@@ -38,7 +38,7 @@ impl Ground {
         self.axes().normal()
     }
 
-    /// The unit vector against gravity, in the ground's frame.
+    /// The unit vector that points against gravity, in the ground's frame.
     pub fn vertical<const D: usize>(&self) -> Vector<f64, D> {
         self.vector_to_ground(Vector::upright(0.0, 1.0))
     }
@@ -71,7 +71,7 @@ impl Ground {
         vector.with_up(vector.up() + R::lit(self.height))
     }
 
-    /// The position along the ground of a point in the world's frame, m.
+    /// The position along the ground, in metres, of a point that is given in the world's frame.
     pub fn along<R: Real, const D: usize>(&self, point: Vector<R, D>) -> R {
         self.vector_to_ground(point).forward()
     }

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Mul};
 
 use super::vector::Vector;
 
-/// A symmetric matrix of `D` rows.
+/// A symmetric matrix with `D` rows and `D` columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matrix<const D: usize = 2> {
     rows: [Vector<f64, D>; D],
@@ -18,14 +18,14 @@ impl<const D: usize> Matrix<D> {
         }
     }
 
-    /// The matrix with ones on its diagonal.
+    /// The identity matrix.
     pub fn identity() -> Self {
         Self {
             rows: Vector::axes(),
         }
     }
 
-    /// The symmetric part of the matrix with these rows.
+    /// The symmetric part `(A + A^T) / 2` of the matrix `A` with these rows.
     pub fn symmetric(rows: [Vector<f64, D>; D]) -> Self {
         let part = |row: usize, k: usize| {
             if row == k {
@@ -39,7 +39,7 @@ impl<const D: usize> Matrix<D> {
         }
     }
 
-    /// `v v^T`. For a unit vector, this is the projection onto it.
+    /// The matrix `v v^T`. If `v` is a unit vector, the matrix projects onto `v`.
     pub fn square(v: Vector<f64, D>) -> Self {
         Self {
             rows: v.0.map(|factor| v * factor),

@@ -1,18 +1,18 @@
 //! Vectors and shapes. Only this module accesses components of vectors; all other code uses the operators and methods
 //! of [`Vector`].
 //!
-//! The first axis points along the ground in the direction of `+x`, the last axis up or out of the ground. Code that
-//! needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
+//! The first axis points along the ground in the direction of `+x`, the last axis points up, or out of the ground. Code
+//! that needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
 //!
 //! # Frames
 //!
 //! There are two frames: the world's frame and the frame of the [`Ground`]. In the ground's frame, a point is below
 //! flat ground if its last coordinate is negative.
 //!
-//! - In the *world's* frame are states, trajectories and the positions of a lattice, in memory and in files, and the
-//!   inputs of losses and controllers.
-//! - In the *ground's* frame are scenes, truss files, the places of a lattice, and everything inside a rollout,
-//!   including laws.
+//! - These are in the *world's* frame: states, trajectories and a lattice's `positions`, both in memory and in files;
+//!   also the inputs of losses and controllers.
+//! - These are in the *ground's* frame: scenes, truss files, a lattice's `places`, and everything inside a rollout,
+//!   including the inputs of laws.
 //!
 //! Only [`State::to_ground`](crate::lattice::State::to_ground) and [`State::to_world`](crate::lattice::State::to_world)
 //! convert states. The simulator converts once at the start of a rollout and once for every observed state, but never

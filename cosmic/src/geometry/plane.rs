@@ -10,7 +10,7 @@ use super::vector::Vector;
 pub struct Plane<R> {
     /// The rotation from the axes of space to the axes of the plane.
     pub axes: Rotation<R>,
-    /// The distance from the origin, along the normal, m.
+    /// The distance of the plane from the origin along the normal, in metres.
     offset: R,
 }
 
@@ -27,7 +27,7 @@ impl Plane<f64> {
         Self { axes, offset }
     }
 
-    /// The plane with its numbers as constants of the type `R`.
+    /// Converts the numbers of the plane to constants of the type `R`.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Plane<R> {
         Plane {
@@ -38,7 +38,7 @@ impl Plane<f64> {
 }
 
 impl<R: Real> Plane<R> {
-    /// The height of a point above the plane, m.
+    /// The height of a point above the plane, in metres.
     #[inline(always)]
     pub fn height<const D: usize>(&self, place: Vector<R, D>) -> R {
         self.axes.height(place, self.offset)
@@ -53,7 +53,7 @@ impl<R: Real> Plane<R> {
         }
     }
 
-    /// The plane without derivatives.
+    /// The same plane as a constant: its numbers have no derivatives.
     #[inline(always)]
     #[must_use]
     pub fn detach(self) -> Self {

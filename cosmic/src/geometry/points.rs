@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::vector::Vector;
 
-/// The mean of points, or of rows of `D` numbers.
+/// The mean of a list of points. A point may be given as an array of `D` numbers.
 pub fn mean<R: Real, const D: usize>(points: &[impl Copy + Into<Vector<R, D>>]) -> Vector<R, D> {
     let share = R::lit(1.0 / points.len() as f64);
     let points: Vec<Vector<R, D>> = points.iter().map(|&point| point.into()).collect();
@@ -25,7 +25,8 @@ fn column<T: Copy, const D: usize>(points: &[Vector<T, D>], k: usize) -> Vec<T> 
     points.iter().map(|point| point.0[k]).collect()
 }
 
-/// The components of points as `D` columns: the first components of all points, then the second components.
+/// The components of points in one list, in `D` columns: the first components of all points, then the second
+/// components, and so on.
 pub fn columns<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
     (0..D).flat_map(|k| column(points, k)).collect()
 }
@@ -47,7 +48,7 @@ pub fn from_flat<T: Copy, const D: usize>(numbers: &[T]) -> Vec<Vector<T, D>> {
     numbers.as_chunks().0.iter().copied().map(Vector).collect()
 }
 
-/// Sets the components of points from a list that has them point by point.
+/// Overwrites the components of points with a list of numbers, point by point.
 ///
 /// # Panics
 /// If the number of numbers is not the number of components.
@@ -65,14 +66,14 @@ pub fn fill<T: Copy, const D: usize>(points: &mut [Vector<T, D>], numbers: &[T])
 /// The smallest box with sides along the axes that contains a set of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<const D: usize = 2> {
-    /// The least components; all infinite if there are no points.
+    /// The least value of each component. If there are no points, all components are infinite.
     pub low: Vector<f64, D>,
-    /// The greatest components; all minus infinity if there are no points.
+    /// The greatest value of each component. If there are no points, all components are minus infinity.
     pub high: Vector<f64, D>,
 }
 
 impl<const D: usize> Bounds<D> {
-    /// The bounds of points.
+    /// The smallest box that contains all given points.
     pub fn of(points: impl IntoIterator<Item = Vector<f64, D>>) -> Self {
         let none = Self {
             low: Vector([f64::INFINITY; D]),

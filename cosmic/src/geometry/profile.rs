@@ -25,7 +25,8 @@ impl Profile {
     ///
     /// # Errors
     /// If there are more than [`MOST_POINTS`] points, if a point is not finite, or if a point is not ahead of the point
-    /// before it. The error is the part of a sentence that follows the name of the profile.
+    /// before it. The text of the error continues a sentence that begins with the name of the profile, such as "has a
+    /// point that is not finite".
     pub fn new(points: Vec<Vector<f64>>) -> Result<Self, String> {
         if points.len() > MOST_POINTS {
             return Err(format!(
@@ -46,7 +47,7 @@ impl Profile {
         }
     }
 
-    /// The first point that is not ahead of the one before it.
+    /// The index of the first point that is not ahead of the point before it.
     pub(crate) fn not_ahead(points: &[Vector<f64>]) -> Option<usize> {
         // Comparisons with NaN are false, so a NaN is not ahead.
         let is_ahead = |at: &usize| points[at - 1].forward() < points[*at].forward();
@@ -58,12 +59,12 @@ impl Profile {
         &self.points
     }
 
-    /// True if the terrain is the ground line.
+    /// True if the profile has no points, so that the terrain is the ground line itself.
     pub fn is_flat(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// The height of the terrain at a position along the ground line, m.
+    /// The height of the terrain at a position along the ground line, in metres.
     pub fn height(&self, along: f64) -> f64 {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
             return 0.0;
@@ -78,8 +79,8 @@ impl Profile {
         }
     }
 
-    /// The height of a point above the terrain, m, measured along the normal of the ground line; negative below the
-    /// terrain. The point is in the ground's frame.
+    /// The height of a point above the terrain in metres, measured along the normal of the ground line. It is negative
+    /// below the terrain. The point is in the ground's frame.
     pub fn above(&self, point: Vector<f64>) -> f64 {
         point.up() - self.height(point.forward())
     }
@@ -97,14 +98,15 @@ impl Profile {
         line
     }
 
-    /// The height of the terrain in the world's frame, m, above the point of the ground line at `x` of the world.
+    /// The height of the terrain in the world's frame, in metres, above that point of the ground line whose x
+    /// coordinate in the world's frame is `x`.
     pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
         let [cos, sin] = ground.tangent().array();
         ground.height + x * sin / cos + self.height(x / cos) * cos
     }
 
-    /// The points of the terrain in the world's frame, over the part of the ground line whose x is in the range
-    /// `across`.
+    /// The points of the terrain in the world's frame, over the part of the ground line whose x coordinates are in the
+    /// range `across`.
     pub fn in_world(&self, ground: &Ground, across: Range) -> Vec<Vector<f64>> {
         if self.is_flat() {
             let end = |x: f64| Vector::new([x, self.height_in_world(ground, x)]);
@@ -115,8 +117,8 @@ impl Profile {
         line.map(|point| ground.point_to_world(point)).collect()
     }
 
-    /// The largest depth of a bar below the terrain, m, measured along the normal of the ground line; 0 if no part of
-    /// the bar is below the terrain.
+    /// The largest depth of a bar below the terrain in metres, measured along the normal of the ground line. It is 0 if
+    /// no part of the bar is below the terrain.
     pub fn depth(&self, bar: Segment) -> f64 {
         let [from, to] = if bar.from.forward() <= bar.to.forward() {
             [bar.from, bar.to]
@@ -182,8 +184,8 @@ mod tests {
     #[test]
     fn bars_cut_corners() {
         let kerb = kerb();
-        // The bars are across the top, in both directions; above the top; with an end inside; along a slope; and
-        // upright with an end inside.
+        // The bars: two across the top, in opposite directions; one above the top; one with an end inside the terrain;
+        // one along a slope; and an upright one with an end inside the terrain.
         for (bar, depth) in [
             ([[1.0, 0.0], [2.0, 0.25]], 0.375),
             ([[2.0, 0.25], [1.0, 0.0]], 0.375),

@@ -4,7 +4,8 @@ use autodiff::Real;
 
 use super::vector::Vector;
 
-/// A rotation of the first axis towards the last. Other axes do not change.
+/// A rotation in the plane of the first and the last axis: turns the first axis towards the last. Other axes do not
+/// change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation<R> {
     cos: R,
@@ -37,7 +38,7 @@ impl Rotation<f64> {
         Vector([-self.sin, self.cos])
     }
 
-    /// The rotation with its numbers as constants of the type `R`.
+    /// Converts the numbers of the rotation to constants of the type `R`.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Rotation<R> {
         Rotation {
@@ -57,7 +58,7 @@ impl<R: Real> Rotation<R> {
         rotated
     }
 
-    /// Converts components along the rotated axes to the vector.
+    /// The inverse of [`into_rotated`](Self::into_rotated): converts components along the rotated axes to the vector.
     #[inline(always)]
     pub fn out_of_rotated<const D: usize>(&self, rotated: Vector<R, D>) -> Vector<R, D> {
         let mut vector = rotated;
@@ -66,13 +67,14 @@ impl<R: Real> Rotation<R> {
         vector
     }
 
-    /// The component of a vector along the rotated last axis.
+    /// The component of a vector along the last axis after the rotation.
     #[inline(always)]
     pub fn out<const D: usize>(&self, vector: Vector<R, D>) -> R {
         self.cos.fma(vector.up(), -(self.sin * vector.forward()))
     }
 
-    /// The height of a point above the plane that is `offset` away from the origin along the rotated last axis.
+    /// The height of a point above a plane. The normal of the plane is the last axis after the rotation; its distance
+    /// from the origin along the normal is `offset`.
     #[inline(always)]
     pub(super) fn height<const D: usize>(&self, place: Vector<R, D>, offset: R) -> R {
         self.cos
@@ -88,7 +90,7 @@ impl<R: Real> Rotation<R> {
         }
     }
 
-    /// The rotation without derivatives.
+    /// The same rotation as a constant: its numbers have no derivatives.
     #[inline(always)]
     #[must_use]
     pub fn detach(self) -> Self {

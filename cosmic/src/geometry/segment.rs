@@ -4,8 +4,8 @@ use super::points::Bounds;
 use super::range::Range;
 use super::vector::Vector;
 
-/// A point is on a line if the area that it spans with a segment of the line is below this share of the squared
-/// lengths.
+/// A point counts as on the line of a segment if it is this close to it. The measure is the area of the parallelogram
+/// that the segment spans with the vector to the point, divided by the sum of the squared lengths of both.
 const ON_LINE: f64 = 1e-9;
 
 /// A straight line between two points.
@@ -43,7 +43,7 @@ impl<const D: usize> Segment<D> {
         (self.from + self.to) * 0.5
     }
 
-    /// The height at position `along` on the first axis, of the line through both ends.
+    /// The height of the line through both ends, at position `along` on the first axis.
     pub fn height(&self, along: f64) -> f64 {
         let Self { from, to } = self;
         let share = (along - from.forward()) / (to.forward() - from.forward());
@@ -67,7 +67,8 @@ impl<const D: usize> Segment<D> {
                 last = last.min(one.max(other));
             }
         }
-        // Clamping is needed for very long segments, where the rounding of a share moves its point.
+        // The point at a share is clamped, because on a very long segment the rounding of the share may move the point
+        // out of the box.
         let at = |share: f64| {
             let end = from.towards(*to, share);
             Vector::from_fn(|k| end.0[k].clamp(bounds.low.0[k], bounds.high.0[k]))
@@ -104,7 +105,7 @@ impl Segment<2> {
             && other.side(self.from) * other.side(self.to) < 0.0
     }
 
-    /// The side of this segment's line that a point is on: 1 for left, -1 for right, 0 for on the line.
+    /// On which side of the line through this segment a point is: 1 on the left, -1 on the right, 0 on the line.
     fn side(&self, point: Vector<f64>) -> f64 {
         let (d, e) = (self.vector(), point - self.from);
         let area = d.cross(e);
@@ -117,18 +118,19 @@ impl Segment<2> {
     }
 }
 
-/// The pairs of edges that [cross](Segment::crosses). `nodes` has the position of every node, `edges` the two nodes of
-/// every edge. The pairs of indices of edges are in ascending order, and each has the smaller index first.
+/// Finds the pairs of edges that [cross](Segment::crosses). `nodes` has the position of every node, `edges` the two
+/// nodes of every edge. A pair consists of the indices of two edges, the smaller index first. The pairs are in
+/// ascending order.
 ///
-/// The search sweeps along one axis and compares only edges that overlap along it. If edges are short, only few pairs
-/// are compared. An edge with a NaN crosses nothing.
+/// The search sweeps along one axis and compares only edges that overlap along this axis. If edges are short, few pairs
+/// are compared. An edge with a coordinate that is NaN crosses no other edge.
 ///
 /// # Panics
 /// If an edge has a node that does not exist.
 pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let segment = |&[i, j]: &[usize; 2]| Segment::new(nodes[i], nodes[j]);
     let segments: Vec<Segment> = edges.iter().map(segment).collect();
-    // The span of every edge along both axes.
+    // The range of every edge's coordinates along both axes.
     let span = |segment: &Segment| {
         [0, 1].map(|axis| Range::of([segment.from, segment.to].map(|end| end.0[axis])))
     };
@@ -151,7 +153,8 @@ pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]>
     pairs
 }
 
-/// The mean number of edges over a point of an axis. The sweep uses the axis where it is smaller.
+/// The mean number of edges that overlap at one position along an axis. The sweep uses the axis for which this number
+/// is smaller.
 fn crowding(spans: &[[Range; 2]], axis: usize) -> f64 {
     let along = || spans.iter().map(|span| span[axis]);
     let all = Range::of(along().flat_map(|span| [span.low, span.high]));
@@ -220,7 +223,7 @@ mod tests {
         let inside = [[10.0, 10.0], [400.0, 200.0]];
         assert_eq!(within(inside), Some(of(inside)));
         let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-        // A share of a segment of 1e9 m that is rounded at 1e-16 has an error of 1e-7 m.
+        // The ends are shares of a segment of 1e9 m. A share is rounded at 1e-16, which gives an error of 1e-7 m.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(
             near(across.from.0[0], -64.0) && near(across.to.0[0], 544.0),

@@ -7,7 +7,8 @@ use std::ops::{Index, IndexMut};
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-/// A vector or a point with `D` components, which are numbers or arrays of numbers. In files it is an array.
+/// A vector or a point with `D` components. The components are numbers or arrays of numbers. In files, the vector is an
+/// array.
 ///
 /// Kernels can call all methods for components of the type [`Real`]: the methods are loops and marked
 /// `#[inline(always)]`; see [`Kernel`](autodiff::Kernel).
@@ -73,7 +74,7 @@ impl<T: Copy, const D: usize> Vector<T, D> {
         self.0[D - 1]
     }
 
-    /// The vector with another last component.
+    /// This vector with its last component replaced by `up`.
     #[inline(always)]
     #[must_use]
     pub fn with_up(mut self, up: T) -> Self {
@@ -98,7 +99,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         Self([R::zero(); D])
     }
 
-    /// The vector with these components as constants of the type `R`.
+    /// Converts the components of a vector to constants of the type `R`.
     #[inline(always)]
     pub fn lit(constant: Vector<f64, D>) -> Self {
         let mut vector = Self::zero();
@@ -108,7 +109,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         vector
     }
 
-    /// The vector with these first and last components; the others are zero.
+    /// The vector with the first component `forward` and the last component `up`. Other components are zero.
     #[inline(always)]
     pub fn upright(forward: R, up: R) -> Self {
         let mut vector = Self::zero();
@@ -117,7 +118,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         vector
     }
 
-    /// The part along the ground, whose last component is zero.
+    /// The part of this vector along the ground: the same vector with the last component set to zero.
     #[inline(always)]
     #[must_use]
     pub fn along(self) -> Self {
@@ -154,11 +155,12 @@ impl<R: Real, const D: usize> Vector<R, D> {
         square.sqrt()
     }
 
-    /// The vector shortened by the length `by` (at least 0), or the zero vector if it is shorter than `by`.
+    /// Makes a vector along the ground, whose last component is zero, shorter by the length `by` (at least 0). A vector
+    /// shorter than `by` becomes the zero vector.
     #[inline(always)]
     #[must_use]
     pub fn shortened(self, by: R) -> Self {
-        // In the plane, a vector along the ground has one component.
+        // In the plane, a vector along the ground has only its first component.
         if D == 2 {
             let left = self.0[0].abs() - by;
             return Self::upright(self.0[0].signum() * left.max(R::zero()), R::zero());
@@ -169,11 +171,11 @@ impl<R: Real, const D: usize> Vector<R, D> {
         self * R::select(rests, R::zero(), (length - by).max(R::zero()) / safe)
     }
 
-    /// The part of another vector that is perpendicular to this unit vector.
+    /// The part of the vector `other` that is perpendicular to this vector, which must be a unit vector.
     #[inline(always)]
     #[must_use]
     pub fn across(self, other: Self) -> Self {
-        // In the plane, this is exactly zero for parallel vectors.
+        // In the plane, this formula is used: it gives exactly zero for parallel vectors.
         if D == 2 {
             let sin = self.0[0] * other.0[1] - self.0[1] * other.0[0];
             return Self::upright(-(sin * self.0[1]), sin * self.0[0]);
@@ -202,7 +204,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         chosen
     }
 
-    /// This point moved by the vector `by`, but only along the ground.
+    /// Moves this point by the part of the vector `by` that is along the ground. The last component does not change.
     #[inline(always)]
     #[must_use]
     pub fn moved_along(mut self, by: Self) -> Self {
@@ -243,8 +245,8 @@ impl<const D: usize> Vector<f64, D> {
         self + (other - self) * share
     }
 
-    /// Compares two points by their coordinates along the axis with the largest component of `size`. If these are
-    /// equal, the axis with the next largest component decides, and so on.
+    /// Compares two points by their coordinates along one axis: the axis for which `size` is largest. If these
+    /// coordinates are equal, the axis with the next largest component of `size` decides, and so on.
     pub fn total_cmp_along(self, other: Self, size: Self) -> Ordering {
         let mut axes: [usize; D] = std::array::from_fn(|k| k);
         axes.sort_by(|&a, &b| size.0[b].total_cmp(&size.0[a]));
@@ -271,7 +273,8 @@ impl Vector<f64, 2> {
         Self([-y, x])
     }
 
-    /// The area of the parallelogram that two vectors span: positive if `other` is to the left of this vector.
+    /// The signed area of the parallelogram that this vector and `other` span. It is positive if `other` is to the left
+    /// of this vector.
     pub fn cross(self, other: Self) -> f64 {
         self.0[0] * other.0[1] - self.0[1] * other.0[0]
     }
@@ -281,7 +284,7 @@ impl Vector<f64, 2> {
         Self([angle.cos(), angle.sin()])
     }
 
-    /// The angle from the first axis towards the second, radians.
+    /// The angle of this vector in radians, from the first axis towards the second.
     pub fn angle(self) -> f64 {
         self.0[1].atan2(self.0[0])
     }

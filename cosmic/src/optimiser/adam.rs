@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::error::{OptimiserError, check, check_length};
 use crate::scene::AdamSettings;
 
-/// The method Adam. It uses only `betas` and `epsilon` of its settings; the learning rate is an argument of each
-/// update.
+/// The optimisation method Adam. Of its settings it uses only `betas` and `epsilon`. The learning rate is an argument
+/// of each update.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Adam(pub AdamSettings);
 
@@ -69,7 +69,8 @@ impl Adam {
     }
 }
 
-/// The sum of the weights in a decaying mean after some updates, if the mean started at 0.
+/// The sum of the weights of all values in a decaying mean that started at 0: `1 - decay^updates`. Dividing the mean by
+/// this sum corrects its bias towards 0.
 fn bias_correction(decay: f64, updates: u64) -> f64 {
     // An integer power is a product, which has the same bits on every machine.
     1.0 - decay.powi(i32::try_from(updates).unwrap_or(i32::MAX))
@@ -80,13 +81,14 @@ fn bias_correction(decay: f64, updates: u64) -> f64 {
 /// If an entry is not finite, the vector does not change and the returned norm is not finite. If the norm exceeds the
 /// largest f64, the returned norm is infinite.
 pub fn bound_norm(vector: &mut [f64], bound: f64) -> f64 {
-    // Entries are divided by the largest one, because the squares of exploding gradients would overflow.
+    // The entries are divided by the largest one before they are squared, because the squares of exploding gradients
+    // would overflow.
     let largest = (vector.iter()).fold(0.0_f64, |most, value| most.max(value.abs()));
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let sum: f64 = vector.iter().map(|value| (value / scale).powi(2)).sum();
     let norm = scale * sum.sqrt();
     if norm > bound && scale.is_finite() {
-        // If the norm overflows, the norm of the divided entries is used instead.
+        // If the norm overflows, the divided entries are scaled by their own norm instead.
         let [scale, norm] = if norm.is_finite() {
             [1.0, norm]
         } else {

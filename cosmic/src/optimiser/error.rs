@@ -4,8 +4,8 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimiserError {
-    /// Invalid input, with a message that says which: a slice of the wrong length, an entry that is infinite, NaN or
-    /// out of bounds, a lower bound above the upper bound, or a setting outside its range.
+    /// An input is invalid; the message says which one and why. Examples are a slice of the wrong length, an entry that
+    /// is infinite, NaN or out of bounds, a lower bound above the upper bound, and a setting outside its range.
     #[error("{0}")]
     Input(String),
     /// The input is finite, but a number that was computed from it is not.
@@ -46,7 +46,7 @@ pub(super) fn check_finite(what: &str, slice: &[f64]) -> Result<(), OptimiserErr
     Ok(())
 }
 
-/// Refuses a slice of another length, or with an entry that is infinite or NaN.
+/// Refuses a slice whose length is not `expected`, and a slice with an entry that is infinite or NaN.
 pub(super) fn check(what: &str, slice: &[f64], expected: usize) -> Result<(), OptimiserError> {
     check_length(what, slice, expected)?;
     check_finite(what, slice)

@@ -1,8 +1,7 @@
 //! Checks whether a design, a summary and a trajectory belong to the same run.
 //!
-//! The files do not name their run, but their numbers must agree: the volumes of the summary are those of the design,
-//! the displacement of the summary is that of the trajectory, and a simulation of the design gives the first steps of
-//! the trajectory.
+//! The files do not name their run, but their numbers must agree: the summary must have the volumes of the design and
+//! the displacement of the trajectory, and a simulation of the design must give the first steps of the trajectory.
 
 use super::design_file::{DESIGN, DesignFile};
 use super::summary::{SUMMARY, Summary};
@@ -16,9 +15,9 @@ use std::path::Path;
 /// The largest difference that rounding may cause between two results.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest distance between two rollouts of the same robot at the second state of a trajectory file, as a share
-/// of the lattice's spacing. Other platforms and versions round differently, but in so few steps the difference stays
-/// below this distance. Robots of different seeds are farther apart.
+/// Two rollouts belong to the same robot if, at the second state of a trajectory file, no node differs by more than
+/// this distance, as a share of the lattice's spacing. Platforms and versions of the program round differently, but in
+/// so few steps the difference stays below this distance. Robots of different seeds are farther apart.
 const APART: f64 = 1e-6;
 
 /// Checks that the files of a finished run belong together.

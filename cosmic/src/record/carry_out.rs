@@ -70,7 +70,7 @@ pub fn optimise_with(
     Run::begin(folder, plan, codesign, progress)?.finish(observer)
 }
 
-/// Continues the run in a folder and returns its summary. For a finished run, only reads the summary.
+/// Continues the run in a folder and returns its summary. If the run is finished, only reads the summary.
 ///
 /// # Errors
 /// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, otherwise
@@ -102,7 +102,8 @@ pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> 
     resume_if(folder, plan.scene.registry(), accept, None, observer)
 }
 
-/// Continues the run in a folder if `accept` accepts its plan. Uses `own`, the caller's optimisation, if given.
+/// Continues the run in a folder if `accept` accepts its plan. If `own` is given, this optimisation of the caller is
+/// used.
 fn resume_if(
     folder: &Path,
     registry: &Registry,
@@ -177,8 +178,8 @@ fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     }
 }
 
-/// True if the history in `into` is the beginning of the run's history. Its lines contain wall times, so the history of
-/// another run is never equal.
+/// True if the history in `into` is the beginning of the run's history. The lines of a history contain wall times, so
+/// the histories of two runs are never equal.
 fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
     let own = |folder: &Path| folder.canonicalize().ok();
     if own(into) == own(run) {
@@ -328,7 +329,7 @@ mod tests {
                 .iterations,
             4
         );
-        // The run continues and is delivered into the same folder again.
+        // The run continues, and is then delivered into the same folder again.
         resume_of(&run, &plan(1), &mut StopAfter(6)).unwrap_err();
         assert_eq!(
             deliver_so_far(&run, &into, None, &Registry::default())

@@ -25,11 +25,11 @@ pub const DESIGN: &str = "design.json";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignFile {
-    /// The two nodes `[i, j]` of each edge. A design for another lattice is recognised by them.
+    /// The two nodes `[i, j]` of each edge. They show whether the design was made for another lattice.
     pub edges: Vec<[usize; 2]>,
-    /// Design vectors, one per edge.
+    /// The design vectors, one per edge.
     pub z: Vec<[f64; 3]>,
-    /// One material per edge: the layout, or the dominant materials if `z` is not one-hot.
+    /// One material per edge: the materials of the layout, or the dominant materials if `z` is not one-hot.
     pub materials: Vec<Material>,
     /// The controller's weights.
     pub controller: Weights,
@@ -41,8 +41,8 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
-    /// The file of a robot. `materials` has the materials of the layout, or the dominant materials of an undecided
-    /// design.
+    /// Makes the design file of a robot. `materials` has the materials of the layout, or the dominant materials of an
+    /// undecided design.
     pub fn new(
         lattice: &Lattice,
         design: &Design<[f64; 3]>,
@@ -75,7 +75,7 @@ impl DesignFile {
         parse_json(path, bytes, FORMAT)
     }
 
-    /// The text of the design file. Numbers read back to the same bits.
+    /// The text of the design file. Numbers that are written and read back have the same bits.
     pub fn to_json(&self) -> String {
         FORMAT.line(self)
     }
@@ -125,7 +125,7 @@ impl DesignFile {
         self.controller.controller(&blocks, file)
     }
 
-    /// The robot of this file in its scene, as a case that can be simulated. Errors name `file`.
+    /// Puts the robot of this file into its scene, and returns a case that can be simulated. Errors name `file`.
     ///
     /// # Errors
     /// Like [`robot`](Self::robot).

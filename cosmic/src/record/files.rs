@@ -1,4 +1,5 @@
-//! Atomic writes: a file is written under a temporary name and then renamed, so that readers never see half of it.
+//! Atomic writes: a file is written under a temporary name and then renamed, so that readers never see half of the
+//! file.
 
 pub use super::format::{Format, parse_json};
 
@@ -13,8 +14,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
 
-/// Replaces a file by the output of `fill`. Readers, also after a crash, find either the whole old file or the whole
-/// new one.
+/// Replaces a file by the output of `fill`. Readers find either the whole old file or the whole new file, even after a
+/// crash.
 ///
 /// # Errors
 /// [`Error::Write`], also if `fill` returns an error.
@@ -53,7 +54,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     // The data must reach the disk before the rename: otherwise a power cut could leave an empty file.
     file.as_file().sync_all()?;
     file.persist(path)?;
-    // On Unix, a rename is on the disk only after its folder is synchronised.
+    // On Unix, a rename reaches the disk only when the folder is synchronised.
     if cfg!(unix) {
         File::open(folder)?.sync_all()?;
     }
@@ -111,8 +112,8 @@ pub fn make_folder(folder: &Path) -> Result<()> {
     made.map_err(Error::writing(folder))
 }
 
-/// The error for a folder that is not the folder of a run, because the file `lacks` is missing. If a folder inside it
-/// is the folder of a run, the error names that folder.
+/// The error for a folder that does not hold a run: the file with the name `lacks` is missing. If a folder inside it is
+/// the folder of a run, the error names that folder.
 pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     let refused = |says: String| Error::reading(folder)(io::Error::other(says));
     match fs::metadata(folder) {
@@ -137,7 +138,7 @@ pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     ))
 }
 
-/// A new temporary file in a folder. It is removed when dropped, unless it is renamed before.
+/// Creates a temporary file in a folder. The file is removed when it is dropped, unless it was renamed before.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY);
@@ -156,8 +157,8 @@ pub(super) fn copy_files(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
     })
 }
 
-/// Writes a JSON file, or replaces it: `format`, `version`, then the keys of the body. Numbers read back to the same
-/// bits; NaN and infinities become `null`.
+/// Writes a JSON file, or replaces it. The file has the keys `format` and `version`, then the keys of the body. Numbers
+/// that are written and read back have the same bits; NaN and infinities become `null`.
 ///
 /// # Errors
 /// [`Error::Write`].

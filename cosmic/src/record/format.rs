@@ -16,7 +16,7 @@ pub struct Format {
     pub version: u32,
 }
 
-/// The keys of a JSON file: `format` and `version`, then those of the body.
+/// The keys of a JSON file: `format` and `version`, then the keys of the body.
 #[derive(Serialize)]
 pub(super) struct Stamped<'b, T> {
     #[serde(flatten)]
@@ -26,19 +26,19 @@ pub(super) struct Stamped<'b, T> {
 }
 
 impl Format {
-    /// A kind of file and its version.
+    /// A format with the given kind of file and the given version.
     pub const fn new(name: &'static str, version: u32) -> Self {
         Self { name, version }
     }
 
-    /// `format`, `version` and the body's keys as one line of JSON.
+    /// One line of JSON with the keys `format` and `version` and the keys of the body.
     pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
         let text = serde_json::to_string(&Stamped { format: self, body });
         text.expect("plain numbers and string keys serialise") + "\n"
     }
 }
 
-/// The keys `format` and `version` of a file that is read.
+/// The keys `format` and `version`, as they are read from a file.
 #[derive(Deserialize)]
 struct Stamp {
     format: String,

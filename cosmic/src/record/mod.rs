@@ -1,8 +1,8 @@
 //! Runs in folders: optimising in a folder, and the files of a run.
 //!
 //! `optimise` begins a run and `resume` continues it; `optimise_with` and `resume_with` do so with the caller's loss or
-//! robot. The folder always holds what is needed to resume. A run that is killed at any point and resumed ends with the
-//! same bytes, except for wall times.
+//! robot. At any time, the folder holds everything that resuming needs. A run that is killed at any point and resumed
+//! ends with the same bytes, except for wall times.
 //!
 //! All of this needs the feature `files`, except [`DesignFile`], the contents of a design file.
 

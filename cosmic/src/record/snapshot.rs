@@ -23,18 +23,19 @@ pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
 /// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";
 
-/// The plan of a run, or of several starts. In memory its scene is a [`Scene`], in files a [`SavedScene`].
+/// The plan of a run, or of several starts. In memory, the type `S` of its scene is [`Scene`]; in files, it is
+/// [`SavedScene`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunPlan<S = Scene> {
     /// The name of the scene.
     pub name: String,
     /// The scene.
     pub scene: S,
-    /// The seed; of several starts, the first seed.
+    /// The seed of the run, or the first seed of several starts.
     pub seed: u64,
     /// The number of starts. Their seeds are consecutive.
     pub starts: NonZeroUsize,
-    /// The most iterations of the run, or `None` for all iterations of the scene.
+    /// The largest number of iterations of the run, or `None` for all iterations of the scene.
     pub iterations: Option<NonZeroUsize>,
     /// How several starts are searched.
     #[serde(default, skip_serializing_if = "Search::is_full")]
@@ -45,10 +46,10 @@ pub struct RunPlan<S = Scene> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Search {
-    /// All starts are finished.
+    /// All starts are run to the end.
     #[default]
     Full,
-    /// Successive halving: weak starts are dropped early, by `[search]` of the scene.
+    /// Successive halving: weak starts are dropped early, as the section `[search]` of the scene says.
     Halving,
 }
 
@@ -59,7 +60,7 @@ impl Search {
 }
 
 impl<S> RunPlan<S> {
-    /// The same plan for another form of the scene.
+    /// This plan with its scene in another form.
     fn with_scene<T>(&self, scene: T) -> RunPlan<T> {
         RunPlan {
             name: self.name.clone(),
@@ -89,7 +90,7 @@ impl RunPlan {
         self.with_scene(SavedScene::from(&self.scene))
     }
 
-    /// A run of one start with all iterations of the scene.
+    /// The plan for one start that does all iterations of the scene.
     pub fn new(name: &str, scene: Scene, seed: u64) -> Self {
         Self {
             name: name.to_owned(),
@@ -101,9 +102,8 @@ impl RunPlan {
         }
     }
 
-    /// Checks that this plan, which is that of the run in `folder`, is equal to `expected`. Only
-    /// `physics.unstable_step` may differ, because [`allow_unstable`](super::allow_unstable) changes it for a run that
-    /// has begun.
+    /// Checks that this plan, the plan of the run in `folder`, is equal to `expected`. Only `physics.unstable_step` may
+    /// differ, because [`allow_unstable`](super::allow_unstable) changes it for a run that has begun.
     ///
     /// # Errors
     /// [`Error::Usage`] for a run of another scene, seed or number of iterations.
@@ -137,7 +137,8 @@ impl RunPlan {
     }
 }
 
-/// A scene in JSON: its text, and the truss of its lattice if there is one, so that no other file is needed.
+/// The form in which JSON files contain a scene: the text of the scene, and the truss of its lattice if there is one.
+/// So no other file is needed to read the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SavedScene {
     /// The text of the scene, which is TOML.
@@ -207,7 +208,8 @@ impl<'de> Deserialize<'de> for SavedScene {
     }
 }
 
-/// Reads a saved scene. Unlike with an untagged enum of serde, errors keep their positions.
+/// Reads a saved scene. An untagged enum of serde could do the same, but its errors would lose their positions in the
+/// file.
 struct SavedVisitor;
 
 impl<'de> Visitor<'de> for SavedVisitor {
@@ -231,13 +233,13 @@ impl<'de> Visitor<'de> for SavedVisitor {
     }
 }
 
-/// A run's plan and state.
+/// The plan and the state of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Snapshot {
     pub(super) plan: RunPlan,
-    /// Wall time so far without interruptions, s.
+    /// Wall time of the run so far without interruptions, in seconds.
     pub(super) seconds: f64,
-    /// `None` for several starts, because each start has its own snapshot.
+    /// The state of the optimisation. `None` for several starts, because each start has its own snapshot.
     pub(super) progress: Option<Progress>,
 }
 
@@ -250,7 +252,8 @@ struct SnapshotFile<'a> {
 }
 
 impl SnapshotFile<'_> {
-    /// Parses the scene of the plan. `path` and `bytes` are those of the snapshot file, for errors.
+    /// Parses the scene of the plan, and returns the snapshot. `path` and `bytes` are the path and the contents of the
+    /// snapshot file; they are needed only for errors.
     fn read(self, path: &Path, bytes: &[u8], registry: &Registry) -> Result<Snapshot> {
         Ok(Snapshot {
             plan: in_file(path, bytes, self.plan.read(registry))?,
@@ -260,14 +263,14 @@ impl SnapshotFile<'_> {
     }
 }
 
-/// Adds the position in the snapshot file to an error about its scene.
+/// Adds the position in the snapshot file to an error about the scene in that file.
 fn in_file<T>(path: &Path, bytes: &[u8], result: Result<T>) -> Result<T> {
     let (file, text) = (path.display().to_string(), String::from_utf8_lossy(bytes));
     result.map_err(|error| placed(&file, &text, error))
 }
 
 impl Snapshot {
-    /// Replaces the snapshot in a folder.
+    /// Writes a plan and a state as the snapshot of a folder, and replaces an older snapshot.
     pub(super) fn save(
         folder: &Path,
         plan: &RunPlan,
@@ -282,7 +285,7 @@ impl Snapshot {
         write_json(&folder.join(SNAPSHOT), FORMAT, &file)
     }
 
-    /// Replaces the snapshot in a folder by this one.
+    /// Writes this snapshot to a folder, and replaces an older snapshot.
     pub(super) fn write(&self, folder: &Path) -> Result<()> {
         Self::save(folder, &self.plan, self.seconds, self.progress.as_ref())
     }
@@ -380,8 +383,8 @@ impl Snapshot {
     }
 }
 
-/// Does all checks of a snapshot that resuming does, and returns its plan. Errors name `path`. `accept` may refuse a
-/// plan before memory is allocated for it.
+/// Checks the bytes of a snapshot file in the same way as resuming does, and returns the plan. Errors name `path`.
+/// `accept` may refuse a plan before memory is allocated for it.
 ///
 /// # Errors
 /// The errors of [`resume`](super::resume) about the snapshot, and those of `accept`.

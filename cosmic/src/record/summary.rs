@@ -146,7 +146,7 @@ keys! {
 }
 
 impl Start {
-    /// A start with its summary; `None` if it was dropped or diverged.
+    /// The entry of a start. `summary` is `None` if the start was dropped or diverged.
     pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
         Self {
             seed,
@@ -167,13 +167,13 @@ pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 }
 
 impl Summary {
-    /// The numbers in tables, one for each of the [`columns`](crate::keys::columns) of the summary's keys; `None`
-    /// if a rollout diverged.
+    /// The numbers of the summary for a table: one for each of the [`columns`](crate::keys::columns) of the summary's
+    /// keys. A number is `None` if the summary does not have it, for example because rollouts diverged.
     pub fn numbers(&self) -> Vec<Option<f64>> {
         self.cells().into_iter().map(Cell::number).collect()
     }
 
-    /// The [`ratio`] of the robot's displacement without feedback to its displacement with feedback. Also `None` for an
+    /// The [`ratio`] of the robot's displacement without feedback to its displacement with feedback. `None` also for an
     /// unreliable robot.
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
@@ -277,7 +277,7 @@ pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }
 
-/// Says why a run has no result, and what to do.
+/// A text that says why the run in a folder has no result, and what the user can do.
 fn unfinished(folder: &Path) -> String {
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
@@ -288,8 +288,8 @@ fn unfinished(folder: &Path) -> String {
     format!("the run is not finished; {how}")
 }
 
-/// The options in use that differ from the paper: those of the scene that have an effect in this run, and a given robot
-/// or loss, which are not part of the scene.
+/// The options in use that differ from the paper. These are the options of the scene that have an effect in this run,
+/// and also a given robot or a given loss, which are not part of the scene.
 fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
     let decided_before = progress.entered == Some(plan.scene.schedule.snap_at);
     let idle = |option: &str| {

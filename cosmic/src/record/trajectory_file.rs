@@ -14,9 +14,9 @@ pub const TRAJECTORY: &str = "trajectory.json";
 /// The contents of a trajectory file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryFile {
-    /// Time step, s.
+    /// The time step, in seconds.
     pub dt: f64,
-    /// The number of steps before each state, ascending; 0 is the start.
+    /// For each state, the number of simulated steps before it, in ascending order. The start has the number 0.
     pub steps: Vec<usize>,
     /// The states, one for each of `steps`, in the world's frame.
     pub states: Vec<State<f64>>,

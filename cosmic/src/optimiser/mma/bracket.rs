@@ -5,7 +5,7 @@
 pub(super) struct Bracket {
     below: (f64, f64),
     above: Option<(f64, f64)>,
-    /// The end of the bracket that moved last, and how many times in a row.
+    /// The end of the bracket that moved last, and how many times in a row that end has moved.
     moved: (End, usize),
 }
 
@@ -16,7 +16,7 @@ enum End {
 }
 
 impl Bracket {
-    /// A bracket that starts at 0, where the function has this positive value.
+    /// Begins a search at the point 0, where the function has the positive value `value`.
     pub(super) fn starting_with(value: f64) -> Self {
         Bracket {
             below: (0.0, value),
@@ -25,12 +25,13 @@ impl Bracket {
         }
     }
 
-    /// Narrows the bracket by the value of the function at a point inside.
+    /// Narrows the bracket: the point `at`, where the function has the value `value`, becomes one of its ends.
     pub(super) fn narrow(&mut self, at: f64, value: f64) {
         let moves = if value > 0.0 { End::Below } else { End::Above };
         let (last, times) = self.moved;
         self.moved = (moves, if moves == last { times + 1 } else { 1 });
-        // If an end stays twice in a row, its value is halved, because it might stay forever otherwise.
+        // If the same end moves twice in a row, the value at the other end is halved. Otherwise the other end might
+        // never move.
         let weight = if self.moved.1 > 1 { 0.5 } else { 1.0 };
         match (moves, self.above) {
             (End::Below, above) => {
@@ -45,9 +46,10 @@ impl Bracket {
         }
     }
 
-    /// The next point to try: four times the last one, until a point above the zero is known; then each known kink
-    /// inside the bracket, once; then the zero of the chord. If the zero of the chord is repeatedly close to one end,
-    /// there is an unknown kink near that end, and the bracket is halved instead.
+    /// The next point to try. Until a point above the zero is known, it is four times the last point. Then it is each
+    /// known kink inside the bracket, once. After that, it is the zero of the chord (the straight line between the two
+    /// ends). If the zero of the chord is repeatedly close to one end, there is an unknown kink near that end; the next
+    /// point is then the middle of the bracket.
     pub(super) fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
         let (start, value) = self.below;
         let Some((end, other)) = self.above else {
@@ -66,8 +68,8 @@ mod tests {
     use super::Bracket;
     use crate::optimiser::mma::dual::MAX_TRIALS;
 
-    /// A function that is constant at 1e-6 up to a kink at 7 and then falls steeply. The elastic cost makes slopes look
-    /// like this.
+    /// A function that is constant at 1e-6 up to a kink at 7 and then falls steeply. Because of the elastic cost, the
+    /// slope along a line search can be such a function.
     fn kinked(at: f64) -> f64 {
         1e-6 - 1e3 * (at - 7.0).max(0.0)
     }
@@ -89,7 +91,8 @@ mod tests {
     #[test]
     fn a_known_kink_shortens_the_search() {
         let (blind, told) = (trials(vec![]), trials(vec![3.0, 7.0, 50.0]));
-        // The trials are 1, 4, 16, the kink at 7, and the chord beyond it, which is exact up to rounding.
+        // The trials are 1, 4, 16, the kink at 7, and the zero of the chord beyond the kink, which is exact up to
+        // rounding.
         assert!(
             told <= 6 && blind > 2 * told,
             "{told} trials, {blind} without kinks"

@@ -1,14 +1,14 @@
 //! The solution of the subproblem through its dual.
 //!
-//! The dual is a concave function of the multipliers. Its gradient has an entry for each constraint: the model of the
-//! constraint at the step that minimises the Lagrangian, minus the elastic extension. The gradient is continuous, but
-//! its derivative jumps where a variable reaches the bounds of its step (its box) or a multiplier passes the elastic
-//! cost `c`. For a few constraints, an active-set Newton method with a line search along each direction reaches
-//! rounding error.
+//! The dual is a concave function of the multipliers. Its gradient has an entry for each constraint: the value of the
+//! constraint's model at the step that minimises the Lagrangian, minus the elastic extension. The gradient is
+//! continuous, but its derivative jumps where a variable reaches the bounds of its step (its box) or a multiplier
+//! passes the elastic cost `c`. For a few constraints, an active-set Newton method with a line search along each
+//! direction reaches rounding error.
 //!
-//! Degenerate cases are common. If all variables are at their boxes, the dual is flat in all directions up to the
-//! elastic cost. If a volume has nearly equal lower and upper bounds, the dual is nearly flat in one direction. Two
-//! things make the method safe in these cases. First, each multiplier has a known upper bound: `c + d y` for the
+//! Degenerate cases are common. If all variables are at the edges of their boxes, the dual is flat in all directions up
+//! to the elastic cost. If a volume has nearly equal lower and upper bounds, the dual is nearly flat in one direction.
+//! Two things make the method safe in these cases. First, each multiplier has a known upper bound: `c + d y` for the
 //! largest `y` that the box can require. Second, the Newton matrix is damped by the gradient divided by that bound, so
 //! a step in a flat direction leads at most to the bound. The damping vanishes with the gradient and does not disturb
 //! the last Newton steps.
@@ -20,16 +20,17 @@ use super::subproblem::{Elastic, Subproblem};
 /// The search stops after this number of Newton steps and reports its residual. Most random problems need fewer than
 /// 15; the hardest of 400 000 took 80.
 const MAX_STEPS: usize = 100;
-/// After every so many Newton steps, each multiplier is moved once on its own. This helps where the dual is piecewise
-/// linear: there, Newton's direction can zigzag in one multiplier while another one is far from its solution. If
-/// neither the dual nor the residual improves, rounding prevents further progress, and the search stops.
+/// Once in this number of Newton steps, each multiplier is moved on its own, with the others fixed. This helps where
+/// the dual is piecewise linear: there, Newton's direction can zigzag in one multiplier while another one is far from
+/// its solution. If neither the dual nor the residual has improved since the last time, rounding prevents further
+/// progress, and the search stops.
 const PATIENCE: usize = 10;
 /// The largest number of evaluations in one line search.
 pub(super) const MAX_TRIALS: usize = 100;
-/// A line search ends if it has reduced the directional derivative to this share. A smaller share would cost more
-/// evaluations, a larger share more Newton steps.
+/// A line search ends when it has reduced the directional derivative to this share of its initial value. A smaller
+/// share would cost more evaluations, a larger share more Newton steps.
 const SLACK: f64 = 0.3;
-/// The assumed rounding error of a constraint, in ulps of the sum of its terms.
+/// The assumed rounding error of a constraint, in ulps of the sum of the absolute values of its terms.
 const ULPS: f64 = 8.0;
 
 /// The solution of a subproblem.
@@ -86,7 +87,7 @@ fn finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|number| number.is_finite())
 }
 
-/// The largest step along a direction, and the multiplier that reaches its bound there, if there is one.
+/// The largest step along a direction, and the multiplier that reaches its bound after that step, if one does.
 struct Limit {
     length: f64,
     hit: Option<usize>,
@@ -95,9 +96,10 @@ struct Limit {
 struct Ascent<'a> {
     model: &'a mut Subproblem,
     elastic: Elastic,
-    /// Upper bounds on the multipliers, which no solution reaches; 0 for a constraint that cannot be active.
+    /// Upper bounds on the multipliers. No solution reaches them, except that the bound is 0 for a constraint that
+    /// cannot be active.
     ceilings: Vec<f64>,
-    /// Rounding error of each component of the gradient.
+    /// The rounding error of each component of the gradient.
     noise: Vec<f64>,
     multipliers: Vec<f64>,
     value: f64,
@@ -171,7 +173,7 @@ impl<'a> Ascent<'a> {
         !(0..self.gradient.len()).any(|i| self.violation(i) > self.noise[i])
     }
 
-    /// Computes Newton's direction, over only those multipliers that can move along it.
+    /// Computes Newton's direction. Only free multipliers change along it: those that would not cross a bound at once.
     fn find_direction(&mut self) {
         let free = (0..self.gradient.len()).filter(|&i| {
             self.multipliers[i] > 0.0 || self.gradient[i] > 0.0 && self.ceilings[i] > 0.0
@@ -208,7 +210,8 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// Computes the direction over the free multipliers from curvature, damping and gradient.
+    /// Computes the direction over the free multipliers. It solves the damped Newton system, which consists of
+    /// curvature, damping and gradient.
     fn solve_newton(&mut self) {
         self.model.dual_curvature(&self.free, &mut self.matrix);
         let size = self.free.len();

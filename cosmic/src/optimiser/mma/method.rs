@@ -27,10 +27,10 @@ pub struct MmaState {
     pub multipliers: Vec<f64>,
 }
 
-/// An optimisation problem at one point: its values and first derivatives.
+/// An optimisation problem at one point: the values and the first derivatives of its functions.
 #[derive(Debug, Clone, Copy)]
 pub struct Linearisation<'a> {
-    /// The variables.
+    /// The point: the values of the variables.
     pub point: &'a [f64],
     /// The derivative of the objective with respect to each variable.
     pub objective_gradient: &'a [f64],
@@ -75,11 +75,12 @@ pub struct Mma {
 }
 
 impl Mma {
-    /// Prepares the method for variables with these bounds. A variable with equal lower and upper bounds stays fixed.
+    /// Prepares the method for variables with the given bounds. A variable whose lower and upper bounds are equal stays
+    /// fixed.
     ///
     /// # Errors
-    /// If the numbers of bounds differ, a bound is not finite, a lower bound is above its upper bound, or a setting is
-    /// outside its range.
+    /// If there are not as many lower bounds as upper bounds, if a bound is not finite, if a lower bound is above its
+    /// upper bound, or if a setting is outside its range.
     pub fn new(
         settings: MmaSettings,
         lower: &[f64],

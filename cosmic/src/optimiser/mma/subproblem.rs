@@ -25,13 +25,13 @@ pub(super) struct Elastic {
 }
 
 impl Elastic {
-    /// The value of `y` that minimises its cost minus `multiplier * y`.
+    /// The value of `y` that minimises `c y + d y^2 / 2 - multiplier * y`.
     pub(super) fn extension(self, multiplier: f64) -> f64 {
         ((multiplier - self.linear) / self.quadratic).max(0.0)
     }
 }
 
-/// How far one variable may move in this update.
+/// How far one variable may move in this update, and its distances from the asymptotes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
     /// Distance of the variable from its upper asymptote.
@@ -46,7 +46,7 @@ pub(super) struct Room {
     pub(super) floor: f64,
 }
 
-/// The two terms `a s / (a - s)` and `-b s / (b + s)` of a step, which [`ModelWeights`] multiply.
+/// The two terms `a s / (a - s)` and `-b s / (b + s)` of a step. A model multiplies them by its [`ModelWeights`].
 fn shares(reach: &Room, step: f64) -> (f64, f64) {
     let Room { to_upp, to_low, .. } = *reach;
     (
@@ -70,8 +70,8 @@ pub(super) struct Subproblem {
     constraints: Vec<ModelWeights>,
     /// The values of the constraints at the point.
     pub(super) values: Vec<f64>,
-    /// For each constraint, the largest sum of the absolute values of its terms within the box. The rounding error of
-    /// the constraint is a few ulps of this sum.
+    /// For each constraint, the sum of the absolute values of its terms, where this sum is largest within the box. The
+    /// rounding error of the constraint is a few ulps of this sum.
     pub(super) sizes: Vec<f64>,
     /// For each constraint, the largest value of its model within the box.
     pub(super) peaks: Vec<f64>,
@@ -87,7 +87,7 @@ pub(super) struct Subproblem {
 }
 
 impl Subproblem {
-    /// Removes all functions and sets the variables, with a [`Room`] for each.
+    /// Begins a new subproblem without functions. `reach` has a [`Room`] for each variable.
     pub(super) fn reset(&mut self, reach: impl Iterator<Item = Room>) {
         self.reach.clear();
         self.reach.extend(reach);
@@ -148,9 +148,10 @@ impl Subproblem {
         self.lagrangian.change(&self.up, &self.down) + dot(multipliers, &self.values)
     }
 
-    /// Writes the negative curvature of the dual at the last multipliers, without the part of the elastic variables, to
-    /// `matrix`. Its entries are `sum_j s_ij s_kj / curvature_j` over the variables inside their boxes, where `s` are
-    /// the slopes of the models. The matrix has only the rows and columns of the constraints `among`, and is row-major.
+    /// Computes the negative curvature of the dual at the last multipliers, without the part of the elastic variables,
+    /// and writes it to `matrix`. The entries are `sum_j s_ij s_kj / curvature_j` over the variables inside their
+    /// boxes, where `s` are the slopes of the models. The matrix has only the rows and columns of the constraints
+    /// `among`, and is row-major.
     pub(super) fn dual_curvature(&mut self, among: &[usize], matrix: &mut Vec<f64>) {
         for (j, reach) in self.reach.iter().enumerate() {
             // The buffers `up` and `down` are reused for the slope weights.
@@ -231,7 +232,7 @@ fn add_scaled(sum: &mut [f64], factor: f64, terms: &[f64]) {
     }
 }
 
-/// The scalar product. It is computed in four interleaved sums, which is fast and gives the same bits on every machine.
+/// The scalar product. It is computed as four interleaved sums, which is fast and gives the same bits on every machine.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));

@@ -1,11 +1,11 @@
-//! Text files that grow by lines and can be truncated.
+//! Text files to which lines are appended and which can be truncated.
 
 use crate::error::{Error, Result, fits};
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-/// A text file that is open for more lines.
+/// A text file that is open, so that lines can be appended.
 #[derive(Debug)]
 pub(super) struct Appended {
     path: PathBuf,
@@ -26,7 +26,7 @@ impl Appended {
         }
     }
 
-    /// The length of the first `lines` lines, in bytes. Fewer complete lines are an error.
+    /// The length of the first `lines` lines, in bytes. Returns an error if the file has fewer complete lines.
     pub(super) fn end(&mut self, lines: usize) -> Result<u64> {
         let mut bytes = Vec::new();
         (self.file.rewind())

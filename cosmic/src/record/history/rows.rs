@@ -23,7 +23,7 @@ pub const DESIGNS_FORMAT: Format = Format::new("cosmic-designs", 1);
 /// The name of the file with the designs of some iterations, as JSON lines.
 pub const DESIGNS: &str = "designs.jsonl";
 
-/// `designs.jsonl` has a line for every iteration that is a multiple of this number, and for the first iteration.
+/// `designs.jsonl` has a line for the first iteration, and for every iteration whose number is a multiple of this one.
 const DESIGNS_EVERY: usize = 10;
 
 /// A line of `designs.jsonl`.
@@ -33,8 +33,8 @@ pub struct DesignRow {
     pub iteration: usize,
     /// Design vectors, one per edge, to four decimals. That is enough for pictures but not for resuming.
     pub z: Vec<[f64; 3]>,
-    /// The walk of the robot with the controller of the iteration; `None` if the rollout diverged, and in files of
-    /// earlier versions.
+    /// The walk of the robot with the controller of the iteration. `None` if the rollout diverged; also `None` in files
+    /// of earlier versions.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub walk: Option<Walk>,
 }
@@ -58,10 +58,10 @@ pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
 /// A line of `history.jsonl`, and a row of `history.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryRow {
-    /// The iteration.
+    /// The record of the iteration.
     #[serde(flatten)]
     pub record: Record,
-    /// Wall time of the run so far without interruptions, s.
+    /// Wall time of the run so far without interruptions, in seconds.
     pub seconds: f64,
 }
 

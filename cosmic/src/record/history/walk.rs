@@ -1,13 +1,13 @@
-//! The walk of an intermediate design, sampled coarsely for an animation.
+//! The walk of an intermediate design: how the robot moves, sampled coarsely for an animation.
 
 use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
 
-/// The number of moments per second.
+/// The number of moments per second at which a walk is sampled.
 const FRAMES: f64 = 12.0;
-/// Only the first seconds of a rollout are kept.
+/// Only this many seconds from the beginning of a rollout are kept.
 const SECONDS: f64 = 8.0;
 /// Positions are rounded to multiples of the lattice's spacing divided by this number.
 const PARTS: f64 = 200.0;
@@ -15,26 +15,27 @@ const PARTS: f64 = 200.0;
 /// The rounded positions of all nodes at some moments of a rollout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Walk {
-    /// Time from one moment to the next, s. The first moment is the start.
+    /// Time from one moment to the next, in seconds. The first moment is the start of the rollout.
     pub every: f64,
-    /// The unit of `counts`, m.
+    /// The unit of `counts`, in metres.
     pub unit: f64,
-    /// For every moment, the numbers x and y of every node, in multiples of `unit`: at the first moment its position,
-    /// later the difference from the moment before.
+    /// For every moment, two numbers (x and y) for every node, in multiples of `unit`. At the first moment they are the
+    /// position of the node; later they are the change of its position since the moment before.
     pub counts: Vec<Vec<i64>>,
 }
 
 impl Walk {
-    /// The moments of a rollout of `steps` steps of `dt` seconds, each as a number of steps: twelve moments per second,
-    /// or one after every step if a second has fewer steps.
+    /// The moments at which a rollout of `steps` steps of `dt` seconds is sampled. A moment is given as the number of
+    /// steps before it. There are twelve moments per second, or one after every step if a second has fewer than twelve
+    /// steps.
     pub(in crate::record) fn moments(steps: usize, dt: f64) -> Vec<usize> {
         let every = ((1.0 / (FRAMES * dt)).round() as usize).max(1);
         let last = steps.min((SECONDS / dt).round() as usize);
         (0..=last).step_by(every).collect()
     }
 
-    /// The walk through states that are `every` seconds apart, rounded to multiples of `unit` (m). `None` if a position
-    /// is not finite or too large.
+    /// The walk through the given states, which are `every` seconds apart. Positions are rounded to multiples of `unit`
+    /// (metres). `None` if a position is not finite or too large.
     pub fn of<'s>(
         states: impl Iterator<Item = &'s State<f64>>,
         every: f64,
@@ -59,8 +60,8 @@ impl Walk {
         })
     }
 
-    /// The walk of a trajectory that was observed at its [moments](Self::moments). `dt` is the time step (s), `spacing`
-    /// that of the lattice (m).
+    /// The walk of a trajectory that was observed at its [moments](Self::moments). `dt` is the time step in seconds,
+    /// `spacing` the spacing of the lattice in metres.
     pub(in crate::record) fn of_moments(
         seen: &Trajectory<f64>,
         dt: f64,
@@ -70,7 +71,7 @@ impl Walk {
         Self::of(seen.states.iter(), steps as f64 * dt, spacing / PARTS)
     }
 
-    /// The positions of all nodes at every moment, m.
+    /// The positions of all nodes at every moment, in metres.
     pub fn places(&self) -> Vec<Vec<Vector<f64>>> {
         let mut at = vec![0; self.counts.first().map_or(0, Vec::len)];
         let place = |moved: &Vec<i64>| {

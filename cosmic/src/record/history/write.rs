@@ -8,7 +8,7 @@ use crate::codesign::Record;
 use crate::error::Result;
 use std::path::Path;
 
-/// The files of a history, open for more lines. The caller holds the lock on the folder.
+/// The files of a history, open, so that lines can be appended. The caller holds the lock on the folder.
 #[derive(Debug)]
 pub(in crate::record) struct History {
     lines: Appended,
@@ -19,8 +19,8 @@ pub(in crate::record) struct History {
 }
 
 impl History {
-    /// Opens the history of a run whose first iteration is `entered + 1`, and removes the lines after `iteration`. If
-    /// no line remains, begins a new history.
+    /// Opens the history of a run whose first iteration is `entered + 1`, and removes the lines of all iterations after
+    /// `iteration`. If no line remains, begins a new history.
     ///
     /// # Errors
     /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Misfit`](crate::Error::Misfit) for missing
@@ -58,7 +58,8 @@ impl History {
         self.lines.append(&FORMAT.line(&row))
     }
 
-    /// True for the iterations whose designs are kept: the first one of the run and every tenth.
+    /// True for the iterations whose designs are kept: the first iteration of the run, and every iteration whose number
+    /// is a multiple of ten.
     pub(in crate::record) fn keeps_design(&self, iteration: usize) -> bool {
         let rows = |iteration| design_rows(self.entered, iteration);
         rows(iteration) != rows(iteration - 1)
@@ -69,7 +70,8 @@ impl History {
         self.designs.append(&DESIGNS_FORMAT.line(row))
     }
 
-    /// Flushes the lines to the disk. Called before a snapshot is written, so that it never counts lost lines.
+    /// Flushes the lines to the disk. This is called before a snapshot is written, so that even after a power cut the
+    /// files have the lines of all iterations that the snapshot counts.
     pub(in crate::record) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.table, &self.designs];
         files.into_iter().try_for_each(Appended::sync)

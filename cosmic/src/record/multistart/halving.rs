@@ -2,7 +2,7 @@
 //!
 //! All starts run up to a given iteration, which is called a rung. The best ones continue to the next rung. A dropped
 //! start keeps its folder and its snapshot, and can be resumed by hand. Starts are ranked by numbers from their own
-//! histories, so a search that is interrupted and resumed finds the same ranks.
+//! histories, so a search that is interrupted and resumed gives them the same ranks.
 
 use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::{Record, is_ranked_by_distance};
@@ -45,11 +45,11 @@ pub struct Rung {
 pub struct Standing {
     /// The seed.
     pub seed: u64,
-    /// The median of `displacement_horizon` over the last iterations before the rung, m; `None` if half of these
-    /// rollouts or more diverged.
+    /// The median of `displacement_horizon` over the last iterations before the rung, in metres. `None` if at least
+    /// half of the rollouts of these iterations diverged.
     pub displacement: Option<f64>,
-    /// The number that starts are ranked by: the median displacement; for tasks other than distance, the median of
-    /// minus the loss; with two goals, the median merit for the worse goal.
+    /// The number that starts are ranked by: the median of the merit over the same iterations. The merit is the
+    /// displacement; for tasks other than distance, minus the loss. With two goals, it is the merit for the worse goal.
     pub merit: Option<f64>,
 }
 
@@ -107,7 +107,8 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
 }
 
 impl Rung {
-    /// Ranks the starts by their merits and keeps the share `keep` of them. Among equals, the lower seed comes first.
+    /// Ranks the starts by their merits and keeps the share `keep` of them. Of starts with equal merits, the one with
+    /// the lower seed ranks first.
     fn new(iteration: usize, mut standings: Vec<Standing>, keep: f64) -> Self {
         let rank = |s: &Standing| s.merit.unwrap_or(f64::NEG_INFINITY);
         standings.sort_by(|a, b| rank(b).total_cmp(&rank(a)).then(a.seed.cmp(&b.seed)));
@@ -129,8 +130,8 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     Ok(rows)
 }
 
-/// The median of a number over the last `window` iterations, without the snap, which has no such number. A median
-/// predicts the result of a start better than one full rollout does. `None` if it is not finite.
+/// The median of a number over the last `window` iterations; `None` if the median is not finite. The snap is left out,
+/// because it has no such number. A median predicts the result of a start better than one full rollout does.
 fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
     let passes = before.iter().rev().filter(|row| row.pass.is_some());
     let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);
@@ -192,7 +193,7 @@ mod tests {
         assert_eq!(median(&rows[3..], 8, reached), None);
     }
 
-    /// Starts are ranked by their merit, and the displacements of these starts have another order.
+    /// Starts are ranked by their merit. Their displacements would give another order.
     #[test]
     fn starts_are_ranked_by_a_user_s_loss_and_by_the_worse_of_two_goals() {
         let mut scene = tiny();

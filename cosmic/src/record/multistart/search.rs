@@ -13,7 +13,7 @@ use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
 use std::path::Path;
 
-/// The largest number of starts of a search and of runs of a sweep. Each of them has its own folder.
+/// The largest number of starts in a search, and of runs in a sweep. Each start and each run has its own folder.
 pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins a search in a new or empty folder.
@@ -43,7 +43,7 @@ fn refuse_many(plan: &RunPlan) -> Result<()> {
     Ok(())
 }
 
-/// Finishes all starts and copies the files of the best one.
+/// Finishes all starts, and copies the result files of the best start to the folder of the search.
 pub(in crate::record) fn search(
     lock: Lock,
     plan: &RunPlan,
@@ -89,8 +89,8 @@ pub(in crate::record) fn search(
         }
         return Err(error);
     }
-    // If several are equal, the first one wins. The figure to quote is not the score, which is too optimistic for the
-    // best of many: it comes from other perturbed starts.
+    // If several starts have equal ranks, the first wins. The score of the best start is not the figure to quote: as
+    // the highest of many scores, it is too optimistic. The figure to quote comes from other perturbed starts.
     let best = delivered.swap_remove(first_best(delivered.iter().map(rank)));
     let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
     copy_files(&folder_of(folder, best.seed), folder, &files)?;
@@ -165,7 +165,7 @@ mod tests {
             .collect()
     }
 
-    /// Stops runs in their delivery.
+    /// An observer that stops every run during its delivery.
     struct StopsDelivery;
 
     impl Observer for StopsDelivery {

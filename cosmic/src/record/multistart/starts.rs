@@ -17,8 +17,8 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
 }
 
 /// Does `work` for every seed in parallel, one per thread, and returns the results in the order of the seeds. If one
-/// start fails or is interrupted, the others are interrupted. Errors that tell the user to resume name `folder`, the
-/// folder of the search, instead of the folder of a start.
+/// start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the folder
+/// of the search (`folder`), not the folder of a start.
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     seeds: &[u64],
@@ -42,7 +42,7 @@ pub(super) fn side_by_side<T: Send>(
 /// The observer of one start. It passes all events to the common observer.
 struct OfOne<'a, 'o> {
     observer: &'a Mutex<&'o mut dyn Observer>,
-    /// True after another start has failed.
+    /// True after any start has failed.
     failed: &'a AtomicBool,
 }
 
@@ -78,7 +78,8 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// Opens the run of one seed, or begins it. `None` if the run is finished or has already done iteration `until`.
+/// Opens the run of one seed, or begins that run. Returns `None` if the run is finished or has already done the
+/// iteration `until`.
 pub(super) fn run_of(
     folder: &Path,
     seed: u64,

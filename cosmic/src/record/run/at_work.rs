@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 /// The name of the file with the robot, if a run began with a given robot.
 const START: &str = "start.json";
-/// The most iterations from one snapshot to the next.
+/// The largest number of iterations from one snapshot to the next.
 const SNAPSHOT_EVERY: usize = 10;
 /// The longest time from one snapshot to the next, unless an iteration takes longer.
 const SNAPSHOT_WITHIN: Duration = Duration::from_secs(1);
@@ -35,7 +35,8 @@ pub trait Observer: Send {
         ControlFlow::Continue(())
     }
 
-    /// Called when a run has done its iterations, or has reached a rung where it waits for the other starts.
+    /// Called when a run has done its iterations. In a search by halving, also called when a run has reached a rung,
+    /// where it waits for the other starts.
     fn end(&mut self, _run: &Run) {}
 
     /// Called with a warning. Each warning is given once, and the run continues.
@@ -47,7 +48,7 @@ pub trait Observer: Send {
         false
     }
 
-    /// Called before the run writes. If another process has taken the run over, return false: the run then ends with
+    /// Called before the run writes. Return false if another process has taken over the run. The run then ends with
     /// [`Error::Taken`] and writes nothing more.
     fn holds(&self) -> bool {
         true
@@ -57,20 +58,20 @@ pub trait Observer: Send {
 /// Ignores all events.
 impl Observer for () {}
 
-/// An unfinished run, with the lock on its folder.
+/// An unfinished run. It holds the lock on its folder.
 pub struct Run {
     plan: RunPlan,
     codesign: CoDesign,
     progress: Progress,
     history: History,
     lock: Lock,
-    /// The worst grade of the time step that a warning was given for.
+    /// The worst grade of the time step about which a warning was given.
     warned: Grade,
     /// The number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
-    /// True if the warning about a loss that is not finite was given.
+    /// True if a warning was given that the loss is not finite.
     lost: bool,
-    /// Wall time of the run in earlier processes, s.
+    /// Wall time of the run in earlier processes, in seconds.
     before: f64,
     since: Instant,
 }
@@ -96,7 +97,7 @@ impl Run {
         Self::at_work(lock, plan.clone(), 0.0, codesign, progress)
     }
 
-    /// Continues from a snapshot. Uses `own`, the caller's optimisation, if given.
+    /// Continues a run from a snapshot. If `own` is given, this optimisation of the caller is used.
     pub(in crate::record) fn open(
         lock: Lock,
         snapshot: Snapshot,
@@ -155,7 +156,7 @@ impl Run {
         &self.progress
     }
 
-    /// Wall time so far without interruptions, s.
+    /// Wall time of the run so far without interruptions, in seconds.
     pub fn seconds(&self) -> f64 {
         self.before + self.since.elapsed().as_secs_f64()
     }
@@ -226,7 +227,7 @@ impl Run {
         }
     }
 
-    /// The walk of the current robot; `None` if it diverges.
+    /// The walk of the current robot; `None` if the rollout diverges.
     fn walk(&self) -> Option<Walk> {
         let physics = &self.plan.scene.physics;
         let moments = Walk::moments(physics.steps, physics.dt);
@@ -235,7 +236,8 @@ impl Run {
         Walk::of_moments(&seen, physics.dt, spacing)
     }
 
-    /// Warns if the time step has a worse grade than ever before. Refuses an unstable one unless the scene allows it.
+    /// Warns if the grade of the time step is worse than ever before. Returns an error if the time step is unstable and
+    /// the scene does not allow that.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
         let (iteration, own_loss) = (self.progress.iteration, self.progress.own_loss);
@@ -271,8 +273,8 @@ impl Run {
         observer.warning(self, &text);
     }
 
-    /// The error of a run whose loss was never finite. If the robot diverges, returns that error instead, and writes
-    /// the design and its last states.
+    /// Returns `error`, the error of a run whose loss was never finite. But if the robot diverges, writes the design
+    /// and its last states, and returns the error about the divergence instead.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
         let delivery = self.codesign.evaluator().deliver(&self.progress);
         if delivery.divergence.is_none() {
@@ -293,7 +295,7 @@ impl Run {
         if slopes.peek().is_none() {
             return;
         }
-        // A gradient that is not finite is skipped, so it changes as little as a zero.
+        // A gradient that is not finite is skipped. So, like a zero gradient, it changes nothing.
         let is_flat = slopes.all(|slope| slope == 0.0 || !slope.is_finite());
         self.flat = if is_flat { self.flat + 1 } else { 0 };
         if self.flat == FLAT {
@@ -312,7 +314,7 @@ impl Run {
         Snapshot::save(folder, &self.plan, self.seconds(), Some(progress))
     }
 
-    /// Refuses to write if another process has taken the run over.
+    /// Returns an error if another process has taken over the run, so that this process writes nothing more.
     fn refuse_lost(&self, observer: &dyn Observer) -> Result<()> {
         if observer.holds() {
             return Ok(());

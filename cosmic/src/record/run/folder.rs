@@ -16,14 +16,15 @@ use std::time::Duration;
 /// The name of the scene in the folder of a run.
 pub const SCENE: &str = "scene.toml";
 
-/// The number of attempts to lock a folder. A single attempt may fail by chance: a child process that another thread
-/// starts holds a copy of every lock for a moment.
+/// The number of attempts to lock a folder. A single attempt may fail by chance: if another thread starts a child
+/// process, the child holds a copy of every lock for a moment.
 const TRIES: usize = 5;
 /// The pause after a failed attempt.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// A lock on a folder, held until it is dropped. It is a lock of the operating system on a file, which is released when
-/// the process ends for any reason. A file that is left behind does not lock anything.
+/// A lock on a folder, held until this value is dropped. The operating system locks a file in the folder for the
+/// process. It releases the lock when the process ends, whatever the reason. A lock file that is left behind does not
+/// lock the folder.
 #[derive(Debug)]
 pub(in crate::record) struct Lock {
     folder: PathBuf,
@@ -76,7 +77,7 @@ pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
     Ok(lock)
 }
 
-/// Locks the folder of a run and reads its snapshot. `None` for a finished run.
+/// Locks the folder of a run and reads its snapshot. Returns `None` if the run is finished.
 pub(in crate::record) fn take_up(
     folder: &Path,
     registry: &Registry,
@@ -110,9 +111,9 @@ fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
     })
 }
 
-/// Writes the scene to the folder, and the truss of its lattice if there is one, unless these files exist. They are for
-/// people and other commands; a resumed run uses the scene of the snapshot. An existing file with another scene would
-/// be misleading and is refused.
+/// Writes the scene to the folder, and the truss of its lattice if there is one. A file that exists is not written
+/// again. The files are for people and for other commands; a resumed run uses the scene of the snapshot. If the
+/// existing file has another scene, it would be misleading, and an error is returned.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
     let mut kept = scene.clone();
@@ -173,7 +174,8 @@ pub fn read_scene_to_show(folder: &Path, registry: &Registry) -> Result<ShownSce
     })
 }
 
-/// Reads a scene file. If `begun_with` is given, the file must contain that scene, with which the run began.
+/// Reads a scene file. `begun_with` is the scene with which the run began; if it is given, the file must contain the
+/// same scene.
 fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
     let file = path.display().to_string();
     let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
