@@ -175,8 +175,8 @@ impl Simulator {
         }
     }
 
-    /// Describes the divergence of a node in the last state of `last`. `too_fast` is given if the node exceeds the
-    /// speed bound.
+    /// Describes the divergence at `node` in the last state of `last`. `bound` is given if the node exceeds the speed
+    /// bound.
     fn diagnose(
         &self,
         body: &Body<f64>,
