@@ -28,7 +28,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     case
 }
 
-/// On a profile that is a single slope, a robot moves like on level ground that is inclined by the same slope.
+/// On a profile that is a single slope, a robot moves like on a straight incline with the same slope.
 #[test]
 fn a_profile_of_one_slope_is_the_incline() {
     for (contact, incline_deg) in [

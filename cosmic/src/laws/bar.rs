@@ -21,7 +21,7 @@ const BEYOND: f64 = 1.0 + 1e-9;
 pub struct Bar<R> {
     /// Current length, m.
     pub length: R,
-    /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
+    /// Rate at which the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
     pub rate: R,
     /// Target length of the spring (D8), m: the length that the actuator sets, or the rest length of a passive bar.
     pub target: R,

@@ -80,7 +80,7 @@ pub(super) struct Bend {
 pub(super) struct Line<R, const D: usize = 2> {
     /// Positions of the three nodes, m.
     pub(super) nodes: [Vector<R, D>; 3],
-    /// Stiffness of the first edge and of the second, N/m.
+    /// Stiffness of the first edge; `second` is that of the second edge, N/m.
     pub(super) first: R,
     pub(super) second: R,
 }

@@ -29,17 +29,19 @@ enum Kind {
     Force(Box<dyn AnyForce>),
 }
 
-/// A contact law, chosen by `physics.contact = "its_name"`.
+/// Offers the contact law `C` to scenes, which choose it by `physics.contact = "its_name"`.
 pub fn contact<C: Contact>() -> Choice {
     Choice(Kind::Contact(Box::new(C::default())))
 }
 
-/// A force along bars, chosen by `physics.forces = ["its_name"]`. It is added to the bars' own springs.
+/// Offers the law `L` for a force along bars to scenes, which choose it by `physics.forces = ["its_name"]`. The force is
+/// added to the force of the bars' own springs.
 pub fn on_bars<L: BarForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnBars(L::default()))))
 }
 
-/// A force on nodes, chosen by `physics.forces = ["its_name"]`. It is added to all other forces.
+/// Offers the law `L` for a force on nodes to scenes, which choose it by `physics.forces = ["its_name"]`. The force is
+/// added to all other forces.
 pub fn on_nodes<L: NodeForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
 }

@@ -15,7 +15,7 @@ use crate::settings::Settings;
 
 /// The arrays that a step computes forces from. Vectors are in the ground's frame.
 pub struct Step<'a, const D: usize = 2> {
-    /// The edges, and the slot of each edge in arrays along the edges.
+    /// The edges. Each edge has a slot: its place in the arrays that have a number for every edge.
     pub graph: &'a Graph,
     /// Positions (m) and velocities (m/s) of the nodes.
     pub nodes: Particle<Array, D>,
@@ -124,7 +124,7 @@ pub trait Force: Debug + Send + Sync {
         before: Option<Vector<Array>>,
     ) -> Vector<Array>;
 
-    /// The forces on a node, one for each part of this force that acts on it.
+    /// The forces on a node: one entry for each part of this force that acts on the node.
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
 
     /// The tension that this force adds to the bar of an edge, N.
@@ -132,7 +132,7 @@ pub trait Force: Debug + Send + Sync {
         0.0
     }
 
-    /// The potential energy, J; `None` if the force has none.
+    /// The potential energy of this force in a pose, J; `None` if the force has none.
     fn energy(&self, pose: &Pose) -> Option<f64>;
 
     /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.

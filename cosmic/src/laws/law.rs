@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use crate::settings::{Inputs, Settings};
 
-/// A law with its name and its settings. The settings are the fields of the type, as declared by
+/// A contact law or a force law, with a name and settings. The settings are the fields of the type, as declared by
 /// [`settings!`](crate::settings!). In a scene they are in a section with the name of the law.
 pub trait Law:
     Settings + Inputs<Of<f64> = Self> + Clone + Default + Debug + Send + Sync + 'static

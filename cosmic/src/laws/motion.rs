@@ -43,7 +43,7 @@ impl<R: Real, const D: usize> Particle<R, D> {
 /// The drift of a node: motion at constant velocity, until the node meets the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Drift {
-    /// The duration, s.
+    /// The duration of the drift, s.
     pub dt: f64,
 }
 
@@ -62,12 +62,12 @@ impl Drift {
     }
 }
 
-/// The push that changes the velocity of a node, and the drift after it.
+/// The numbers of a step of a node: of the push that changes its velocity, and of the drift after the push.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
     /// The drift after the push.
     pub drift: Drift,
-    /// The factor by which damping reduces a velocity, `exp(-damping h)`.
+    /// The factor `exp(-damping h)` by which damping reduces a velocity in a substep of length `h`.
     pub decay: f64,
 }
 

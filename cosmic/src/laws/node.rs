@@ -44,12 +44,12 @@ pub trait NodeForce: Law {
     /// method must not branch on a [`Real`]; use `R::select` instead.
     fn force<R: Real, const D: usize>(law: &Self::Of<R>, node: Node<R, D>) -> Vector<R, D>;
 
-    /// A constant number for each node, such as 1 for the nodes that the force acts on and 0 for the others.
+    /// A constant number that the law gives a node, such as 1 for the nodes that the force acts on and 0 for the others.
     fn weight(&self, _node: usize, _lattice: &Lattice) -> f64 {
         1.0
     }
 
-    /// The potential energy of the node, J, whose negative gradient is the force. `None` if the law has no potential
+    /// The potential energy of the node, J. The force is its negative gradient. `None` if the law has no potential
     /// energy.
     fn energy<const D: usize>(&self, _node: Node<f64, D>) -> Option<f64> {
         None
