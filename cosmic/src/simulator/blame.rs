@@ -13,13 +13,13 @@ pub enum Cause {
     /// The controller gave the activation NaN to an edge at the node.
     #[error("mostly by the controller's output for edge {edge}")]
     Controller {
-        /// The edge.
+        /// The number of the edge.
         edge: usize,
     },
-    /// A part of a force, such as one spring, adds most to the velocity. The text names the part.
+    /// A part of a force, such as one spring, added most to the velocity. The text names the part.
     #[error("mostly by {0}")]
     Force(String),
-    /// Gravity adds most to the velocity.
+    /// Gravity added most to the velocity.
     #[error("mostly by gravity")]
     Gravity,
     /// The node had most of its velocity already before the step, and this velocity moved it too far.

@@ -33,7 +33,7 @@ pub struct Divergence {
     pub velocity: Vector<f64>,
     /// The term of the step that caused the divergence, or the speed bound that was exceeded.
     pub term: Cause,
-    /// The last states, up to and including the absurd or too fast one.
+    /// The last states of the rollout. The last of them is the state that is absurd or too fast.
     pub last: Trajectory<f64>,
 }
 

@@ -17,11 +17,12 @@ use crate::scene::{ControllerSettings, PhysicsSettings};
 /// The steps of a rollout, and the states that are observed.
 #[derive(Clone, Debug)]
 pub struct Span {
-    /// The number of steps before the start state: after `n` steps the time of the clock is `(first + n) dt`.
+    /// The number of steps that the clock has made before the start: after `n` steps of the span, the time is
+    /// `(first + n) dt`.
     pub first: usize,
     /// The numbers of steps after which the state is observed, ascending. The rollout ends at the last one.
     pub observed: Vec<usize>,
-    /// The number of observed nodes, at least one. Observed states contain only the first `nodes` nodes.
+    /// The number of nodes in an observed state, at least one: it contains only the first `nodes` nodes.
     pub nodes: usize,
     /// If true, a cheap check of every state after the start finds out whether it is absurd or too fast, or nearly so.
     /// If the check finds such a state, all observations become NaN. [`Simulator::guarded`] relies on this.
@@ -42,7 +43,7 @@ impl Span {
         }
     }
 
-    /// The number of steps.
+    /// The number of steps of the rollout.
     pub(crate) fn steps(&self) -> usize {
         self.observed.last().copied().unwrap_or(0)
     }
@@ -53,7 +54,7 @@ impl Span {
 pub struct Simulator {
     pub(super) lattice: Lattice,
     pub(super) robot: Robot,
-    /// Length of a step, s.
+    /// Duration of a step, s.
     pub(super) dt: f64,
     pub(super) ground: Ground,
     /// The largest allowed speed of a node, m/s: a guarded rollout with a faster node counts as diverged. `None` if

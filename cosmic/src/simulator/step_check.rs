@@ -43,7 +43,7 @@ impl StepLimit {
     }
 }
 
-/// The rating of a time step.
+/// How safe a time step is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
@@ -118,7 +118,7 @@ impl StepCheck {
         })
     }
 
-    /// The rating of the time step.
+    /// How safe the time step is.
     pub fn grade(&self) -> Grade {
         match &self.exact {
             None => Grade::Safe,

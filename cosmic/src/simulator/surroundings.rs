@@ -48,7 +48,7 @@ pub struct Surroundings<R> {
 }
 
 impl<R: Real> Surroundings<R> {
-    /// The values of a scene, as constants.
+    /// The surroundings with the values of a scene, which are constants.
     pub(super) fn of_scene(inputs: &Arc<[StepInput]>) -> Self {
         Self {
             inputs: Arc::clone(inputs),

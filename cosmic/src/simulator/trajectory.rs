@@ -67,7 +67,7 @@ impl State<f64> {
         speeds.find(|(_, speed)| *speed > bound)
     }
 
-    /// True if there is an [absurd node](State::absurd_node).
+    /// True if a node of this state is [absurd](State::absurd_node).
     pub fn is_absurd(&self) -> bool {
         self.absurd_node().is_some()
     }

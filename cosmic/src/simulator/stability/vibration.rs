@@ -228,7 +228,7 @@ impl<'a> Vibration<'a> {
     }
 }
 
-/// The two entries of one node in a vector with two entries per node.
+/// The two entries that belong to `node`, in a vector with two entries per node.
 fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
     Vector::from_fn(|k| vector[2 * node + k])
 }
