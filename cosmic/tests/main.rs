@@ -1,4 +1,4 @@
-//! The tests of the model as one binary, with a module for each topic.
+//! The tests of the crate `cosmic-codesign`. They form one binary with a module for each topic.
 //!
 //! `cargo test -p cosmic-codesign --test all scene_reader::` runs one module.
 

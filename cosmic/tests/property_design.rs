@@ -1,4 +1,4 @@
-//! Properties that hold for every design: of projections, of measures and of the snap.
+//! Properties of projections, measures and the snap that hold for every design.
 
 use cosmic::design::{LayoutRules, Material, Mixture, Structure, VolumeBounds, snap};
 use cosmic::lattice::Lattice;
@@ -13,7 +13,7 @@ fn vectors(entries: std::ops::Range<f64>) -> impl Strategy<Value = Vec<[f64; 3]>
 
 const BOTH: [Projection; 2] = [Projection::Performance, Projection::Stability];
 
-/// The largest difference between the shares of two lists of mixtures.
+/// The largest absolute difference between the shares of corresponding mixtures in two lists.
 fn largest_change(a: &[Mixture<f64>], b: &[Mixture<f64>]) -> f64 {
     let shares = |of: &[Mixture<f64>]| of.iter().flat_map(|m| m.0).collect::<Vec<_>>();
     let pairs = shares(a).into_iter().zip(shares(b));
@@ -23,20 +23,21 @@ fn largest_change(a: &[Mixture<f64>], b: &[Mixture<f64>]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// The shares add up to one even far outside the optimiser's range.
+    /// The three shares of a mixture add up to one, even for design vectors far outside the optimiser's range.
     #[test]
     fn the_shares_of_a_mixture_add_up_to_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
         for projection in BOTH {
             for Mixture(row) in mixtures(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
                 prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
-                // Three quotients and two sums are rounded.
+                // The sum has the rounding errors of three quotients and two additions.
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{:?}", row);
             }
         }
     }
 
-    /// The performance projection depends only on differences within an edge, so shifting all entries of an edge has no
-    /// effect. The stability projection depends only on differences between edges.
+    /// The performance projection depends only on differences between the entries of the same edge: adding a number to
+    /// all entries of an edge has no effect. The stability projection depends only on differences between edges: adding
+    /// a vector to the entries of all edges has no effect.
     #[test]
     fn common_shifts_have_no_effect(
         z in vectors(0.0..1.0),
@@ -46,12 +47,12 @@ proptest! {
         let settings = ProjectionSettings::default();
         let shifted: Vec<[f64; 3]> = z.iter().map(|z| z.map(|z| z + shift)).collect();
         let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Performance, z, &settings, &Holds::default()));
-        // Shifted entries near 2 are rounded at 2e-16, times a sharpness of 20.
+        // Shifted entries near 2 are rounded at 2e-16, and a sharpness of 20 multiplies the error.
         prop_assert!(largest_change(&a, &b) < 1e-14);
         let moved = |z: &[f64; 3]| [0, 1, 2].map(|k| z[k] + column[k]);
         let shifted: Vec<[f64; 3]> = z.iter().map(moved).collect();
         let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Stability, z, &settings, &Holds::default()));
-        // The means of 40 numbers are off by some 1e-15, times a sharpness of 500.
+        // The means of 40 numbers have errors of about 1e-15, and a sharpness of 500 multiplies them.
         prop_assert!(largest_change(&a, &b) < 1e-11);
     }
 
@@ -64,7 +65,7 @@ proptest! {
             let within = |x: f64, most: f64| (-rounding..=most + rounding).contains(&x);
             prop_assert!(within(found.volume, 1.0) && within(found.actuator_volume, 1.0));
             prop_assert!(found.actuator_volume <= found.volume + rounding);
-            // The largest values occur for three equal shares and for two equal shares.
+            // The binarisation measure is largest for three equal shares, the overlap for two equal shares.
             prop_assert!(within(found.binarisation, 1.0 - (1.0f64 / 3.0).sqrt()));
             prop_assert!(found.overlap.iter().all(|&g| within(g, 0.5)));
         }

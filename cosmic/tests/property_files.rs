@@ -92,7 +92,7 @@ proptest! {
         physics.speed_bound = layout.then_some(7.5);
         case.rules.one_piece = layout;
         let read = Case::parse("case.json", &case.to_json()).unwrap();
-        // A case does not hold the settings of an optimisation or of the controller's start.
+        // A case has neither the settings of an optimisation nor those of the controller's start.
         let expected = Case {
             physics: cosmic::scene::PhysicsSettings {
                 unstable_step: read.physics.unstable_step,
@@ -107,7 +107,7 @@ proptest! {
         prop_assert_eq!(read, expected);
     }
 
-    /// The content of a snapshot, for any seed and after any number of iterations.
+    /// A snapshot that is written and read back has the same bits, for any seed and after any number of iterations.
     #[test]
     fn progress_and_plans(seed in any::<u64>(), iterations in 0..4usize, any in numbers()) {
         let mut codesign = CoDesign::new(&scene()).unwrap();

@@ -107,7 +107,7 @@ fn links_and_pipes_are_kept() {
     write_atomic(&link, |out| out.write_all(b"new")).unwrap();
     assert!(link.is_symlink());
     assert_eq!(fs::read(&file).unwrap(), b"new");
-    // A file keeps its permissions.
+    // Writing to a file keeps its permissions.
     let mode = || fs::metadata(&file).unwrap().permissions();
     fs::set_permissions(&file, PermissionsExt::from_mode(0o600)).unwrap();
     write_atomic(&file, |out| out.write_all(b"private")).unwrap();
@@ -120,7 +120,7 @@ fn links_and_pipes_are_kept() {
     });
     write_atomic(&pipe, |out| out.write_all(b"through")).unwrap();
     assert_eq!(reader.join().unwrap(), b"through");
-    // A link to a missing file, and a link to an anonymous pipe.
+    // Writing works through a link to a missing file, and through a link to an anonymous pipe.
     let [new, ahead, end] = ["new", "ahead", "end"].map(|name| folder.path().join(name));
     std::os::unix::fs::symlink("new", &ahead).unwrap();
     write_atomic(&ahead, |out| out.write_all(b"first")).unwrap();
@@ -142,8 +142,8 @@ fn links_and_pipes_are_kept() {
     assert_eq!(names(folder.path()).len(), 5);
 }
 
-/// This test starts a copy of itself that is killed in the middle of a write. The environment variable has the folder
-/// in which the copy writes.
+/// The environment variable that makes a run of this test the victim: a copy of the test that is killed in the middle
+/// of a write. Its value is the folder in which the copy writes.
 const VICTIM: &str = "COSMIC_TEST_VICTIM";
 
 #[test]

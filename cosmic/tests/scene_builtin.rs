@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Every file of the folder `scenes/`, by its stem.
+/// The text of every file in the folder `scenes/`, by the name of the file without its extension.
 fn files() -> BTreeMap<String, String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let stem = |path: &Path| path.file_stem().unwrap().to_string_lossy().into_owned();
@@ -29,8 +29,9 @@ fn every_scene_of_the_folder_is_built_in_and_reads_back() {
     assert!(BUILTIN.iter().all(|builtin| builtin.about().len() > 10));
 }
 
-/// Built-in scenes have the same settings as before scenes named their bases. `resolved_scenes.txt` has the old
-/// settings: all settings of `stability`, and for each other scene the settings that differ.
+/// Built-in scenes still have the settings that they had before scene files could name a base. The file
+/// `resolved_scenes.txt` has those settings: all settings of `stability`, and for each other scene the settings that
+/// differ.
 #[test]
 fn no_built_in_scene_has_changed() {
     let mut scenes = include_str!("resolved_scenes.txt").split("\n[");
@@ -62,7 +63,7 @@ fn no_built_in_scene_has_changed() {
     assert_eq!(Scene::load("stability").unwrap(), Scene::paper());
 }
 
-/// Every built-in scene is the paper's scene `stability` with some changes, so there are no cycles of bases.
+/// The base of every built-in scene is the paper's scene `stability`, so there are no cycles of bases.
 #[test]
 fn the_base_of_every_built_in_scene_is_stability() {
     for builtin in BUILTIN {

@@ -1,5 +1,5 @@
-//! Every wrong scene is refused at the right line and column. The message says what is wrong, and the report what is
-//! allowed.
+//! Every wrong scene is refused, and the error has the right line and column. The message says what is wrong, and the
+//! report says what is allowed.
 
 use cosmic::scene::Scene;
 use cosmic::{Error, error};
@@ -93,7 +93,7 @@ fn unreadable_files_and_malformed_files_are_different_errors() {
     assert!(read("huge.toml").to_string().contains("1048576 bytes"));
 }
 
-/// Asserts that a text is read as a scene, or refused with a place inside the text.
+/// Asserts that the reader either accepts a text as a scene, or refuses it with an error at a place inside the text.
 fn survives(text: &str) -> error::Result<()> {
     match Scene::parse("any", text) {
         Err(Error::Malformed { line, column, .. }) => {

@@ -1,4 +1,4 @@
-//! Warnings about settings without effect. The tests check that these settings really have no effect.
+//! Warnings about settings that have no effect. The tests change these settings to check that they really have none.
 
 use autodiff::Real;
 use cosmic::Registry;
@@ -9,7 +9,7 @@ use cosmic::scene::Scene;
 use cosmic::simulator::Trajectory;
 use std::collections::BTreeMap;
 
-/// A loss: the height of the payload.
+/// A loss that is smaller if the payload ends higher.
 struct Height;
 
 impl Loss for Height {
@@ -26,7 +26,7 @@ const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0.1, 0.0], [0.2, 0.0], [0.1, 0.1], [0.2, 0.1]],
     "edges": [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]}"#;
 
-/// A small robot that moves, and an optimisation with every phase.
+/// Settings of a scene with a small robot that moves, and with an optimisation that has every phase.
 const SMALL: [&str; 19] = [
     "lattice.columns=3",
     "lattice.rows=3",
@@ -49,7 +49,7 @@ const SMALL: [&str; 19] = [
     "loss.every=4",
 ];
 
-/// Other scenes, each written as changes of [`SMALL`].
+/// Other scenes, each as changes of the settings in [`SMALL`].
 const OTHERS: [&[&str]; 20] = [
     &[
         "lattice.columns=6",
@@ -103,7 +103,7 @@ const OTHERS: [&[&str]; 20] = [
     &["lattice.file=square", "lattice.drop=0"],
 ];
 
-/// Further values to try: names, and numbers far from those in the scenes.
+/// Further values to try for some keys: names, and numbers that are far from those in the scenes.
 const NAMES: [&str; 14] = [
     "design.feet=3",
     "mma.asymin=0.2",
@@ -121,7 +121,8 @@ const NAMES: [&str; 14] = [
     "binarisation.method=constraints",
 ];
 
-/// Values to try instead of `value`: numbers a little larger and smaller, and booleans flipped.
+/// Values to try for a key instead of `value`: slightly larger and smaller numbers, the other boolean, and the values
+/// in [`NAMES`].
 fn others(key: &str, value: &str) -> Vec<String> {
     let named = NAMES
         .iter()
@@ -150,13 +151,13 @@ fn others(key: &str, value: &str) -> Vec<String> {
     all
 }
 
-/// The delivered design of an optimisation, with every measured number, as text.
+/// The result of an optimisation as text: the delivered design with every measured number; `None` if the scene fails.
 fn outcome(scene: &Scene) -> Option<String> {
     let delivery = CoDesign::new(scene).ok()?.optimise(0, |_| ());
     delivery.ok().map(|delivery| format!("{delivery:?}"))
 }
 
-/// The warning about a key, if there is one.
+/// The warning that a key has no effect, if the scene has this warning.
 fn warning(scene: &Scene, key: &str) -> Option<String> {
     let mut doubts = scene.doubts().into_iter();
     let of_key = |doubt: &cosmic::scene::Finding| {
@@ -165,15 +166,15 @@ fn warning(scene: &Scene, key: &str) -> Option<String> {
     doubts.find(of_key).map(|doubt| doubt.to_string())
 }
 
-/// If a scene has a warning about a key, changing the key does not change a single bit of the result. And such a key
-/// has an effect in another scene without the warning, so no condition for a warning is too wide.
+/// If a scene has a warning about a key, changing the key does not change a single bit of the result. Every such key
+/// has an effect in some other scene, which has no warning about it, so no condition for a warning is too wide.
 #[test]
 fn exactly_the_settings_without_effect_have_a_warning() {
     let square: Truss = serde_json::from_str(TRUSS).unwrap();
     let registry = Registry::default().with_loss("height", Height);
     let registry = registry.with_lattice("square", square);
     let small = registry.load("stability").unwrap().set(&SMALL).unwrap();
-    // For each key with a warning in some scene: whether it had an effect in another scene.
+    // For each key that has a warning in some scene: true if it had an effect in a scene without the warning.
     let mut matters: BTreeMap<String, bool> = BTreeMap::new();
     let mut wrong = Vec::new();
     let scenes: Vec<_> = OTHERS
@@ -212,8 +213,8 @@ fn exactly_the_settings_without_effect_have_a_warning() {
             }
         }
     }
-    // This key has an effect only if the controller with the best rollout does not have the best median, which does not
-    // happen in these scenes.
+    // This key has an effect only if two controllers differ: the one with the best single rollout, and the one with the
+    // best median. In these scenes they are always the same.
     matters.remove("selection.candidates");
     let idle = matters.iter().filter(|(_, matters)| !**matters);
     wrong.extend(idle.map(|(key, _)| format!("{key} matters nowhere")));
@@ -241,7 +242,7 @@ fn only_values_that_differ_from_the_base_get_a_warning() {
         warnings(&ice.replace("0.8", "0.8\ncontact = \"coulomb\"")),
         expected[1..]
     );
-    // `earth` reads the friction, and the window equals that of the base.
+    // With the base `earth`, the friction has an effect, and the window is the same as in the base.
     assert_eq!(warnings(&ice.replace("stability", "earth")), expected[1..]);
     assert_eq!(
         warnings(&ice.replace("0.8", "2.5").replace("0.1", "0.02")),

@@ -1,4 +1,5 @@
-//! Where a scene's values come from: its base, the file of a run, or `--set`. Also its departures from the paper.
+//! The sources of a scene's values: its base, the scene file of a run, and the option `--set`. Also the list of a
+//! scene's departures from the paper.
 
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
@@ -17,11 +18,11 @@ fn missing_keys_come_from_the_base() {
         let named = Scene::parse("named", &format!("base = {:?}", builtin.name)).unwrap();
         assert_eq!(named, load(builtin.name));
         assert_eq!(named.base.name(), builtin.name);
-        // The complete text names its base, so a removed line gets the same value from the base.
+        // The complete text of a scene names its base. If a line is removed, the base gives the same value.
         let text = named.to_toml().replace("gravity = ", "# ");
         assert_eq!(Scene::parse("shown", &text).unwrap(), named);
     }
-    // A file may change the settings of laws that its base uses.
+    // A file may change a setting of a law that only its base chooses.
     let softer = Scene::parse("softer", "[stops]\nstiffness = 900").unwrap();
     assert_eq!(softer.physics.gravity, 9.81);
     assert!(
@@ -43,8 +44,8 @@ fn missing_keys_come_from_the_base() {
     assert_eq!(scene.physics.gravity, 5.0);
 }
 
-/// The scene file of a run must have every key of its version. Keys that are newer get the values that reproduce the
-/// old behaviour.
+/// The scene file of a run must have every key that existed in its version. Keys that are newer than the file get the
+/// values that reproduce the old behaviour.
 #[test]
 fn the_scene_of_a_run_is_complete() {
     let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
@@ -72,7 +73,8 @@ fn the_scene_of_a_run_is_complete() {
         .unwrap_err()
         .to_string();
     assert!(says.contains("`stops.at` is missing"), "{says}");
-    // In files that are older than versions, no key comes from a base, and keys that did not exist yet are off.
+    // In a file from before files had a version, no key gets its value from a base, and keys that did not exist yet are
+    // off.
     let old = without(&without(&without(&text, "format"), "version"), "base");
     assert_eq!(
         Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
@@ -144,7 +146,7 @@ fn departures_are_named_and_can_be_switched_off() {
     assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
-/// The report of the error when `--set` applies these settings to the paper's scene.
+/// The text of the error report if `--set` applies these settings to the paper's scene.
 fn refused_setting(settings: &[&str]) -> String {
     Scene::paper().set(settings).unwrap_err().to_string()
 }
@@ -173,20 +175,21 @@ fn single_settings_replace_those_of_a_scene() {
     assert!(set.controller.two_goals && set.schedule.cycle == [Pass::Design, Pass::Controller]);
     assert_eq!(set.physics.friction, scene.physics.friction);
     assert_eq!(scene.set(&[""; 0]).unwrap(), scene);
-    // Each setting alone contradicts the scene; both together fit.
+    // Each of these settings alone would contradict the rest of the scene; together they fit.
     let both = [
         "schedule.iterations=100",
         "schedule.snap_at=90",
         "schedule.attraction_from=50",
     ];
     assert_eq!(scene.set(&both).unwrap().schedule.snap_at, 90);
-    // A file that holds only some keys.
+    // `--set` also works on a scene whose file has only some of the keys.
     let part = Scene::parse("part", "[physics]\ndt = 0.001").unwrap();
     let set = part.set(&["physics.steps=5000"]).unwrap();
     assert_eq!((set.physics.dt, set.physics.steps), (0.001, 5000));
 }
 
-/// Settings that are refused, each with words of the message and the option as the report shows it.
+/// Settings that are refused. For each: the setting, words of the message, and the option `--set` as the report shows
+/// it.
 const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     (
         "base=stability",
@@ -246,7 +249,8 @@ fn a_wrong_setting_is_shown_as_the_user_wrote_it() {
         assert!(report.contains(says) && report.contains(shown), "{report}");
         assert!(!report.contains("-->"), "{report}");
     }
-    // If two keys conflict, the report shows the setting that names one of them.
+    // If the values of two keys conflict and both are set, the report shows the setting of the key that the error is
+    // about.
     let report = refused_setting(&["physics.dt=0.001", "physics.steps=512"]);
     assert!(
         report.contains("the horizon (4096 steps) is longer"),
@@ -256,7 +260,8 @@ fn a_wrong_setting_is_shown_as_the_user_wrote_it() {
         report.contains("--set physics.steps=512\n  |                     ^^^"),
         "{report}"
     );
-    // If a fault is found later, the report shows the last setting of its key, or else the scene.
+    // If an error about a key is found later, the report shows the last setting of this key. If the key is not set, the
+    // report shows the scene.
     let shown = |name, settings: &[&str], key| {
         let error = Registry::default().fault(name, settings, key, "too long", "take less");
         error.map(|error| error.to_string())

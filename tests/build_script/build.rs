@@ -1,4 +1,5 @@
-//! Emits the adjoint of the kernel at build time, so that no generated code is checked in or out of date.
+//! Generates the adjoint of the kernel at build time. So no generated code is in the repository, and none can be out of
+//! date.
 
 use autodiff::{Kernel, Real, emit};
 
@@ -7,7 +8,7 @@ mod drag;
 
 use drag::Drag;
 
-/// The kernel without an adjoint, which is enough for the build script.
+/// The kernel without a generated adjoint: the build script only records the formula.
 impl Kernel<3, 1> for Drag {
     fn eval<R: Real>(&self, x: [R; 3]) -> [R; 1] {
         self.decelerated(x)

@@ -1,4 +1,4 @@
-//! Robots without a design: stiffness and masses are given directly, and the controller does nothing.
+//! Robots without a design: the caller gives stiffnesses and masses directly, and the controller does nothing.
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
@@ -8,20 +8,20 @@ use cosmic::policy::Controller;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 
-/// A robot without a design: nodes, springs between them, and a world.
+/// A robot without a design: nodes, springs between them, and the physics of its world.
 #[derive(Clone, Debug)]
 pub struct Bare {
     /// The edges and rest lengths. The lattice's positions are not used.
     pub lattice: Lattice,
-    /// The stiffness of each edge and the mass of each node. Strains are zero.
+    /// The stiffness of each edge and the mass of each node. All strains are zero, so there are no actuators.
     pub body: Body<f64>,
     /// The time step, forces and ground. The number of steps is ignored.
     pub physics: PhysicsSettings,
 }
 
 impl Bare {
-    /// Creates nodes with these masses, and springs `(edge, rest length, stiffness)` between them. The world has no
-    /// gravity and no damping, and its ground is a metre below zero.
+    /// Creates nodes with these masses. Each spring between them is given as `(edge, rest length, stiffness)`. The
+    /// world has no gravity and no damping, and its ground is a metre below zero.
     pub fn new(springs: &[([usize; 2], f64, f64)], masses: &[f64]) -> Self {
         let edges = springs.iter().map(|spring| spring.0).collect();
         let lattice = Lattice {
@@ -47,13 +47,13 @@ impl Bare {
         }
     }
 
-    /// Two equal nodes that move freely: the spring between them has no stiffness.
+    /// Creates two nodes of equal mass that move freely, because the spring between them has no stiffness.
     pub fn free_node(physics: PhysicsSettings) -> Self {
         let bare = Self::new(&[([0, 1], 1.0, 0.0)], &[0.01, 0.01]);
         Self { physics, ..bare }
     }
 
-    /// Rolls out from `start` and returns the states after the numbers of steps in `observed`.
+    /// Simulates from `start` and returns the states after the numbers of steps in `observed`.
     pub fn run<R: Real>(&self, start: &State<R>, observed: Vec<usize>) -> Trajectory<R> {
         let settings = ControllerSettings {
             hidden: 1,
@@ -74,7 +74,7 @@ impl Bare {
         )
     }
 
-    /// Rolls out from `start` and returns the state after `steps` steps.
+    /// Simulates from `start` and returns the state after `steps` steps.
     pub fn run_to_end<R: Real>(&self, start: &State<R>, steps: usize) -> State<R> {
         self.run(start, vec![steps]).states.remove(0)
     }

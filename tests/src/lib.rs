@@ -1,4 +1,4 @@
-//! Helpers for the tests across both crates: reference files, comparisons with them, and small robots.
+//! Helpers for the tests of both crates together: reference files, comparisons with them, and small robots.
 
 mod bare;
 pub mod readers;
@@ -13,18 +13,18 @@ use std::path::{Path, PathBuf};
 use cosmic::case::Case;
 use serde_json::Value;
 
-/// The folder of reference cases: the environment variable `REFERENCE_DIR` if it is set, otherwise the project's
-/// folder.
+/// The folder of reference cases: the folder in the environment variable `REFERENCE_DIR` if it is set, otherwise the
+/// folder of this project.
 pub fn reference_folder() -> PathBuf {
     std::env::var_os("REFERENCE_DIR").map_or_else(own_reference_folder, PathBuf::from)
 }
 
-/// The project's own folder of reference cases.
+/// The folder with the reference cases of this project.
 pub fn own_reference_folder() -> PathBuf {
     workspace().join("tests/data/reference")
 }
 
-/// The subfolder `name` of the reference cases, or the project's own one if it does not exist there.
+/// The subfolder `name` of the folder of reference cases. If it does not exist there, the subfolder of this project.
 pub fn reference_subfolder(name: &str) -> PathBuf {
     let given = reference_folder().join(name);
     match given.is_dir() {
@@ -33,7 +33,7 @@ pub fn reference_subfolder(name: &str) -> PathBuf {
     }
 }
 
-/// The folder of the whole workspace.
+/// The root folder of the workspace.
 pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
@@ -51,7 +51,7 @@ pub fn entries(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// The files with one of these extensions in a folder and its subfolders.
+/// The files in a folder and its subfolders whose name ends with one of these extensions.
 ///
 /// # Panics
 /// If a folder cannot be listed.
@@ -72,19 +72,19 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     extensions.iter().any(|one| extension == *one)
 }
 
-/// A reference file: its path, its text, and the JSON in it.
+/// A reference file that has been read.
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// The path of the file.
     pub path: PathBuf,
-    /// The text of the file.
+    /// The content of the file as text.
     pub text: String,
-    /// The JSON in the file.
+    /// The content of the file as JSON.
     pub json: Value,
 }
 
 impl Reference {
-    /// The name that failures mention.
+    /// The name of the file, for messages about failures.
     pub fn name(&self) -> String {
         self.path.display().to_string()
     }
@@ -97,8 +97,8 @@ impl Reference {
         Case::parse(&self.name(), &self.text).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Asserts that `got` agrees with `expected` within the file's tolerance of the name `tolerance`. `result` names
-    /// the result in the failure.
+    /// Asserts that `got` agrees with `expected`. The bound is the tolerance of the file that has the name `tolerance`.
+    /// If the assertion fails, the message calls the result `result`.
     ///
     /// # Panics
     /// If they do not agree, or the file does not have that tolerance.
@@ -142,7 +142,7 @@ pub fn number(object: &Value, key: &str) -> f64 {
         .unwrap_or_else(|| panic!("`{key}` is missing or not a number in {object}"))
 }
 
-/// All numbers of a JSON value, which may be nested lists, in the order of the text.
+/// All numbers in a JSON value, in the order of the text. The value is a number or a list, and lists may be nested.
 ///
 /// # Panics
 /// If the value holds anything but numbers and lists.
@@ -157,7 +157,7 @@ pub fn numbers(value: &Value) -> Vec<f64> {
     }
 }
 
-/// Asserts that `got` differs from `expected` by at most `bound`. `of` names the number in the failure.
+/// Asserts that `got` differs from `expected` by at most `bound`. If the assertion fails, the message begins with `of`.
 ///
 /// # Panics
 /// If it is not within the bound.
@@ -170,8 +170,8 @@ pub fn assert_near(got: f64, expected: f64, bound: f64, of: &dyn Display) {
     );
 }
 
-/// The relative error `|got - expected| / |expected|` of a vector in the L2 norm, or the absolute error if the expected
-/// vector is zero.
+/// The relative error `|got - expected| / |expected|` of a vector in the L2 norm. If the expected vector is zero, the
+/// absolute error.
 pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(got.len(), expected.len(), "the fields differ in length");
     let norm = |terms: &mut dyn Iterator<Item = f64>| terms.map(|x| x * x).sum::<f64>().sqrt();
@@ -180,7 +180,7 @@ pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
     if size == 0.0 { error } else { error / size }
 }
 
-/// Makes the code of the repository's README a doc test.
+/// Makes the code in the repository's README doc tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 struct Readme;

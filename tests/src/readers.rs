@@ -1,7 +1,7 @@
-//! Checks of the readers of files. For any bytes, a reader must return a value or a clear error. A value is then
-//! written, read again and compared.
+//! Checks of the functions that read files. For any bytes, a reader must return a value or a clear error. If it returns
+//! a value, the value is written, read again and compared.
 //!
-//! Fuzzing calls these functions, and a test runs them over the corpus that fuzzing found.
+//! The fuzz targets call these checks. A test also runs the checks over the corpus: the files that fuzzing has found.
 
 use std::path::Path;
 
@@ -11,10 +11,11 @@ use cosmic::error::Error;
 use cosmic::record::{DesignFile, RunPlan, snapshot};
 use cosmic::scene::Scene;
 
-/// A check of one reader: reads bytes, and panics if the reader is wrong.
+/// The check of a reader. It reads the bytes as a file, returns the reader's error if there is one, and panics if the
+/// reader is wrong.
 pub type Reader = fn(&[u8]) -> Result<()>;
 
-/// Every reader with its name, which is also the name of its corpus and of its fuzz target.
+/// The check of every reader with its name, which is also the name of the reader's corpus and fuzz target.
 pub const READERS: [(&str, Reader); 4] = [
     ("scene", scene),
     ("case", case),
@@ -22,14 +23,15 @@ pub const READERS: [(&str, Reader); 4] = [
     ("snapshot", snapshot),
 ];
 
-/// Cases with more steps, nodes or hidden units are not run, because a fuzzer needs many short cases.
+/// The largest number of steps, nodes and hidden units with which a case is run. Larger cases are only read, because a
+/// fuzzer needs many short runs.
 const FEW: usize = 16;
 
 fn text(bytes: &[u8]) -> Result<&str> {
     std::str::from_utf8(bytes).map_err(|_| Error::Usage("not UTF-8".to_owned()))
 }
 
-/// Reads a scene. The text that the scene writes must read back to the same scene.
+/// Checks the reader of scenes: reads a scene, writes it as text, and asserts that this text gives the same scene.
 ///
 /// # Errors
 /// The errors of the reader.
@@ -43,7 +45,7 @@ pub fn scene(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Reads a case, and runs it for a few steps if it is small.
+/// Checks the reader of cases: reads a case, and runs it for a few steps if it is small.
 ///
 /// # Errors
 /// The errors of the reader.
@@ -64,7 +66,7 @@ pub fn case(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Reads a design, and fits it to a lattice of 2x2 nodes.
+/// Checks the reader of designs: reads a design, and fits it to a lattice of 2x2 nodes.
 ///
 /// # Errors
 /// The errors of the reader.
@@ -81,7 +83,8 @@ pub fn design(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Reads a snapshot, and checks its progress against its own scene if the scene is small.
+/// Checks the reader of snapshots: reads a snapshot, and checks its progress against its own scene if the scene is
+/// small.
 ///
 /// # Errors
 /// The errors of the reader.

@@ -8,7 +8,7 @@ use cosmic::scene::{PhysicsSettings, Scene};
 use cosmic::simulator::Span;
 use cosmic_lab::verify::check_gradients;
 
-/// A robot of 3x2 nodes that falls on the ground while it moves along it. All its edges have different mixtures.
+/// A robot of 3x2 nodes that falls to the ground while it moves forward. All its edges have different mixtures.
 /// `settings` is TOML that changes the paper's scene. The rollout of 90 steps is long enough to land and to push off,
 /// and short enough for finite differences.
 ///
@@ -19,15 +19,17 @@ pub fn robot(settings: &str) -> Case {
     robot_of(scene.unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// The robot of [`robot`] in another scene. Lattice, number of steps and network stay the same.
+/// Like [`robot`], with the settings of any scene. The lattice, the number of steps and the network of [`robot`]
+/// replace those of the scene.
 ///
 /// # Panics
 /// If the robot does not fit the scene.
 pub fn robot_of(mut scene: Scene) -> Case {
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
-    // High enough that no node touches the ground in the first step, low enough to land in a third of the time.
+    // The robot starts so high that no node touches the ground in the first step, and so low that it lands in the first
+    // third of the time.
     scene.lattice.drop += 0.004;
-    // The controller must have an effect within so few steps.
+    // The controller must have a noticeable effect within these few steps.
     (scene.controller.hidden, scene.controller.velocity_scale) = (6, 0.5);
     scene.physics.steps = 90;
     let mut case = Case::of_scene(&scene, 3).unwrap_or_else(|error| panic!("{error}"));
@@ -51,7 +53,7 @@ pub fn states(case: &Case) -> Vec<State<f64>> {
     seen.states
 }
 
-/// The smallest height of any node above the terrain in any of the states, m.
+/// The smallest height of any node above the terrain in any of these states, m.
 pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     let (profile, ground) = (physics.ground.resolved(), Ground::from(physics));
     let nodes = states.iter().flat_map(|state| &state.x);
@@ -59,8 +61,8 @@ pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     heights.fold(f64::INFINITY, f64::min)
 }
 
-/// Asserts that the gradients with respect to all blocks of a case's inputs agree with differences and forward mode,
-/// that no gradient is zero, and that a wrong gradient is found.
+/// Asserts that the gradients with respect to all blocks of a case's inputs agree with finite differences and forward
+/// mode. Also asserts that no gradient is zero and that a wrong gradient is noticed.
 ///
 /// # Panics
 /// If one of these does not hold.

@@ -9,14 +9,14 @@ fn some_case() -> Reference {
     references(&own_reference_folder()).remove(0)
 }
 
-/// Applies a change to the JSON of a case, and reads the case.
+/// Changes the JSON of a valid case and reads the result as a case.
 fn parse(change: impl FnOnce(&mut Value)) -> Result<Case, Error> {
     let mut json = some_case().json;
     change(&mut json);
     Case::parse("case.json", &json.to_string())
 }
 
-/// The message of the error when a change makes the JSON of a case wrong.
+/// The message of the error when a case is read whose JSON the change has made wrong.
 fn message(change: impl FnOnce(&mut Value)) -> String {
     let error = parse(change).expect_err("the change makes the case wrong");
     assert_eq!(error.exit_code(), 2, "{error}");
@@ -48,7 +48,7 @@ fn some_keys_are_read_if_they_are_there() {
         json["scene"]["goal_scale"] = json!(0.25);
         json["scene"]["goal_relative"] = json!(true);
         json["format"] = json!("cosmic-case");
-        // Of the results, only the step numbers are read.
+        // Of the section `results`, only the step numbers are read.
         json["results"] = json!({"anything": 1, "trajectory": {"2": null}});
     });
     let case = case.unwrap_or_else(|error| panic!("{error}"));
@@ -67,7 +67,7 @@ fn set(json: &mut Value, pointer: &str, value: Value) {
     }
 }
 
-/// Each value of `wrong_cases.txt` is refused, with the words that the file lists.
+/// Each value in `wrong_cases.txt` is refused, and the message has the words that the file lists for it.
 #[test]
 fn values_without_a_meaning_are_refused() {
     let (_, rows) = include_str!("wrong_cases.txt")
@@ -175,7 +175,7 @@ fn a_robot_written_as_a_case_reads_back_the_same() {
     let mut scene = cosmic::scene::Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.tilt, scene.physics.steps) = (0.2, 8);
-    // A case does not store `unstable_step`: it is evaluated with any time step.
+    // A case does not store `unstable_step`, because a case is evaluated with any time step.
     scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     scene.materials.penalisation = 3;
     scene.projection.hold_materials = 0.05;

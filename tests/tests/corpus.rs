@@ -1,4 +1,4 @@
-//! Every file of the corpus from fuzzing is read, or refused with a clear error.
+//! Every file that fuzzing has found is either read, or refused with a clear error.
 
 use std::fs;
 use std::panic::catch_unwind;

@@ -1,5 +1,5 @@
-//! For random scenes and robots, every gradient agrees with differences and forward mode. Some errors show only for
-//! combinations of settings.
+//! For random scenes and robots, every gradient agrees with finite differences and forward mode. Random scenes are
+//! needed because some errors show only for certain combinations of settings.
 
 use autodiff::check::Options;
 use cosmic::case::Case;
@@ -12,7 +12,7 @@ use cosmic_lab::verify::check_gradients;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// The number of random scenes. The test passed once with 1500.
+/// The number of random scenes in a run of the test. The test has also passed with 1500.
 const SCENES: u64 = 40;
 
 fn one_of<T: Copy>(rng: &mut ChaCha8Rng, all: &[T]) -> T {
@@ -55,8 +55,8 @@ fn scene(rng: &mut ChaCha8Rng) -> Scene {
     scene
 }
 
-/// Gives half of the scenes terrain. The lattice starts at the height of the terrain's highest corner, or a little
-/// higher.
+/// Adds terrain to half of the scenes. The lattice then starts at the height of the terrain's highest corner, or
+/// slightly higher.
 fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
     let kinds = [ProfileKind::Flat, ProfileKind::Steps, ProfileKind::Rough];
     scene.physics.ground = GroundSettings {
@@ -74,7 +74,7 @@ fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
     scene.lattice.drop += heights.fold(0.0, f64::max);
 }
 
-/// A random robot in a scene: at rest or moving, with mixtures or with one material per edge.
+/// A random robot in a scene. It starts at rest or moving, and has mixtures or one material per edge.
 fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
     let seed = rng.random();
     let mut case = Case::of_scene(scene, seed).unwrap_or_else(|error| panic!("{error}"));
@@ -90,8 +90,8 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
         let material = |_| one_of(rng, &Material::ALL);
         case.design = Design::Layout((0..case.design.edges()).map(material).collect());
     }
-    // Near shares of almost zero, which the sharp projection gives, the slope of bending changes within a millionth.
-    // Differences cannot resolve that.
+    // The sharp projection gives shares of almost zero. Near such shares, the slope of bending changes completely if a
+    // share changes by a millionth, which differences cannot resolve.
     if case.physics.bending_radius == 0.0 {
         case.projection = one_of(rng, &[Projection::Performance, Projection::Stability]);
     }
@@ -109,7 +109,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         let mut scene = scene(&mut rng);
         lay_terrain(&mut ChaCha8Rng::seed_from_u64(!seed), &mut scene);
         let case = robot(&mut rng, &scene);
-        // With an unstable time step, motions grow without bound, so differences mean nothing.
+        // With an unstable time step, the motion grows without bound, and differences of results mean nothing.
         if case.step_check().accept(&case.physics).is_err() {
             continue;
         }

@@ -1,5 +1,5 @@
-//! The architecture of each crate: modules import only those above them in `lib.rs`, files do not import one another in
-//! a circle, and no derivative is written by hand.
+//! Checks of the architecture of each crate. A module imports only modules that are above it in `lib.rs`. Files do not
+//! import one another in a circle. No derivative is written by hand.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -17,24 +17,24 @@ const SOURCES: [&str; 6] = [
     "tests/src",
 ];
 
-/// The path of a module or an item, from the root of its crate.
+/// The path of a module or an item from the root of its crate, as a list of names.
 type ItemPath = Vec<String>;
 
 struct SourceFile {
     path: PathBuf,
-    /// The code without comments and without the tests at its end.
+    /// The code of the file without comments and without the tests at the end of the file.
     code: String,
 }
 
-/// The files of a crate, by module.
+/// The source files of a crate, by the path of their module.
 struct SourceTree {
     files: BTreeMap<ItemPath, SourceFile>,
 }
 
-/// A path that a file mentions, from the root of its crate.
+/// A path in the code of a file, from the root of the file's crate.
 struct Mention {
     path: ItemPath,
-    /// True if the file re-exports the item with `pub use`.
+    /// True if the file re-exports this item with `pub use`.
     reexport: bool,
 }
 
@@ -64,7 +64,7 @@ impl SourceTree {
             .collect()
     }
 
-    /// Every path that a file names within its crate.
+    /// Every path in the code of a file that leads to a module or an item of the same crate.
     fn mentions(&self, module: &ItemPath) -> Vec<Mention> {
         let code = &self.files[module].code;
         let mut mentions = Vec::new();
@@ -120,10 +120,10 @@ impl SourceTree {
         Some(base)
     }
 
-    /// The module of the file that defines what a path names. Follows re-exports.
+    /// The module whose file defines the item at a path. Follows re-exports.
     fn defining(&self, path: &ItemPath, reexports: &BTreeMap<ItemPath, ItemPath>) -> ItemPath {
         let mut path = path;
-        // Chains of re-exports are short; the limit is for circular ones.
+        // Chains of re-exports are short; the limit is needed in case they are circular.
         for _ in 0..8 {
             let Some(further) = (0..=path.len())
                 .rev()
@@ -166,7 +166,8 @@ impl SourceTree {
         mentions.into_iter().map(of_file).collect()
     }
 
-    /// The files that import one another in circles, and files on a chain of imports between two circles.
+    /// The files that import one another in circles, with their imports. Files on a chain of imports between two
+    /// circles are included.
     fn circles(&self) -> Vec<String> {
         let mut imports = self.imports();
         // A file that imports no file, or that no file imports, is not in a circle. Remove such files until only files
@@ -191,7 +192,7 @@ impl SourceTree {
         }
     }
 
-    /// The imports of modules that are further down in `lib.rs`, as `file: path`.
+    /// The imports of modules that are further down in `lib.rs`, each as a text `file: path`.
     fn upward(&self, floors: &[String]) -> Vec<String> {
         let floor = |module: &ItemPath| {
             let name = module.first()?;
@@ -237,7 +238,7 @@ fn without_comments_and_tests(text: &str) -> String {
     code.lines().map(line).collect()
 }
 
-/// The parts of a statement before and after `use `, without the semicolon.
+/// Splits a statement into the parts before and after `use `, without the semicolon; `None` if it is no import.
 fn split_at_use(statement: &str) -> Option<(&str, &str)> {
     let begins_word =
         |at: &usize| !statement[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -249,7 +250,7 @@ fn split_at_use(statement: &str) -> Option<(&str, &str)> {
     Some((&statement[..at], tree))
 }
 
-/// The single paths of a tree of imports: `a::{b, c::d}` gives `a::b` and `a::c::d`.
+/// The paths in a tree of imports, one by one: `a::{b, c::d}` gives `a::b` and `a::c::d`.
 fn leaves(tree: &str) -> Vec<String> {
     let tree = tree.trim();
     let Some((stem, branches)) = tree.split_once('{') else {
@@ -279,7 +280,7 @@ fn leaves(tree: &str) -> Vec<String> {
         .collect()
 }
 
-/// The paths in code, such as `super::a` or `child::b`: words joined by `::`.
+/// All paths in code, such as `super::a` or `child::b`. A path consists of words that are joined by `::`.
 fn paths_in(code: &str) -> Vec<String> {
     let in_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':' || c == '$';
     let words = code
@@ -305,7 +306,7 @@ fn every_module_imports_only_modules_above_it() {
     );
 }
 
-/// With the modules in reversed order, upward imports are found. Otherwise the test above could not fail.
+/// The test above can fail: with the modules in reversed order, it finds imports of modules that are further down.
 #[test]
 fn upward_imports_are_found() {
     for source in ["autodiff/src", "cosmic/src", "cosmic/lab/src"] {
@@ -316,7 +317,7 @@ fn upward_imports_are_found() {
     }
 }
 
-/// The folders whose tests form one binary each.
+/// The folders of tests. The files of each folder form one binary.
 const TESTS: [&str; 4] = [
     "autodiff/tests",
     "cosmic/tests",
@@ -331,7 +332,8 @@ fn every_file_is_declared() {
     for source in SOURCES.into_iter().chain(TESTS) {
         let tree = SourceTree::read(source);
         for (module, SourceFile { path, .. }) in &tree.files {
-            // `number_types.rs` is a separate binary.
+            // These files are roots of binaries or crates, which no module declares; `number_types.rs` is a binary of
+            // its own.
             let roots = ["main.rs", "lib.rs", "number_types.rs"];
             let is_root = roots.iter().any(|root| path.ends_with(root));
             let Some((name, parent)) = module.split_last().filter(|_| !is_root) else {
@@ -366,7 +368,7 @@ fn no_files_import_one_another_in_a_circle() {
     }
 }
 
-/// Circles are found, even through a re-export. Files beside a circle are not reported.
+/// The search finds circles of imports, even through a re-export, and does not report files beside a circle.
 #[test]
 fn circles_are_found() {
     let file = |module: &str, code: &str| {
@@ -417,13 +419,13 @@ fn circles_are_found() {
     );
 }
 
-/// The files of the application, in which derivatives must not be written by hand.
+/// The source files of the application (all crates of `cosmic`), in which derivatives must not be written by hand.
 fn application() -> impl Iterator<Item = SourceFile> {
     let sources = ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"].into_iter();
     sources.flat_map(|source| SourceTree::read(source).files.into_values())
 }
 
-/// The lines of the application's code that contain any of the words, as `file: line`.
+/// The lines of the application's code that contain any of these words, each as a text `file: line`.
 fn lines_with(words: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     for SourceFile { path, code } in application() {
@@ -434,8 +436,8 @@ fn lines_with(words: &[&str]) -> Vec<String> {
     found
 }
 
-/// All derivatives come from the engine. The application defines one straight-through estimator and no other rule, and
-/// the adjoints of its kernels are all emitted from recordings.
+/// All derivatives come from the engine `autodiff`. The application defines only one derivative rule, a
+/// straight-through estimator, and all adjoints of its kernels are generated from recordings.
 #[test]
 fn nothing_is_differentiated_by_hand() {
     let rules = lines_with(&[
@@ -457,8 +459,8 @@ fn nothing_is_differentiated_by_hand() {
     assert_eq!(adjoints_by_hand(), Vec::<String>::new());
 }
 
-/// The derivatives of kernels that are written by hand: their body calls neither emitted code, nor the default with
-/// dual numbers, nor the function of a law.
+/// The adjoints of kernels that are written by hand. An adjoint counts as written by hand unless its body calls
+/// generated code, the default with dual numbers, or the adjoint function of a law.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
     for SourceFile { path, code } in application() {
@@ -478,7 +480,7 @@ fn adjoints_by_hand() -> Vec<String> {
     found
 }
 
-/// True for a line that calls emitted code, the default with dual numbers, or a law's function.
+/// True for a line that calls generated code, the default with dual numbers, or the adjoint function of a law.
 fn is_a_call(line: &str) -> bool {
     let Some((callee, arguments)) = line.split_once('(') else {
         return false;

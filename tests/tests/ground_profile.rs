@@ -1,4 +1,4 @@
-//! The height profile of the ground: how robots and single nodes move on it.
+//! The motion of robots and single nodes on ground with a height profile.
 
 use cosmic::case::Case;
 use cosmic::geometry::{Ground, Profile, Vector};
@@ -15,7 +15,7 @@ fn profile(points: &[[f64; 2]]) -> GroundSettings {
         .into()
 }
 
-/// A robot of mixtures on the default lattice that falls and moves along the ground.
+/// A robot with mixtures on the default lattice. It falls to the ground while it moves forward.
 fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     scene.physics.steps = 256;
@@ -28,7 +28,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     case
 }
 
-/// On a profile that is a single slope, a robot moves as on an incline with that slope.
+/// On a profile that is a single slope, a robot moves like on a straight incline with the same slope.
 #[test]
 fn a_profile_of_one_slope_is_the_incline() {
     for (contact, incline_deg) in [
@@ -53,16 +53,17 @@ fn a_profile_of_one_slope_is_the_incline() {
         });
         let off = off.fold(0.0, f64::max);
         println!("{contact:?}, {incline_deg} degrees: {off:.1e}");
-        // The two frames round differently, by about 1e-16 in each of 256 steps, and the motion magnifies that.
+        // The computations in the two frames round differently, by about 1e-16 in each of 256 steps, and the motion
+        // amplifies the difference.
         assert!(off < 1e-12, "{contact:?}, {incline_deg} degrees: {off:e}");
-        // The nodes reach the ground.
+        // The test is useful only if nodes reach the ground.
         let last = on_slope.last().unwrap();
         assert!(last.v.contains(&Vector::zero()) || contact != ContactLaw::infinite());
         assert!(least_height(&slope.physics, &on_slope).abs() < 1e-12);
     }
 }
 
-/// A world with a random profile of points, for a single node.
+/// A world for a single node, with a random profile that consists of points.
 fn world(rng: &mut ChaCha8Rng) -> PhysicsSettings {
     let mut at = 0.0;
     let count = rng.random_range(1..20);
@@ -119,7 +120,8 @@ fn no_node_is_below_the_ground() {
     assert!(low > 250 && high > 100, "{low} {high}");
 }
 
-/// A robot above a stair. Every second column of its lowest row is above a new step.
+/// A robot above a stair. The columns of its lowest row are above different steps: every second column is above a new
+/// step.
 fn on_stairs(contact: ContactLaw) -> Case {
     falling(|scene| {
         scene.physics.contact = contact;
@@ -162,12 +164,12 @@ fn a_body_at_rest_on_a_step_stays() {
         let moved = last.x.iter().zip(&second.last().unwrap().x);
         let moved = moved.map(|(a, b)| a.distance(*b));
         let moved = moved.fold(0.0, f64::max);
-        // The remaining vibration is below 1e-6 m/s, and is damped with 20 1/s.
+        // The robot kept a vibration below 1e-6 m/s, which is damped at a rate of 20 1/s.
         assert!(moved < 1e-7, "{contact:?}: {moved:e}");
     }
 }
 
-/// Profiles work with leapfrog, with substeps, and in a world without ground.
+/// Profiles also work with leapfrog, with substeps, and in a world without ground.
 #[test]
 fn a_profile_works_with_the_rest_of_the_physics() {
     let case = |change: fn(&mut PhysicsSettings)| {
@@ -194,7 +196,7 @@ fn a_profile_works_with_the_rest_of_the_physics() {
 /// A profile on an incline is measured along the incline and perpendicular to it.
 #[test]
 fn a_profile_turns_with_the_ground_line() {
-    // If the whole world is turned, a robot without weight and actuators makes the same motion, turned.
+    // The whole world is turned. A robot without weight and without actuators must make the same motion, but turned.
     let mut case = on_stairs(ContactLaw::infinite());
     case.physics.steps = 300;
     (case.physics.gravity, case.physics.damping) = (0.0, 0.0);
@@ -210,7 +212,7 @@ fn a_profile_turns_with_the_ground_line() {
         let pairs = a.x.into_iter().zip(b.x);
         pairs.map(|(a, b)| a.distance(b)).collect::<Vec<_>>()
     });
-    // The tolerance is for roundings of 1e-16 in each of 300 steps, magnified by the motion.
+    // The tolerance covers rounding errors of 1e-16 in each of 300 steps, which the motion amplifies.
     assert!(off.fold(0.0, f64::max) < 1e-9);
     // The robot reaches the stairs.
     assert!(least_height(&case.physics, &straight).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! The guard finds every absurd state of a delivered rollout, however short it lasts.
+//! The guard finds every absurd state of a delivered rollout, even if only a single state is absurd.
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
@@ -20,8 +20,9 @@ fn case(change: impl FnOnce(&mut Scene)) -> Case {
     Case::of_scene(&scene, 0).expect("any lattice starts so")
 }
 
-/// A change of the scene, a change of the case, and what the guard must find: the step and the node of the first state
-/// that is absurd or too fast, and the end of the message. `None` if it must find nothing.
+/// A test of the guard: a change of the scene, a change of the case, and what the guard must find. This is the step and
+/// the node of the first state that is absurd or too fast, and the end of the message; or `None` if the guard must find
+/// nothing.
 type Watched = (
     fn(&mut Scene),
     fn(&mut Case),
@@ -30,18 +31,18 @@ type Watched = (
 
 fn unchanged<T>(_: &mut T) {}
 
-/// Removes the springs, so that nodes do not hold each other.
+/// Removes the stiffness of all springs, so that nodes do not hold each other.
 fn loose(scene: &mut Scene) {
     scene.materials.stiffness = [0.0; 3];
 }
 
-/// Springs of 1e-3 N/m, weaker than gravity if they are stretched by 0.05 m.
+/// Sets the stiffness of all springs to 1e-3 N/m: a spring that is stretched by 0.05 m is weaker than gravity.
 fn soft(scene: &mut Scene) {
     scene.materials.stiffness = [1e-3; 3];
 }
 
-/// Moves the whole world up. The guard's first search measures distances from the ground, but a state is absurd by its
-/// distance from the origin.
+/// Moves the robot and the ground up. The guard's first search measures distances from the ground's origin, but a state
+/// is absurd if it is too far from the world's origin.
 fn raise(case: &mut Case, height: f64) {
     case.physics.ground_height = height;
     case.start.x.iter_mut().for_each(|x| x[1] += height);
@@ -80,8 +81,8 @@ static WATCHED: [Watched; 18] = [
         |case| raise(case, 2e6),
         Some((0, 0, "mostly by gravity")),
     ),
-    // The node falls at 2000 km/s until the ground stops it in the third step. From then on it is as slow as the
-    // others, so that later states do not show the absurd speed.
+    // The node falls at 2000 km/s until the ground stops it in the third step. Then it is as slow as the other nodes,
+    // so later states do not show that one was absurd.
     (
         |s| {
             loose(s);
@@ -90,7 +91,8 @@ static WATCHED: [Watched; 18] = [
         |case| case.start.v[3] = [0.0, -2e6].into(),
         Some((0, 3, BY_VELOCITY)),
     ),
-    // The node moves 10 km in each step. Only in the second block of the search it is too far away.
+    // The node moves about 10 km in each step. It is too far away only in the second block of states that the guard
+    // searches.
     (
         |s| {
             loose(s);
@@ -115,7 +117,7 @@ static WATCHED: [Watched; 18] = [
         |case| case.start.x[1] = case.start.x[0],
         Some((0, 1, "mostly by the spring of edge 3 [1, 3]")),
     ),
-    // The message names the force that acts, if a scene adds forces to Hooke's law.
+    // If a scene has more forces than Hooke's law, the message names the force that caused the divergence.
     (
         |s| {
             soft(s);
@@ -155,7 +157,7 @@ fn guarded(case: &Case, span: &Span) -> Guarded {
     guarded
 }
 
-/// Every absurd state is found, named and replayed from a file. All other states are delivered unchanged.
+/// The guard finds and names every absurd state, and a file replays it. All other states are delivered unchanged.
 #[test]
 fn every_absurd_state_is_found_and_replayed() {
     let (mut wrong, mut replayed) = (Vec::new(), 0);
@@ -173,7 +175,7 @@ fn every_absurd_state_is_found_and_replayed() {
         if (found.step, found.node) != (step, node) || !said.ends_with(words) {
             wrong.push(format!("{k}: {said}"));
         }
-        // The report has the absurd state and up to eight states before it, and they are those of the rollout.
+        // The report has the absurd state and up to eight states before it. All are states of the rollout.
         let steps: Vec<usize> = (found.step.saturating_sub(7)..=found.step + 1).collect();
         assert_eq!(found.last.steps, steps);
         let last = guarded(&case, &Span::from_start(steps)).trajectory;
@@ -187,7 +189,7 @@ fn every_absurd_state_is_found_and_replayed() {
         assert!(!before.any(State::is_absurd), "{k}");
         let too_fast = case.physics.speed_bound.is_some();
         assert_eq!(after.is_absurd(), !too_fast, "{k}");
-        // The report's file replays the divergence, and names the cause.
+        // A file that is made from the report replays the divergence and names its cause.
         let text = case.diverged_json(&found);
         assert!(text.contains(&found.term.to_string()), "{text}");
         // A case with NaN or with settings out of range cannot be read again.
@@ -207,7 +209,7 @@ fn every_absurd_state_is_found_and_replayed() {
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }
 
-/// If a rollout begins late, the search for a divergence uses the rollout's clock.
+/// If a rollout begins at a later time, the search for a divergence uses the clock of that rollout.
 #[test]
 fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     let case = case(|scene| {
@@ -238,7 +240,7 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     assert!(found > 0, "no part diverges");
 }
 
-/// The guard refuses controllers and starts that belong to another lattice, even if they are long enough to be misread.
+/// The guard refuses a controller or a start that belongs to another lattice, even if it is long enough to be misread.
 #[test]
 fn parts_of_another_lattice_are_refused() {
     let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
@@ -270,8 +272,8 @@ fn parts_of_another_lattice_are_refused() {
     }
 }
 
-/// Asserts that robots that run together, in lanes and in pairs, have the same bits as single runs, and that if one
-/// start diverges, only that one is reported.
+/// Asserts that robots that run together have the same bits as in single runs. Also asserts that if one start diverges,
+/// only this one is reported.
 fn hold_together(
     case: &Case,
     designs: &[Design<Mixture<f64>>],
@@ -299,7 +301,7 @@ fn hold_together(
     }
 }
 
-/// A state whose upper row diverges. A node of the lower row would be stopped by the ground.
+/// Gives a node of the upper row an absurd speed. (The ground would stop a node of the lower row.)
 fn thrown(start: &State<f64>) -> State<f64> {
     let mut thrown = start.clone();
     thrown.v[3] = [2e6, 0.0].into();
@@ -321,8 +323,8 @@ fn several_starts_together_are_watched_one_by_one() {
     }
 }
 
-/// Layouts that run together have the same bits as alone, although the batch computes every void edge and every output
-/// of the controller that any of them needs.
+/// Layouts that run together have the same bits as in single runs. The batch computes every void edge, and every output
+/// of the controller, that at least one of the layouts needs.
 #[test]
 fn several_layouts_together_have_the_bits_of_each_alone() {
     const WRONG: usize = 5;
@@ -332,7 +334,7 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
             scene.physics.bending_radius = 0.02;
         });
         let edges = case.lattice.edges.len();
-        // Void, skeleton and actuator in turn, starting with another material in each layout.
+        // The materials of the edges are void, skeleton and actuator in turn; each layout begins with another one.
         let layout = |k: usize| {
             let material = |edge| Material::ALL[(edge * k + edge + k) % 3];
             Design::Layout((0..edges).map(material).collect())

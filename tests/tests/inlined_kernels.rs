@@ -11,8 +11,8 @@ fn code(line: &str) -> &str {
         .trim_start_matches("# ")
 }
 
-/// Returns the number of kernels' functions `eval` and `eval_with`, and the functions among them that have no
-/// `#[inline(always)]`.
+/// Counts the functions `eval` and `eval_with` of kernels in a text. Also returns the functions among them that do not
+/// have `#[inline(always)]`.
 fn kernels(text: &str) -> (usize, Vec<String>) {
     let lines: Vec<&str> = text.lines().map(code).collect();
     let (mut seen, mut wrong) = (0, Vec::new());
@@ -50,7 +50,7 @@ fn kernels_are_inlined() {
         for file in files_below(&root.join(folder), &["rs", "md"]) {
             let text = fs::read_to_string(&file).expect("a source file can be read");
             let (here, wrong) = kernels(&text);
-            // Kernels in this file need not be fast.
+            // The kernels in this file of tests need not be fast.
             let is_test = file.ends_with("steps/tests.rs");
             assert!(is_test || wrong.is_empty(), "{}: {wrong:?}", file.display());
             seen += here;

@@ -1,4 +1,5 @@
-//! The integrators of a scene: their order and their substeps. Stable steps are tested with the laws and by `verify`.
+//! The integrators that a scene may choose: their order of accuracy and their substeps. Stable time steps are tested in
+//! other places: with the laws, and by `verify`.
 
 use cosmic::lattice::State;
 use cosmic::scene::{Integrator, PhysicsSettings};
@@ -27,7 +28,7 @@ fn square(integrator: Integrator, dt: f64, substeps: usize) -> (Bare, State<f64>
     (bare, start)
 }
 
-/// The largest distance between a node's positions in two states.
+/// The largest distance between the positions of a node in two states.
 fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
     pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
@@ -40,13 +41,15 @@ fn euler_is_of_first_order_and_leapfrog_of_second() {
         let (bare, start) = square(integrator, TIME / steps as f64, 1);
         bare.run_to_end(&start, steps)
     };
-    // The steps are 64 times shorter than the shortest ones below, so the error is at most 1e-3 of theirs.
+    // These steps are 64 times shorter than the shortest steps below. So the error of this run is at most 1e-3 of the
+    // error of the runs below.
     let truth = run(Integrator::Leapfrog, 64 * 256);
     for (integrator, order) in BOTH.into_iter().zip([1.0, 2.0]) {
         let error = |steps| distance(&run(integrator, steps), &truth);
         let observed = (error(128) / error(256)).log2();
         println!("{integrator:?}: order {observed:.3}");
-        // The next term of the error is dt omega = 0.1 times the first, and matters less in the quotient of two errors.
+        // The next term of the error is smaller than the first by the factor dt omega = 0.1, and partly cancels in the
+        // quotient of two errors.
         assert!((observed - order).abs() < 0.1, "{integrator:?}: {observed}");
     }
 }
@@ -63,7 +66,8 @@ fn leapfrog_falls_exactly() {
         bare.physics.dt = 1.0 / 256.0;
         let start = State::new(vec![[0.0, 0.0], [1.0, 0.0]], vec![[0.3, 1.0]; 2]);
         let end = bare.run_to_end(&start, 256);
-        // It falls for a second at 4.8 m/s2. Heights above the ground are near 100, and are rounded 512 times.
+        // The nodes fall for one second at 4.8 m/s2. Their heights above the ground are near 100 m and are rounded 512
+        // times.
         let error: f64 = end.x[0][1] - (1.0 - 2.4);
         assert_eq!(
             error.abs() < 512.0 * 1.5e-14,

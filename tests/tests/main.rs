@@ -1,5 +1,5 @@
-//! The tests across both crates, as one binary with a module for each topic. With a binary for each topic, each would
-//! compile and link its own copy of the simulator.
+//! The tests of both crates together. They form one binary with a module for each topic. If each topic had a binary,
+//! every binary would compile and link its own copy of the simulator.
 //!
 //! `cargo test -p cosmic-tests --test all plan::` runs one module.
 

@@ -1,5 +1,5 @@
-//! The subproblem of the method of moving asymptotes: for random problems, the solution satisfies the optimality
-//! conditions of the model as the papers write it.
+//! The subproblem that the method of moving asymptotes solves in each update. For random problems, the solution
+//! satisfies the optimality conditions. The tests take these conditions from the formulas in the papers.
 
 use autodiff::{Dense, Real, jacobian};
 use cosmic::optimiser::{Linearisation, Mma, MmaState, OptimiserError, Update};
@@ -7,7 +7,7 @@ use cosmic::scene::MmaSettings;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// The number of random problems; a thousand take some 20 milliseconds.
+/// The number of random problems. A thousand problems take about 20 milliseconds.
 const PROBLEMS: u64 = 20_000;
 
 /// Everything that an update depends on: values and gradients at a point, bounds and parameters.
@@ -51,7 +51,7 @@ fn once_in(random: &mut ChaCha8Rng, count: u32) -> bool {
     random.random_range(0..count) == 0
 }
 
-/// A random slope of any magnitude, often exactly 0.
+/// A random slope whose magnitude varies over many orders. It is often exactly 0.
 fn slope(random: &mut ChaCha8Rng) -> f64 {
     if once_in(random, 4) {
         return 0.0;
@@ -117,8 +117,9 @@ fn situation(seed: u64) -> Situation {
     }
 }
 
-/// The models as Svanberg writes them, first of the objective and then of the constraints. A model is
-/// `sum_j p_j / (upp_j - x_j) + q_j / (x_j - low_j)` plus the constant that makes it exact at the point.
+/// The models of the objective and of the constraints, in this order, in the form that Svanberg gives them. A model is
+/// `sum_j p_j / (upp_j - x_j) + q_j / (x_j - low_j)` plus a constant. With the constant, the model has the exact value
+/// at the point of the update.
 struct Models<'a> {
     situation: &'a Situation,
     state: &'a MmaState,
@@ -129,7 +130,7 @@ impl Models<'_> {
         self.situation.lower[j] < self.situation.upper[j]
     }
 
-    /// The bounds of a variable in the subproblem.
+    /// The lower and the upper bound of a variable in the subproblem.
     fn bounds(&self, j: usize) -> (f64, f64) {
         let Situation {
             parameters: p,
@@ -180,12 +181,12 @@ impl Models<'_> {
     }
 }
 
-/// The tolerance of a condition, relative to the size of its terms. In the textbook form, terms of the size of a slope
-/// times an asymptote's distance cancel. Rounding of x changes a slope by 1e-15 divided by that distance, which is at
-/// least 0.005: about 1e-12. Ten terms and multipliers up to 1e3 magnify that.
+/// The tolerance of an optimality condition, relative to the size of its terms. In the textbook form, terms of the size
+/// of a slope times the distance of an asymptote cancel. That distance is at least 0.005, and the rounding of x changes
+/// a slope by 1e-15 divided by it, which is about 1e-12. Ten terms and multipliers up to 1e3 amplify this error.
 const TOLERANCE: f64 = 1e-8;
 
-/// The first optimality condition that an update violates, if any.
+/// Describes the first optimality condition that an update violates; `None` if it violates none.
 fn fault(situation: &Situation, state: &MmaState, update: &Update) -> Option<String> {
     let models = Models { situation, state };
     let values = models.eval(&update.point);
@@ -253,7 +254,8 @@ fn variable_fault(
     let parts: Vec<f64> = std::iter::once(slopes[0][j])
         .chain(weighted.map(|(multiplier, row)| multiplier * row[j]))
         .collect();
-    // If all slopes are 0, only the curvature raa0 determines the variable, so allow for its size.
+    // If all slopes are 0, only the curvature raa0 determines the variable, so the size must not be smaller than that
+    // curvature.
     let size = 1e-3 + parts.iter().map(|part| part.abs()).sum::<f64>();
     let slope = parts.iter().sum::<f64>() / size;
     let conditions = [
@@ -278,7 +280,8 @@ fn random_subproblems_are_solved() {
         let (update, state) = situation.update();
         let fault = fault(&situation, &state, &update);
         assert_eq!(fault, None, "seed {seed}: {situation:?} {update:?}");
-        // The search fails after a hundred steps. Of 400 000 problems, one took 80 steps and the others at most 36.
+        // The search for the solution fails after a hundred steps. Of 400 000 problems, one took 80 steps and all
+        // others took at most 36.
         assert!(
             update.diagnostics.newton_steps <= 50,
             "seed {seed}: {update:?}"
@@ -286,8 +289,8 @@ fn random_subproblems_are_solved() {
     }
 }
 
-/// The optimality conditions find a multiplier that is off by a millionth, and a variable that is off by a thousandth
-/// of its range.
+/// The check of the optimality conditions finds wrong solutions: a multiplier that is off by a millionth, and a
+/// variable that is off by a thousandth of its range.
 #[test]
 fn wrong_solutions_are_found() {
     let (mut multipliers, mut variables) = (0, 0);
@@ -326,7 +329,8 @@ fn wrong_solutions_are_found() {
     );
 }
 
-/// Applies a change to a valid situation and returns the error of the update. Asserts that the state stays the same.
+/// Applies a change to a valid situation and returns the error of the update. Asserts that the update does not change
+/// the state.
 fn refusal(change: impl FnOnce(&mut Situation, &mut MmaState)) -> OptimiserError {
     let mut situation = Situation {
         parameters: MmaSettings::default(),

@@ -1,5 +1,5 @@
-//! Gradients of the terms of the objective that need no rollout: reverse mode agrees with forward mode and finite
-//! differences, at the designs of the reference cases. The other terms are checked in `rollout_gradients.rs`.
+//! Gradients of those terms of the objective that need no rollout. At the designs of the reference cases, reverse mode
+//! agrees with forward mode and finite differences. The other terms are checked in `rollout_gradients.rs`.
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, jvp, vjp};
@@ -9,12 +9,12 @@ use cosmic::objective::{measures, violations};
 use cosmic::projection::{Holds, Projection, mixtures};
 use cosmic_tests::{own_reference_folder, references};
 
-/// A vector function of a vector, generic over its numbers.
+/// A function from a vector to a vector, for all number types.
 trait Values {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
 }
 
-/// A vector function reduced to a scalar by fixed weights of both signs.
+/// A vector function as a scalar function: the sum of its results, multiplied by fixed weights of both signs.
 struct Weighted<F>(F);
 
 impl<F: Values> Function for Weighted<F> {
@@ -45,7 +45,7 @@ fn shares<R: Real>(mixtures: &[Mixture<R>]) -> Vec<R> {
     mixtures.iter().flat_map(|mixture| mixture.0).collect()
 }
 
-/// The mixtures of a design.
+/// The mixtures of a design as a function of the design vectors, for one projection.
 struct Mixtures<'a>(&'a Case, Projection);
 
 impl Values for Mixtures<'_> {
@@ -68,8 +68,7 @@ fn performance_projections() {
     }
 }
 
-/// Projections in which some edges have held materials have right derivatives. A held material has a share of almost
-/// zero.
+/// The derivatives of projections are right if some edges have held materials, whose share is almost zero.
 #[test]
 fn projections_with_held_materials() {
     for mut case in cases() {
@@ -86,9 +85,9 @@ fn projections_with_held_materials() {
     }
 }
 
-/// The derivatives of the stability projection are right. Its value is sharper than its derivative by design, so
-/// differences of the value would not agree. So differences are compared at equal sharpness, and reverse mode with
-/// forward mode at both.
+/// The derivatives of the stability projection are right. The projection is a straight-through estimator: its value is
+/// sharper than its derivative, so differences of its value do not agree with the derivative. The test compares with
+/// differences after making both equally sharp. It compares reverse mode with forward mode in both cases.
 #[test]
 fn stability_projections() {
     for mut case in cases() {
@@ -103,7 +102,7 @@ fn stability_projections() {
         let (_, tangent) = jvp(|x| function.eval(x), &z, &direction);
         let (_, gradient) = vjp(|x| function.eval(x), &z, &cotangent);
         let (forward, reverse) = (dot(&cotangent, &tangent), dot(&gradient, &direction));
-        // The tolerance is for some hundred terms of order one, each rounded at 1e-16.
+        // The tolerance is for several hundred terms of order one, each rounded at 1e-16.
         assert!((forward - reverse).abs() < 1e-12, "{forward} and {reverse}");
     }
 }
@@ -117,7 +116,7 @@ fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<Mixture<R>> {
     mixtures(Projection::Performance, z, &case.sharpness, &holds)
 }
 
-/// The volumes, measures and augmented terms of a design.
+/// The volumes, the measures and the augmented terms of a design as a function of the design vectors.
 struct Objectives<'a>(&'a Case);
 
 impl Values for Objectives<'_> {

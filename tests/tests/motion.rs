@@ -10,7 +10,8 @@ use cosmic::scene::{Scene, StartKind};
 use cosmic_tests::states;
 use proptest::prelude::*;
 
-/// The number of steps of a motion: a few periods of the fastest vibration, but too few for chaos to magnify roundings.
+/// The number of steps of a motion: enough for a few periods of the fastest vibration, but too few for chaos to amplify
+/// rounding errors.
 const STEPS: usize = 48;
 
 /// Random robots of 2x2 to 3x3 nodes in the default world, with any mixtures, any controller and any velocities.
@@ -34,7 +35,7 @@ fn robots() -> impl Strategy<Value = Case> {
     })
 }
 
-/// The moment `sum m p`, and `sum m |p|` as the scale of its rounding.
+/// The sum of mass times point, `sum m p`. Also the sum `sum m |p|`, to which the rounding error is proportional.
 fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
     let mut total = Vector::zero();
     let mut scale = 0.0;
@@ -45,13 +46,14 @@ fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
     (total, scale)
 }
 
-/// The controller of the mirrored robot: weights of horizontal offsets, velocities and goals have reversed signs.
+/// The controller of the mirrored robot: the weights of horizontal offsets, velocities and goals have the opposite
+/// sign.
 fn mirrored(case: &Case) -> Controller<f64> {
     let mut controller = case.controller.clone();
     let clocks = case.observation.clocks;
     let inputs = observation_length(&case.observation, case.lattice.nodes());
     for row in controller.block_mut(NETWORK[0]).chunks_exact_mut(inputs) {
-        // After the clocks, inputs are pairs of x and y: goal, offsets, velocities.
+        // The inputs after the clocks are pairs of x and y: goal, offsets, velocities.
         row[clocks..].iter_mut().step_by(2).for_each(|w| *w = -*w);
     }
     controller
@@ -68,8 +70,8 @@ fn mirror(state: &State<f64>) -> State<f64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Momentum and spin are conserved: edges pull both ends equally, and bars that resist bending do not turn the
-    /// robot. The controller does not matter.
+    /// Momentum and angular momentum (spin) are conserved: an edge pulls both of its ends equally, and bars that resist
+    /// bending do not turn the robot. This holds for any controller.
     #[test]
     fn momentum_and_spin_are_conserved_without_forces_from_outside(
         mut case in robots(),
@@ -87,34 +89,35 @@ proptest! {
             nodes.map(|(m, (x, v))| m * (x[0] * v[1] - x[1] * v[0])).sum()
         };
         let turned = (spin(&seen[STEPS]) - spin(&seen[0])).abs();
-        // Softening makes an arm of 0.1 m longer by a fraction of 5e-11, and arms have different lengths.
+        // The softening lengthens an arm of 0.1 m by a fraction of 5e-11, and different arms by different fractions.
         prop_assert!(turned < 1e-10, "{turned:e}");
         let (start, _) = moment(&masses, &case.start.v);
         let (centre, _) = moment(&masses, &case.start.x);
         for (n, state) in seen.iter().enumerate() {
             let (now, scale) = moment(&masses, &state.v);
-            // Velocities are rounded in each step, and the sums here once more, at 1e-16 of their terms.
+            // Velocities are rounded in each step, and the sums are rounded here once more, at 1e-16 of their terms.
             let tolerance = 1e-15 * (n + 10) as f64 * (scale + 1.0);
             let time = n as f64 * case.physics.dt;
             let (place, scale) = moment(&masses, &state.x);
             for k in 0..2 {
                 prop_assert!((now[k] - start[k]).abs() < tolerance);
                 let expected = centre[k] + time * start[k];
-                // Positions are relative to the ground far below, so they are rounded like numbers of that size.
+                // Positions are computed relative to the ground, which is far below, so they are rounded like numbers
+                // of that distance.
                 prop_assert!((place[k] - expected).abs() < 1e-12 * (scale + 1.0));
             }
         }
     }
 
-    /// If the start is moved, the motion is the same, because the controller observes offsets from the mean, not
-    /// positions.
+    /// If the start is moved, the robot makes the same motion there: the controller observes offsets of nodes from
+    /// their mean, not positions.
     #[test]
     fn motion_does_not_depend_on_the_place(
         mut case in robots(),
         moved in prop::array::uniform2(-4.0..4.0),
         coulomb in any::<bool>(),
     ) {
-        // The robot starts in the air, because exactly on the ground line rounding would decide which nodes touch.
+        // The robot starts in the air. If it started exactly on the ground, rounding would decide which nodes touch.
         case.start.x.iter_mut().for_each(|x| x[1] += 0.01);
         if coulomb {
             case.physics.contact = ContactLaw::coulomb();
@@ -127,15 +130,15 @@ proptest! {
         let there = states(&case);
         for (a, b) in here.iter().zip(&there) {
             for (a, b) in a.x.iter().zip(&b.x) {
-                // Positions near 4 are rounded at 4e-16, and the motion magnifies that by less than 1e3 in so few
-                // steps.
+                // Positions near 4 are rounded at 4e-16. In so few steps, the motion amplifies this error by less than
+                // 1e3.
                 let off = (*b - *a).distance(Vector::new(moved));
                 prop_assert!(off < 1e-11, "{off:?}");
             }
         }
     }
 
-    /// A mirrored robot moves as the mirror image, to the last bit, because no operation of a step prefers a side.
+    /// A mirrored robot makes the mirrored motion, with the same bits, because no operation of a step prefers a side.
     #[test]
     fn a_mirrored_robot_moves_as_the_mirror_image(mut case in robots(), coulomb in any::<bool>()) {
         if coulomb {

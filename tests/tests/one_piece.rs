@@ -1,5 +1,5 @@
-//! Robots whose nodes are weighted by how solid their edges are (`design.one_piece`): gradients, the snap, and nodes
-//! without a bar.
+//! Robots with `design.one_piece`, whose nodes have a weight that depends on how solid their edges are. The tests cover
+//! gradients, the snap, and nodes without a bar.
 
 use autodiff::{Var, gradient};
 use cosmic::case::Case;
@@ -12,7 +12,7 @@ use cosmic::simulator::Span;
 
 const STEPS: usize = 60;
 
-/// A robot in the air whose controller reacts more to the nodes than to the clock. The edges at one node are almost
+/// A robot in the air whose controller reacts more to the nodes than to the clock. One node has edges that are almost
 /// void.
 fn robot() -> Case {
     let mut scene = Scene::paper();
@@ -40,14 +40,14 @@ fn robot() -> Case {
     case
 }
 
-/// The last state of a robot.
+/// The state of a robot with this design at the end of a rollout.
 fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<f64> {
     let span = Span::from_start(vec![STEPS]);
     let seen = case.task().rollout(design, &case.controller, start, &span);
     seen.states[0].clone()
 }
 
-/// The largest distance between the positions in two states, over the nodes for which `nodes` is true, m.
+/// The largest distance between the positions of a node in two states, m. Only nodes for which `nodes` is true count.
 fn farthest(a: &State<f64>, b: &State<f64>, nodes: impl Fn(usize) -> bool) -> f64 {
     let pairs = a.x.iter().zip(&b.x).enumerate();
     let pairs = pairs.filter(|(node, _)| nodes(*node));
@@ -59,7 +59,7 @@ fn gradients_flow_through_the_presence_of_nodes() {
     let case = robot();
     let presence = case.body().presence;
     assert!((0.1..0.9).contains(&presence[8]), "{presence:?}");
-    // The presence of nodes contributes a noticeable part: without it, the design gradient is different.
+    // The presence of nodes contributes noticeably to the design gradient: without it, the gradient is different.
     let gradient = |one_piece: bool| {
         let mut other = case.clone();
         other.rules.one_piece = one_piece;
@@ -80,7 +80,7 @@ fn gradients_flow_through_the_presence_of_nodes() {
     );
 }
 
-/// A layout with bars only around the cell of node 0.
+/// A layout that has bars only along and across the cell at node 0.
 fn cell(case: &Case) -> Vec<Material> {
     let material = |ends: &[usize; 2]| match ends {
         [0, 1] | [1, 0] => Material::Actuator,
@@ -90,8 +90,8 @@ fn cell(case: &Case) -> Vec<Material> {
     case.lattice.edges.iter().map(material).collect()
 }
 
-/// The snap causes no jump: as each edge approaches one material, the motion of the mixture converges to that of the
-/// layout.
+/// The motion does not jump at the snap: as each edge approaches one material, the motion with mixtures converges to
+/// the motion with the layout.
 #[test]
 fn nothing_jumps_at_the_snap() {
     let case = robot();
@@ -104,10 +104,11 @@ fn nothing_jumps_at_the_snap() {
         let soft = end(&case, &Design::of_shares(&soft), &case.start);
         farthest(&soft, &snapped, live)
     };
-    // The difference is proportional to the remaining shares of the other materials.
+    // The difference between the motions is proportional to the shares that the other materials still have.
     let [far, near] = [1e-5, 1e-7].map(off);
     assert!(far > 0.0 && near < 0.02 * far, "{far} {near}");
-    // If all nodes had equal weights, the layout's observations would be different, and the motion would jump.
+    // If all nodes had equal weights, the robot with the layout would observe something else, and the motion would
+    // jump.
     let mut alike = case.clone();
     alike.rules.one_piece = false;
     assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
@@ -156,7 +157,7 @@ fn nodes_without_a_bar_do_not_belong_to_the_robot() {
     }
 }
 
-/// Bodies in which different nodes are present can run in one call, and have the same bits as in single runs.
+/// Bodies with different present nodes can run in one call, and have the same bits as in single runs.
 #[test]
 fn bodies_of_different_nodes_run_together() {
     let case = robot();

@@ -1,4 +1,4 @@
-//! Every optimiser converges on every problem, and a run that is saved and resumed ends with the same bits.
+//! Every optimiser converges on every test problem. A run that is saved and resumed ends with the same bits.
 
 use std::marker::PhantomData;
 
@@ -9,10 +9,10 @@ use cosmic::scene::MmaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// The bounds of both variables.
+/// The lower and the upper bound, which both variables have.
 const BOX: (f64, f64) = (-2.0, 2.0);
 
-/// A problem: an objective to minimise within bounds, and constraints that must be at most 0.
+/// A test problem: an objective to minimise within bounds, and constraints that must be at most 0.
 trait Problem {
     const NAME: &'static str;
     const START: [f64; 2];
@@ -30,7 +30,7 @@ struct Quadratic;
 impl Problem for Quadratic {
     const NAME: &'static str = "quadratic";
     const START: [f64; 2] = [-1.5, -1.0];
-    /// The first variable is at its bound, the second at the minimum of the remaining parabola.
+    /// The first variable is at its bound, and the second is at the minimum of the parabola that remains.
     const MINIMISER: [f64; 2] = [2.0, -0.5];
 
     fn objective<R: Real>(x: &[R]) -> R {
@@ -53,13 +53,14 @@ impl Problem for Rosenbrock {
     }
 }
 
-/// Finds the point of a disc that is nearest to a point outside it, from a start outside.
+/// The problem of finding the point of a disc that is nearest to a given point outside the disc. The start is outside
+/// too.
 struct Disc;
 
 impl Problem for Disc {
     const NAME: &'static str = "disc";
     const START: [f64; 2] = [1.8, 0.2];
-    /// By symmetry the solution is on the diagonal, at distance 1 from the origin.
+    /// By symmetry, the solution is on the diagonal. Its distance from the origin is 1.
     const MINIMISER: [f64; 2] = [std::f64::consts::FRAC_1_SQRT_2; 2];
 
     fn objective<R: Real>(x: &[R]) -> R {
@@ -74,7 +75,7 @@ impl Problem for Disc {
 /// An optimiser under test.
 trait Optimiser {
     const NAME: &'static str;
-    /// A number of updates that is enough for every problem. After them, the distance from the minimiser must be at
+    /// The number of updates, which is enough for every problem. After them, the distance from the minimiser must be at
     /// most `TOLERANCE`.
     const UPDATES: usize;
     const TOLERANCE: f64;
@@ -90,8 +91,9 @@ impl Moving {
     fn method<P: Problem>() -> Mma {
         let parameters = MmaSettings {
             move_limit: 0.2,
-            // The models do not have the function's curvature where a gradient vanishes. So the method oscillates about
-            // the minimum, at the smallest distance of the asymptotes, and that must be small.
+            // If a gradient vanishes, the models do not have the curvature of the function. The method then oscillates
+            // about the minimum. The size of the oscillation is the smallest distance of the asymptotes, so this
+            // distance must be small.
             asymin: 1e-5,
             ..MmaSettings::default()
         };
@@ -102,7 +104,7 @@ impl Moving {
 impl Optimiser for Moving {
     const NAME: &'static str = "moving asymptotes";
     const UPDATES: usize = 1000;
-    /// Five times the smallest distance of the asymptotes, with bounds that are 4 apart.
+    /// Five times the smallest distance of the asymptotes. The bounds are 4 apart, so that distance is 4 `asymin`.
     const TOLERANCE: f64 = 2e-4;
     type State = MmaState;
 
@@ -133,10 +135,10 @@ impl Adaptive {
 impl Optimiser for Adaptive {
     const NAME: &'static str = "Adam with an augmented Lagrangian";
     const UPDATES: usize = 4000;
-    /// Adam's steps do not become smaller than its rate, and multipliers never decrease. Both cause an error, which
-    /// falls with the decaying rate.
+    /// Two effects cause an error: Adam's steps do not become smaller than its rate, and multipliers never decrease.
+    /// The rate decays, and the error decreases with it.
     const TOLERANCE: f64 = 1e-3;
-    /// The states of Adam and of the augmented Lagrangian, and the violations of the last update.
+    /// The state of Adam, the state of the augmented Lagrangian, and the violations after the last update.
     type State = (AdamState, AugmentedLagrangian, [f64; 4]);
 
     fn init<P: Problem>() -> Self::State {
@@ -161,7 +163,7 @@ impl Optimiser for Adaptive {
     }
 }
 
-/// The violations of four constraints; zero for constraints that the problem does not have.
+/// The violation of each of four constraints; 0 for constraints that the problem does not have.
 fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     let constraints = P::constraints(x);
     [0, 1, 2, 3].map(|k| {
@@ -171,7 +173,7 @@ fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     })
 }
 
-/// A problem's constraints as a vector function.
+/// The constraints of a problem as a vector function.
 struct Constraints<P>(PhantomData<P>);
 
 impl<P: Problem> Constraints<P> {
@@ -180,7 +182,8 @@ impl<P: Problem> Constraints<P> {
     }
 }
 
-/// Returns the end of a run. Before each update in `interruptions`, the run is saved as text and read back.
+/// Runs an optimiser on a problem and returns the last point. Before each update in `interruptions`, saves the run as
+/// text and reads it back.
 fn run<O: Optimiser, P: Problem>(interruptions: &[usize]) -> Vec<f64> {
     let (mut state, mut x) = (O::init::<P>(), P::START.to_vec());
     for update in 0..O::UPDATES {

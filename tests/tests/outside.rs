@@ -1,4 +1,4 @@
-//! Crates of users can be built outside the workspace, with their own Cargo.toml and their own laws.
+//! Crates of users can be built outside the workspace. They have their own `Cargo.toml` and their own laws.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,8 @@ fn done(command: &mut Command) -> String {
     String::from_utf8(stdout).expect("text")
 }
 
-/// Copies files of the repository, given as pairs of source and destination, into a new folder with its own manifest.
+/// Creates a crate in a new folder from its own manifest and from files of the repository. Each entry of `files` has a
+/// source and a destination.
 fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
@@ -29,7 +30,7 @@ fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
         fs::create_dir_all(folder.expect("a folder")).unwrap();
         fs::copy(repository.join(from), outside.join(to)).unwrap();
     }
-    // Without a network, only the versions that the workspace uses are available.
+    // Without a network, cargo can use only the versions that the workspace uses.
     fs::copy(repository.join("Cargo.lock"), outside.join("Cargo.lock")).unwrap();
     let manifest = fs::read_to_string(repository.join(manifest)).unwrap();
     let manifest = manifest.replace("COSMIC", &repository.display().to_string());
@@ -42,7 +43,7 @@ fn build(folder: &Path) {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let mut build = Command::new(cargo);
     build.args(["build", "--offline", "--quiet", "--target-dir", "target"]);
-    // Compiling takes longer than running.
+    // The crate is built without optimisation, because compiling takes longer than running.
     build.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0");
     done(build.current_dir(folder));
 }
@@ -63,7 +64,7 @@ fn a_build_script_emits_an_adjoint() {
 
 #[test]
 fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
-    // The second law has an enum among its settings, although the crate does not depend on serde.
+    // One of the settings of the second law is an enum, although the crate does not depend on serde.
     let examples = [
         ("cosmic/program/examples/mud.rs", "src/main.rs"),
         ("cosmic/program/examples/tendon.rs", "src/bin/tendon.rs"),

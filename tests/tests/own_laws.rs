@@ -1,5 +1,5 @@
-//! Laws as a user writes them, in a separate crate: they agree with built-in laws and with formulas of mechanics, and
-//! their gradients are right.
+//! Laws in a separate crate, as a user would write them. They agree with built-in laws and with formulas of mechanics,
+//! and their gradients are right.
 
 use autodiff::Real;
 use autodiff::check::{Options, Verdict};
@@ -119,7 +119,7 @@ fn registry() -> Registry {
         .with_law(on_nodes::<Tether>())
 }
 
-/// The paper's scene with other settings.
+/// The paper's scene with these settings changed.
 fn scene(settings: &str) -> Scene {
     let scene = registry().load("stability").unwrap().with("own", settings);
     scene.unwrap_or_else(|error| panic!("{error}"))
@@ -161,14 +161,14 @@ fn the_tensions_of_all_laws_add_up() {
     let twice = robot("[physics]\nforces = [\"again\"]");
     let mut stiffer = robot("[materials]\nstiffness = [2e-7, 8e2, 6e1]");
     stiffer.design = twice.design.clone();
-    // Sums are in another order in each of 90 steps; positions of a metre have 15 decimals.
+    // Sums have another order in each of 90 steps, and positions near 1 m have 15 decimals.
     let off = distance(&last(&twice), &last(&stiffer));
     assert!(off < 1e-11, "{off:e}");
-    // Without the second law the robot ends elsewhere.
+    // Without the second law, the robot ends at a different place.
     assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
 }
 
-/// A law for gravity along the vertical has the same effect as the scene's gravity, even on inclines.
+/// A force law for gravity along the vertical has the same effect as the gravity of the scene, even on inclines.
 #[test]
 fn a_force_on_nodes_knows_the_vertical() {
     for incline in [
@@ -181,14 +181,14 @@ fn a_force_on_nodes_knows_the_vertical() {
             "{physics}gravity = 0.0\nforces = [\"tether\"]\n[tether]\nstiffness = 0.0\ngravity = 4.8"
         );
         let off = distance(&last(&robot(&own)), &last(&robot(&physics)));
-        // Impulses of a force are divided by the mass, unlike those of gravity, which causes a few roundings in each
-        // step.
+        // The impulses of a force are divided by the mass, and those of gravity are not. This causes a few rounding
+        // errors in each step.
         assert!(off < 1e-11, "{incline}: {off:e}");
     }
 }
 
-/// A force depends on the node and on the time at the beginning of a step. The test makes two steps of a resting node
-/// under a pull at 30 rad/s.
+/// A law gets the right node, and the time at the beginning of the step. The test makes two steps with nodes that start
+/// at rest, under a pull that oscillates at 30 rad/s.
 #[test]
 fn a_force_knows_the_time_and_the_node() {
     let physics = physics(
@@ -199,15 +199,15 @@ fn a_force_knows_the_time_and_the_node() {
     let start = State::new(vec![[0.0; 2]; 2], vec![[0.0; 2]; 2]);
     let end = bare.run_to_end(&start, 2);
     let expected = 3.0 * (30.0 * dt).sin() * dt / 0.01;
-    // The first step is at time 0, where the sine is 0, and node 0 has the weight 0. The tolerance is for rounded
-    // products.
+    // Only the second step changes the velocity: the first step is at time 0, where the sine is 0. Node 0 does not
+    // move, because its weight is 0. The tolerance is for rounded products.
     assert!(
         (end.v[1][0] - expected).abs() < 1e-15 && end.v[0] == [0.0; 2],
         "{end:?}"
     );
 }
 
-/// A node that is dropped from one metre and bounces with half its speed rises to a quarter of a metre.
+/// A node that is dropped from one metre and bounces with half of its speed rises to a quarter of a metre.
 #[test]
 fn a_bouncing_node_rises_again() {
     let settings = "[physics]\ngravity = 9.81\ndamping = 0.0\nground_height = 0.0\n\
@@ -217,7 +217,7 @@ fn a_bouncing_node_rises_again() {
     // The node falls for 0.4515 s and rises for half as long.
     let apex = (1.5 * (2.0 / 9.81_f64).sqrt() / 1e-5) as usize;
     let height = bare.run_to_end(&start, apex).x[0][1];
-    // The error of a step of 1e-5 s at a speed of 4.4 m/s.
+    // The tolerance is for the length of a step of 1e-5 s at a speed of 4.4 m/s.
     assert!((height - 0.25).abs() < 1e-4, "{height}");
 }
 
@@ -231,7 +231,7 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
          tether = {stiffness = 0.3, damping = 0.01, pull = 0.01}",
         "physics = {forces = ['damper', 'tether'], integrator = 'leapfrog', stiffening = 50}\n\
          damper.time = 1e-3",
-        // The stops are so tight that most actuators reach them.
+        // These stops are so close that most actuators reach them.
         "physics = {forces = ['stops'], contact = 'none'}\nstops = {at = 0.003, stiffness = 3}",
     ] {
         let check = check_gradients(&robot(settings), None, 90, &Options::default());
@@ -245,8 +245,8 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
     }
 }
 
-/// The stable step takes forces on nodes and damping into account. A free node with a spring and a damper to the origin
-/// stays bounded with a step below the limit, and flies away with a step above it.
+/// The stable time step takes forces on nodes and damping forces into account. A free node with a spring and a damper
+/// to the origin stays bounded with a step below the limit, and flies away with a step above it.
 #[test]
 fn the_stable_step_includes_forces_on_nodes_and_damping() {
     for (integrator, damping, own) in [
@@ -265,7 +265,8 @@ fn the_stable_step_includes_forces_on_nodes_and_damping() {
         let place = vec![Vector::new([0.3, 0.2]); 2];
         let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &place);
         let (frequency, eta) = (vibration.largest_frequency(), vibration.damping());
-        // Expected are sqrt(40 / 0.01) and 0.3 / 0.01. The tolerance is for the rounding of a power iteration.
+        // The expected numbers are sqrt(40 / 0.01) and own / 0.01. The tolerance is for the rounding errors of an
+        // iteration.
         assert!(
             (frequency / (4000f64).sqrt() - 1.0).abs() < 1e-9,
             "{frequency}"
@@ -324,7 +325,7 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
     assert_ne!(set, own);
     // If the law is named again, it keeps its settings.
     assert_eq!(set.set(&["physics.contact=bounce"]).unwrap(), set);
-    // A case keeps the law too.
+    // A case has the settings of the law too.
     let case = Case::of_scene(&set, 0).unwrap();
     let again = Case::parse_with(&registry(), "case", &case.to_json()).unwrap();
     assert_eq!(again.physics.contact, case.physics.contact);
@@ -375,7 +376,7 @@ fn wrong_choices_are_refused_with_what_is_known() {
 }
 
 cosmic::settings! {
-    /// A law whose name is also the name of a section of scenes.
+    /// A law that may not be registered, because its name is the name of a section of scenes.
     struct Section {}
 }
 
@@ -401,7 +402,7 @@ fn a_name_is_taken_once() {
     let _ = registry().with_law(contact::<Glue>());
 }
 
-/// Stops that are far stiffer than the bars determine the stable step, even if no actuator has reached a stop yet.
+/// Stops that are far stiffer than the bars determine the stable time step, even while no actuator touches a stop.
 #[test]
 fn the_stable_step_includes_stops() {
     let bound = |stops: &str| {

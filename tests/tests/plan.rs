@@ -1,4 +1,4 @@
-//! Rollouts leave out terms without effect. They agree with the full simulator.
+//! Rollouts leave out terms without effect. Their results agree with those of the full simulator.
 
 use autodiff::Real;
 use cosmic::case::Case;
@@ -13,7 +13,7 @@ use cosmic::task::Horizon;
 
 const STEPS: usize = 256;
 
-/// A robot that stands on three legs, with a frozen layout.
+/// A robot with a layout that stands on three legs.
 fn layout() -> Case {
     case("baseline_tall", |_| ())
 }
@@ -29,10 +29,11 @@ fn simulator(case: &Case) -> Simulator {
     Simulator::new(&case.lattice, &case.physics, &case.observation)
 }
 
-/// A number that is not zero, but smaller than the rounding of any sum that it is added to.
+/// A positive number that is smaller than the rounding error of any sum to which it is added.
 const TINY: f64 = 1e-150;
 
-/// The body, in which every edge without a strain gets a tiny one, so that its output is computed.
+/// The body with a tiny strain for every edge whose strain is 0. The controller's outputs for these edges are then
+/// computed.
 fn straining(body: &Body<f64>) -> Body<f64> {
     Body {
         strain: body.strain.iter().map(|s| s.max(TINY)).collect(),
@@ -40,7 +41,7 @@ fn straining(body: &Body<f64>) -> Body<f64> {
     }
 }
 
-/// The last state of a rollout.
+/// The last state of a rollout of a case with this body.
 fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
     let span = Span::from_start(vec![case.physics.steps]);
     let rollout = simulator.rollout(body, &case.controller, &case.start, &span);
@@ -52,7 +53,7 @@ fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
     pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
-/// Leaving out the outputs of edges that do not strain changes no bit: the rows of a product are separate sums.
+/// Leaving out the controller's outputs for edges without strain changes no bit: each output is a separate sum.
 #[test]
 fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     let case = layout();
@@ -61,14 +62,15 @@ fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     assert_eq!((idle, body.strain.len()), (88, 110));
     let planned = end(&case, &simulator, &body);
     assert_eq!(planned, end(&case, &simulator, &straining(&body)));
-    // The robot walks, so there is something to compare.
+    // The robot must walk; otherwise there would be nothing to compare.
     assert!(farthest(&planned, &case.start) > 0.01);
 }
 
-/// If a loss declares which nodes it observes, no bit changes: the cotangents of other nodes are zero anyway.
+/// No bit changes if a loss declares which nodes it observes: the cotangents of all other nodes are zero in any case.
 #[test]
 fn nodes_that_a_loss_does_not_observe_change_no_bit() {
-    /// A loss of the payload's displacement. If the flag is true, it declares that it observes only the payload.
+    /// The loss of the payload's displacement. If the flag is true, the loss declares that it observes only the
+    /// payload.
     struct Far(Displacement, bool);
     impl Loss for Far {
         fn observed(&self, steps: usize) -> Vec<usize> {
@@ -99,7 +101,7 @@ fn nodes_that_a_loss_does_not_observe_change_no_bit() {
     assert!(payload.1.iter().any(|g| *g != 0.0));
 }
 
-/// A robot without actuators has no outputs, so there is no network, only springs.
+/// In a robot without actuators, the controller has no outputs, so the rollout leaves out the network.
 #[test]
 fn a_robot_without_actuators_has_no_controller() {
     let case = layout();
@@ -109,8 +111,8 @@ fn a_robot_without_actuators_has_no_controller() {
     assert_eq!(end(&case, &simulator, &body), end(&case, &simulator, &full));
 }
 
-/// The gradient with respect to the weights agrees with that of the full simulator up to rounding: it sums fewer rows,
-/// in another order.
+/// The gradient with respect to the weights agrees with the gradient of the full simulator except for rounding. It is a
+/// sum of fewer terms, in another order.
 #[test]
 fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let case = layout();
@@ -130,13 +132,14 @@ fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let largest = all.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
     assert!(largest > 0.0);
     for (a, b) in some.iter().zip(&all) {
-        // Sums of a hundred terms are rounded in each of 256 steps, in which perturbations barely double.
+        // Sums of a hundred terms are rounded in each of 256 steps. In that time, perturbations grow by less than a
+        // factor of about two.
         assert!((a - b).abs() < 1e-11 * largest, "{a} {b}");
     }
 }
 
-/// Leaving out inputs with a scale of 0 changes a rollout by rounding only: a hidden unit adds the same terms in
-/// another order.
+/// Leaving out the inputs of the controller whose scale is 0 changes a rollout only by rounding: the sum of a hidden
+/// unit has the same terms in another order.
 #[test]
 fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
     let scales: [fn(&mut ControllerSettings) -> &mut f64; 2] =
@@ -149,7 +152,7 @@ fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
         let body = case.body();
         let planned = end(&case, &simulator(&case), &body);
         let apart = farthest(&planned, &end(&case, &full, &body));
-        // Activations differ by about 1e-16, in each of 256 steps of a motion with contact.
+        // Activations differ by about 1e-16 in each of 256 steps, and the motion has contacts.
         assert!(apart < 1e-12, "{apart} m");
         assert!(farthest(&planned, &case.start) > 1e-3);
     }
@@ -170,7 +173,7 @@ fn no_ground_is_equal_to_a_ground_out_of_reach() {
     for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
         assert_eq!(planned, fall(contact.clone(), 4.0), "{contact:?}");
     }
-    // With ground in reach the motion is different, so the test can fail.
+    // In a world whose ground is in reach, the motion is different, so the test can fail.
     assert!(
         farthest(
             &fall(ContactLaw::none(), 0.0),

@@ -1,4 +1,4 @@
-//! Policies: their gradients are right in every mode, and they observe what is documented.
+//! The gradients of policies are right in every mode, and policies observe what the documentation says.
 
 use autodiff::check::{Options, Verdict};
 use autodiff::{Array, Kernel, Real};
@@ -10,11 +10,11 @@ use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::{Plan, check_gradients_of};
 
-/// The policies to test: those of the model, and one that is defined here.
+/// The policies to test: two from the model, and one that is defined in this file.
 const POLICIES: [&str; 3] = ["mlp", "clock", "reflex"];
 
-/// A policy with a hidden layer on the observation, plus one rhythm for all edges that is multiplied by a factor per
-/// edge.
+/// A policy with a hidden layer that sees the observation. It adds a rhythm that is the same for all edges, multiplied
+/// by a factor for each edge.
 #[derive(Debug)]
 struct Reflex;
 
@@ -53,7 +53,7 @@ impl Policy for Reflex {
     }
 }
 
-/// A small robot with a policy.
+/// The case of a small robot with the policy `name`.
 fn robot(name: &str, settings: &str) -> Case {
     let registry = Registry::default().with_policy("reflex", Reflex);
     let text = format!(
@@ -61,14 +61,14 @@ fn robot(name: &str, settings: &str) -> Case {
          policy = \"{name}\"\n{settings}"
     );
     let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
-    // Biases must not be zero, so that a missing bias is noticed.
+    // No bias may be zero; otherwise the test would not notice a missing bias.
     let numbers = case.controller.numbers_mut().iter_mut().enumerate();
     numbers.for_each(|(k, number)| *number += 0.1 * (k as f64).sin());
     case
 }
 
-/// Gradients are right, both for robots in one piece, which weight their nodes in every step, and for others, which
-/// fold the mean into the weights.
+/// Gradients are right for two kinds of robots: robots in one piece weight their nodes in every step; for other robots,
+/// the mean of the nodes is included in the weights of the network.
 #[test]
 fn gradients_are_right_in_every_mode() {
     for name in POLICIES {
@@ -93,8 +93,8 @@ fn gradients_are_right_in_every_mode() {
     }
 }
 
-/// The first activations of a rollout are those that the definition of the observation gives, even if nodes are only
-/// partly present.
+/// The first activations of a rollout agree with the definition of the observation, even if nodes are only partly
+/// present.
 #[test]
 fn a_step_uses_the_observation() {
     for settings in [
@@ -135,8 +135,8 @@ fn explain_shows_hidden_units_only_of_networks() {
     assert!(why.starts_with("`reflex` has "), "{why}");
 }
 
-/// The policy `clock` is open loop: the robot's state does not affect it. The state affects the network, unless the
-/// network always observes the same state.
+/// The policy `clock` is open loop: the state of the robot does not affect it. The state does affect a network, unless
+/// the network sees the same state in every step.
 #[test]
 fn the_clock_is_open_loop() {
     let moved = |name: &str, is_held: bool| {
@@ -153,7 +153,8 @@ fn the_clock_is_open_loop() {
                 .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])
                 .collect::<Vec<_>>()
         };
-        // A push gives all nodes the same velocity. It changes the robot's shape only if the controller observes it.
+        // A push gives all nodes the same additional velocity. The shape of the robot changes only if the controller
+        // observes this velocity.
         let mut pushed = case.start.clone();
         pushed.v.iter_mut().for_each(|v| v[0] += 2.0);
         let (still, pushed) = (shape(&case.start), shape(&pushed));

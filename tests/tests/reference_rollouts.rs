@@ -1,11 +1,11 @@
-//! Every reference case is reproduced as `cosmic evaluate --gradient` runs it: states, losses, measures and gradients
-//! agree within the tolerances of the file.
+//! Reproduces every reference case in the same way as `cosmic evaluate --gradient`. States, losses, measures and
+//! gradients agree with the file within its tolerances.
 
 use cosmic::generator::edges;
 use cosmic_tests::{Reference, numbers, own_reference_folder, reference_folder, references};
 use serde_json::Value;
 
-/// The name of the tolerance for the result at a path of keys.
+/// The name of the tolerance for a result. `path` has the keys that lead to the result in the file.
 fn tolerance(path: &[&str]) -> &'static str {
     match path {
         ["trajectory", step, _] if step.parse::<usize>().is_ok_and(|n| n <= 3) => "early",
@@ -17,7 +17,7 @@ fn tolerance(path: &[&str]) -> &'static str {
     }
 }
 
-/// Compares everything that the file lists, and returns the number of compared fields.
+/// Compares all results in `expected`, which is a part of the file, and returns the number of compared fields.
 fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) -> usize {
     if let Value::Object(fields) = expected {
         let field = |(key, expected): (&String, &Value)| {
@@ -65,8 +65,8 @@ fn the_steps_that_a_case_lists_are_recorded() {
     }
 }
 
-/// Edges of regular lattices have the same order in files as in the program. All of the project's cases are on regular
-/// lattices, whose edges the reader takes from the file.
+/// Edges of regular lattices have the same order in files as in the program. All cases of this project have regular
+/// lattices, and the reader takes the edges from the file.
 #[test]
 fn edges_are_laid_out_in_the_order_of_the_files() {
     for reference in references(&own_reference_folder()) {

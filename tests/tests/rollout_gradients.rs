@@ -1,4 +1,4 @@
-//! Gradients of whole rollouts with respect to every block of their inputs: reverse mode agrees with forward mode and
+//! Gradients of whole rollouts with respect to every block of their inputs. Reverse mode agrees with forward mode and
 //! finite differences, for every contact law, integrator, force, ground and projection.
 
 use autodiff::check::{Options, Verdict, check_gradient};
@@ -12,7 +12,7 @@ use cosmic::scene::{HorizonMode, LossKind, LossSettings};
 use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
-/// The worlds to test, as settings in TOML.
+/// The worlds to test, each as settings in TOML.
 const WORLDS: [&str; 12] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
@@ -35,15 +35,15 @@ fn every_block_in_every_world_and_projection() {
     let mut touched = 0;
     for (k, world) in WORLDS.iter().enumerate() {
         for projection in [Projection::Performance, Projection::Stability] {
-            // Near shares of almost zero, the slope of bending changes within a millionth. Differences cannot resolve
-            // that.
+            // Near shares of almost zero, the slope of bending changes completely if a share changes by a millionth.
+            // Differences cannot resolve that.
             if projection == Projection::Stability && k >= 4 {
                 continue;
             }
             let mut case = robot(world);
             case.projection = projection;
             let lowest = least_height(&case.physics, &states(&case));
-            // A touching node is on the ground up to the rounding of an incline's frame.
+            // In the frame of an incline, the height of a node on the ground is zero except for rounding.
             touched += usize::from(lowest.abs() < 1e-12);
             assert_smooth(&format!("{world}, {projection:?}"), &case);
         }
@@ -52,7 +52,8 @@ fn every_block_in_every_world_and_projection() {
     assert!(touched > 10, "{touched}");
 }
 
-/// A loss as a function of the design vectors. A factor other than 1 makes its derivative wrong.
+/// A loss as a function of the design vectors. Its derivative is multiplied by a factor; a factor other than 1 makes it
+/// wrong.
 struct OfDesign<'a> {
     case: &'a Case,
     task: Task,
@@ -71,7 +72,7 @@ impl Function for OfDesign<'_> {
     }
 }
 
-/// The gradient of the optimiser's loss, a mean over the last part of the rollout, is right.
+/// The gradient of the optimiser's loss is right. This loss is a mean over the last part of the rollout.
 #[test]
 fn the_mean_loss_of_a_rollout() {
     let case = robot("");
@@ -95,7 +96,8 @@ fn the_mean_loss_of_a_rollout() {
             case.design.vectors().as_flattened(),
             &Options::default(),
         );
-        // Forward mode is as wrong as reverse mode here, so only the differences can find it.
+        // Forward mode is wrong here in the same way as reverse mode, so only the finite differences can find the
+        // error.
         assert_eq!(report.verdict, expected, "{report}");
     }
 }
@@ -118,8 +120,8 @@ fn the_tail_of_a_rollout() {
         let design = case.projected(case.projection, &inputs.z);
         task.loss(&design, inputs, &at_end(), &horizon)
     });
-    // The value is that of the whole rollout. Between head and tail, the state is converted to the world's frame, which
-    // rounds at 1e-17; 40 steps multiply that by a hundred at most.
+    // The value is that of the whole rollout. Between head and tail, the state is converted to the world's frame and
+    // rounded at 1e-17. The 40 steps of the tail amplify this error by a factor of a hundred at most.
     let whole = case.displacement_loss(&task, &inputs);
     assert!((value - whole).abs() < 1e-14, "{value} {whole}");
     let (_, all) = inputs.differentiate(DESIGN, |inputs| case.displacement_loss(&task, inputs));

@@ -1,5 +1,5 @@
-//! Rollouts with other surroundings (gravity, friction, settings of laws): derivatives with respect to them, and
-//! batches of robots with different surroundings.
+//! Rollouts in other surroundings, with other numbers for gravity, friction and settings of laws. The tests cover
+//! derivatives with respect to these numbers, and batches of robots in different surroundings.
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, Var, gradient};
@@ -25,8 +25,8 @@ impl<'a> ByNumber<'a> {
         }
     }
 
-    /// Rolls out once for each of `values`, all in one batch if `together`, and returns each last state as a list of
-    /// numbers.
+    /// Simulates once for each value in `values`, all in one batch if `together` is true. Returns the last state of
+    /// each rollout as a list of numbers.
     fn ends<R: Real>(&self, values: &[R], together: bool) -> Vec<Vec<R>> {
         let body = self.case.body().map(R::lit);
         let controller = self.case.controller.map(R::lit);
@@ -53,7 +53,8 @@ impl Function for ByNumber<'_> {
     }
 }
 
-/// Robots whose laws have settings, each with the names of numbers of its surroundings.
+/// Robots with laws that have settings. Each robot comes with the names of numbers in its surroundings that the tests
+/// vary.
 fn with_settings() -> [(Case, &'static [&'static str]); 3] {
     let sliding = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\nstiffening = 50.0\n\
@@ -87,8 +88,8 @@ fn with_settings() -> [(Case, &'static [&'static str]); 3] {
     ]
 }
 
-/// Derivatives with respect to gravity, friction and settings of laws agree in reverse mode, forward mode and
-/// differences, and wrong ones are noticed.
+/// Derivatives with respect to gravity, friction and settings of laws agree in reverse mode, forward mode and finite
+/// differences. Wrong derivatives are noticed.
 #[test]
 fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
     for (case, names) in with_settings() {
@@ -98,7 +99,7 @@ fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
             let value = surroundings.iter().find(|(other, _)| other == name);
             let (_, value) =
                 value.unwrap_or_else(|| panic!("{name} is missing in {surroundings:?}"));
-            // Contacts cause kinks, which a relative step of 1e-2 would reach.
+            // Contacts cause kinks, which differences with a relative step of 1e-2 would cross.
             let options = Options {
                 largest_step: 1e-5,
                 ..Options::default()
@@ -110,8 +111,8 @@ fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
     }
 }
 
-/// Robots of a batch may have different surroundings: values and gradients are those of single rollouts, for batches of
-/// two robots, as many as a register has lanes, and more.
+/// The robots of a batch may have different surroundings: values and gradients are the same as in single rollouts. The
+/// batches have two robots, as many robots as a register has lanes, and more.
 #[test]
 fn robots_of_a_batch_may_differ_in_their_surroundings() {
     for (case, names) in with_settings() {

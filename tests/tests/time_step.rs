@@ -1,4 +1,4 @@
-//! The check of a time step: it is compared with a bound first, and only then with the largest frequency.
+//! The check of a time step compares it first with a cheap bound, and only if that fails with the largest frequency.
 
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
@@ -39,7 +39,7 @@ fn a_step_is_compared_with_the_bound_and_beyond_it_with_the_frequency() {
     for word in ["safe bound", &node, "physics.dt"] {
         assert!(close.to_string().contains(word), "{close}");
     }
-    // A step between these two limits is stable for the start, but is not known to be stable for every design.
+    // A time step between these two limits is stable for the start, but may be unstable for other designs.
     let any = safe.any_design.expect("it vibrates");
     assert!(any < bound, "{any} {bound}");
     assert_eq!(check(0.002).of_other_designs(), None);
@@ -78,7 +78,7 @@ fn an_unstable_step_is_refused_with_its_node_and_a_remedy_that_works() {
     let mut patient = scene.physics;
     patient.unstable_step = UnstableStep::Warn;
     assert!(unstable.accept(&patient).is_ok());
-    // If the scene only warns, the message does not say how to continue.
+    // If the scene only asks for a warning, the message does not say how to continue.
     let warned = said.split_once("; to continue").map(|(warned, _)| warned);
     assert_eq!(warned, Some(&*unstable.to_string()));
     let (_, rest) = said.split_once("physics.dt to ").expect("a remedy");
@@ -89,8 +89,8 @@ fn an_unstable_step_is_refused_with_its_node_and_a_remedy_that_works() {
     assert_eq!(check(dt.expect("a number")).grade(), Grade::Safe);
 }
 
-/// The mixtures of a test design. With `design` 0, all edges except the first are void; other even numbers give
-/// layouts, and odd numbers mixtures.
+/// The shares of a test design with the number `design`. In design 0, all edges except the first are void. The other
+/// even numbers are layouts, and the odd numbers are mixtures.
 fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     let one_hot = |chosen: usize| std::array::from_fn(|k| f64::from(u8::from(k == chosen)));
     let share = |e: usize| {
@@ -107,15 +107,15 @@ fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     (0..edges).map(share).collect()
 }
 
-/// The points, each moved by up to 0.02 m in each direction.
+/// The points, each moved by up to 0.02 m along each axis.
 fn shaken(points: &[Vector<f64>]) -> Vec<Vector<f64>> {
     let off = |n: usize| 0.02 * (2.7 * n as f64).sin();
     let moved = |(i, &x): (usize, &Vector<f64>)| x + Vector::new([off(2 * i), off(2 * i + 1)]);
     points.iter().enumerate().map(moved).collect()
 }
 
-/// No layout or mixture vibrates faster than the bound for any design, on small and large lattices with all laws. A
-/// single stiff bar comes near the bound.
+/// No layout or mixture vibrates faster than the bound that holds for every design. This is tested on small and large
+/// lattices, with stiffening bars and bars that resist bending. A single stiff bar comes near the bound.
 #[test]
 fn no_design_vibrates_faster_than_the_bound_of_any() {
     let laws = [
@@ -141,10 +141,10 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                     let vibration = Vibration::new(lattice, &body, physics, x);
                     [vibration.edge_bound(), vibration.largest_frequency()]
                 };
-                // The lattice is at rest, or nodes are moved by up to a fifth of the spacing.
+                // Once the lattice is at rest, and once its nodes are moved by up to a fifth of the spacing.
                 let [own, fastest] = vibration(&lattice.positions);
                 let [own_off, fastest_off] = vibration(&shaken(&lattice.positions));
-                // The slack is for rounding and for the softening of lengths, 1e-12 of a length squared of 1e-2.
+                // The factor allows for rounding and for the softening, which adds 1e-12 to squared lengths of 1e-2.
                 let slack = 1.0 + 1e-9;
                 assert!(
                     fastest <= own * slack,
@@ -160,8 +160,8 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                 );
                 if radius == 0.0 && stiffening == 0.0 {
                     nearest = nearest.max(fastest / bound);
-                    // Two nodes that swing against each other reach the bound; a chain of many nodes stays
-                    // below it by about a third.
+                    // Two nodes that vibrate against each other reach the bound. The frequencies of a chain of many
+                    // nodes are about a third below the bound.
                     assert!(
                         own_off < 1.6 * fastest_off,
                         "{own_off} far from {fastest_off}"
@@ -199,7 +199,8 @@ fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
     let codesign = CoDesign::new(&scene).expect("a plan");
     let start = codesign.begin(0).expect("2 ms are stable");
     let frequency = codesign.step_check(&start).bound.frequency;
-    // The snap turns a mixture of thirds into skeleton only. That raises the frequency by more than the factor 1 / 0.7.
+    // The snap turns mixtures of three equal shares into a layout of skeleton only. This raises the frequency by more
+    // than the factor 1 / 0.7.
     scene.physics.dt = 0.7 * step_limit(frequency, scene.physics.damping, 0.0);
     let mut shares = Vec::new();
     let mut codesign = CoDesign::new(&scene).expect("a plan");

@@ -1,4 +1,4 @@
-//! The void edges of a layout, which a scene keeps or drops.
+//! The void edges of a layout, which the simulation keeps or drops, as the scene says.
 
 use autodiff::{Dual, Real};
 use cosmic::case::Case;
@@ -20,20 +20,20 @@ const STEPS: usize = 256;
 fn case(scene: &str, void_edges: VoidEdges) -> Case {
     let mut scene = Scene::load(scene).unwrap();
     (scene.physics.steps, scene.physics.void_edges) = (STEPS, void_edges);
-    // Nodes without a bar move too.
+    // With this setting, nodes without a bar move too.
     scene.design.one_piece = false;
     Case::of_scene(&scene, 3).unwrap()
 }
 
-/// The same robot with changed physics.
+/// The same robot in changed physics.
 fn with(case: &Case, change: impl FnOnce(&mut PhysicsSettings)) -> Case {
     let mut case = case.clone();
     change(&mut case.physics);
     case
 }
 
-/// Three robots of 6x6 nodes: one that walks on three legs; the same robot, but void from the fourth row up; and one
-/// that is void everywhere.
+/// Three robots of 6x6 nodes. The first walks on three legs. The second is the same robot with void edges from the
+/// fourth row up. The third has only void edges.
 fn layouts(void_edges: VoidEdges) -> [Case; 3] {
     let tall = case("baseline_tall", void_edges);
     let cut = |from: usize| {
@@ -66,8 +66,8 @@ fn states_of(case: &Case, body: &Body<f64>) -> Vec<State<f64>> {
     seen.states
 }
 
-/// Like [`states`], but every edge is computed, even without stiffness. Such edges get the smallest number above zero
-/// as their stiffness; times a time step, it is rounded to zero.
+/// Like [`states`], but also computes the edges without stiffness. They get the smallest number above zero as their
+/// stiffness; its product with a time step is rounded to zero.
 fn states_with_all_edges(case: &Case) -> Vec<State<f64>> {
     let mut body = case.body();
     let least = f64::from_bits(1);
@@ -85,8 +85,8 @@ fn void_edges_are_kept_unless_a_scene_drops_them() {
     }
 }
 
-/// Dropping void edges gives the same bits as computing them without stiffness: sums have the same terms in the same
-/// order, except for terms that are zero.
+/// A rollout without the void edges has the same bits as a rollout in which they have no stiffness. The sums have the
+/// same terms in the same order, except for terms that are zero.
 #[test]
 fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
     let worlds: [fn(&mut PhysicsSettings); 4] = [
@@ -134,7 +134,7 @@ fn task_loss<R: Real>(
 
 const MODES: [HorizonMode; 2] = [HorizonMode::Head, HorizonMode::Tail];
 
-/// The loss and its design gradient have the same bits whether or not a scene drops void edges.
+/// The loss and its gradient with respect to the design have the same bits whether or not a scene drops void edges.
 #[test]
 fn nothing_is_dropped_in_a_design_gradient() {
     for mode in MODES {
@@ -157,7 +157,7 @@ fn nothing_is_dropped_in_a_design_gradient() {
     }
 }
 
-/// If a scene drops void edges, the controller's gradient is that of the robot without them.
+/// If a scene drops void edges, the gradient with respect to the weights is that of the robot without these edges.
 #[test]
 fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
     for mode in MODES {
@@ -175,13 +175,13 @@ fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
         assert!(kept.0 != dropped.0, "{mode:?}: nothing is dropped");
         let length = |g: &[f64]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
         let off: Vec<f64> = kept.1.iter().zip(&dropped.1).map(|(a, b)| a - b).collect();
-        // Kept void edges change positions by about 1e-7 m in robots with cells of 0.1 m.
+        // If void edges are kept, they change positions by about 1e-7 m, in robots whose cells have 0.1 m.
         assert!(length(&off) < 1e-4 * length(&kept.1), "{mode:?}");
     }
 }
 
-/// In mixtures no edge is dropped. Neither the equal mixture of a start nor the softmax of one-hot design vectors is a
-/// layout.
+/// No edge of a design with mixtures is dropped. The equal mixtures of a start are no layout, and neither are the
+/// mixtures that the softmax gives for one-hot design vectors.
 #[test]
 fn mixtures_drop_nothing() {
     let mut sharp = case("baseline_tall", VoidEdges::Drop);
@@ -193,8 +193,8 @@ fn mixtures_drop_nothing() {
     }
 }
 
-/// Dropped edges do not affect vibrations, while masses stay the same. Robots with scattered stiffness do not get them
-/// back.
+/// Dropped edges do not affect vibrations, but nodes keep their masses. Robots with scattered stiffness do not get
+/// dropped edges back.
 #[test]
 fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
     let pairs = layouts(VoidEdges::Keep)
@@ -211,7 +211,7 @@ fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
             [bound, fastest]
         });
         assert!(after[0] <= before[0]);
-        // A squared frequency changes by at most what 8 edges of 1e-7 N/m add to two nodes of 1e-4 kg.
+        // Eight edges of 1e-7 N/m at two nodes of 1e-4 kg change a squared frequency by at most this number.
         let most = 2.0 * 8.0 * kept.materials.stiffness[0] / kept.physics.node_mass;
         // The square of the largest frequency has a relative error of 1e-12.
         let rounding = 2e-12 * before[1].powi(2);

@@ -1,4 +1,4 @@
-//! Forces along bars.
+//! Force laws along bars: the trait [`BarForce`], and the code that makes a law of this kind a [`Force`].
 
 use std::any::Any;
 use std::sync::Arc;
@@ -13,30 +13,30 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
-/// A factor that lengthens a stroke by slightly more than rounding can shorten it.
+/// A stroke that is multiplied by this factor ends beyond the stop, although lengths are rounded.
 const BEYOND: f64 = 1.0 + 1e-9;
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Bar<R> {
-    /// Length, m.
+    /// Current length, m.
     pub length: R,
-    /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
+    /// Rate at which the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
     pub rate: R,
-    /// The length that the actuator sets (D8), m; for a passive bar, the rest length.
+    /// Target length of the spring (D8), m: the length that the actuator sets, or the rest length of a passive bar.
     pub target: R,
     /// Length at rest, m.
     pub rest_length: R,
-    /// Stiffness of the bar's material, N/m; almost 0 for a void edge.
+    /// Stiffness of the bar, N/m, which its materials determine; almost 0 for a void edge.
     pub stiffness: R,
-    /// Strain at full activation: the largest strain of an actuator times the bar's share of actuator; 0 for a passive
-    /// bar. It does not depend on the activation, which only changes `target`.
+    /// Strain of the target length at full activation: the largest strain of the actuator material times its share in
+    /// the bar; 0 for a passive bar. It does not depend on the activation, which only changes `target`.
     pub strain: R,
 }
 
 impl<R: Real> Bar<R> {
-    /// The bar of an edge, from the edge's activation, stiffness, rest length and strain at full activation. The rate
-    /// is 0 unless `needs_rate` is true.
+    /// Describes the bar of an edge. The four given numbers are the edge's activation, stiffness, rest length and
+    /// strain at full activation. The rate is 0 unless `needs_rate` is true.
     #[inline(always)]
     fn new<const D: usize>(
         edge: &EdgeVector<R, D>,
@@ -105,7 +105,7 @@ impl<R: Real> Bar<R> {
 /// # Ok::<(), cosmic::Error>(())
 /// ```
 pub trait BarForce: Law {
-    /// The word for the bar in messages about this law, such as "spring".
+    /// The noun that messages about this law use for the bar, such as "spring".
     const NOUN: &'static str = Self::NAME;
     /// True if [`tension`](BarForce::tension) reads [`Bar::rate`].
     const NEEDS_RATE: bool = false;
@@ -115,14 +115,14 @@ pub trait BarForce: Law {
     /// `R::select` instead.
     fn tension<R: Real>(law: &Self::Of<R>, bar: Bar<R>) -> R;
 
-    /// The potential energy of the bar, J, whose derivative with respect to the length is the tension. `None` if the
-    /// law has no potential energy.
+    /// The potential energy of the bar, J. Its derivative with respect to the length is the tension. `None` if the law
+    /// has no potential energy.
     fn energy(&self, _bar: Bar<f64>) -> Option<f64> {
         None
     }
 
-    /// The adjoint of the impulse [`Tension`]. The default works for every law; a [generated](autodiff::emit) adjoint
-    /// is faster.
+    /// The adjoint of the kernel [`Tension`]. The default works for every law; a [generated](autodiff::emit) adjoint is
+    /// faster.
     #[inline(always)]
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
@@ -133,14 +133,14 @@ pub trait BarForce: Law {
     }
 }
 
-/// The kernel of a law along bars: computes the impulse on the first node of an edge over a step, N s, from the vector
-/// along the edge (m), activation, stiffness (N/m), rest length (m) and strain at full activation. The uniform inputs
-/// are the law's settings.
+/// The kernel of a law along bars. It computes the impulse (N s) that the bar of an edge gives to the first node of the
+/// edge during a step. The inputs are the vector along the edge (m), the activation, the stiffness (N/m), the rest
+/// length (m) and the strain at full activation. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
 pub struct Tension<L> {
     /// The law.
     pub law: L,
-    /// The duration of the pull, s.
+    /// The time for which the bar pulls on its nodes, s.
     pub dt: f64,
 }
 
@@ -183,8 +183,8 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
     }
 }
 
-/// Like [`Tension`], for a law with [`BarForce::NEEDS_RATE`]. After the vector along the edge it has another input: the
-/// difference of the velocities of both ends (m/s).
+/// Like [`Tension`], for a law with [`BarForce::NEEDS_RATE`]. Its second input, after the vector along the edge, is the
+/// velocity of one end relative to the other (m/s).
 #[derive(Clone, Debug)]
 pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
@@ -203,12 +203,12 @@ impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
     }
 }
 
-/// A law along bars, as a [`Force`].
+/// Makes a law along bars a [`Force`] on the nodes of a lattice.
 #[derive(Clone, Debug)]
 pub(crate) struct OnBars<L>(pub(crate) L);
 
 impl<L: BarForce> OnBars<L> {
-    /// The bar of an edge in a pose.
+    /// Describes the bar of an edge in a pose, as the law sees it.
     fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
         let given = [
@@ -241,7 +241,8 @@ impl<L: BarForce> OnBars<L> {
         L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// A bar at rest whose length differs from its rest length by slightly more than its stroke `off` (m).
+    /// A bar whose target is its rest length and whose stroke is `off` (m). Its length differs from the rest length by
+    /// slightly more than the stroke.
     fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
         Bar {
             length: rest_length + off * BEYOND,
@@ -328,8 +329,9 @@ impl<L: BarForce> Force for OnBars<L> {
         edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
     }
 
-    /// Uses the stiffness of each bar slightly beyond the stroke of its own actuator, so that stops there count. A
-    /// stiffening bar that other forces stretch further is even stiffer.
+    /// Uses the stiffness that each bar has when it is slightly longer or shorter than its own actuator can set, so
+    /// that the stiffness of stops is included. A stiffening bar that other forces stretch even further is stiffer than
+    /// that.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);

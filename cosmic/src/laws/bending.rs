@@ -1,11 +1,12 @@
 //! Bending stiffness of bars that continue through a node: an angular spring between two edges in line.
 //!
-//! It is off by default. It is also the example of a force that acts neither on single nodes nor along single bars: a
-//! kernel computes the force, and the rest of this file finds the nodes and edges that take part.
+//! The law is off by default. It is also an example of a force that acts neither on single nodes nor along single bars.
+//! A kernel computes the impulses on three nodes, and the rest of this file finds those nodes and their edges.
 //!
-//! Two edges that share a node and are in line at the start form a pair. A bar of stiffness `k` (N/m) whose section has
-//! the radius of gyration `r` (m) has the bending stiffness `EI / l = k r^2`. At the node, the halves of both edges act
-//! in series, so the pair has the angular stiffness `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m). A void edge bends freely.
+//! Two edges form a pair if they share a node and lie on one line at the start. A bar of stiffness `k` (N/m) whose
+//! section has the radius of gyration `r` (m) has the bending stiffness `EI / l = k r^2`. At the node, the halves of
+//! both edges act in series, so the pair has the angular stiffness `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m). A void edge
+//! bends freely.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -18,14 +19,16 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice, SOFTENING};
 use crate::settings::Settings;
 
-/// Two edges are in line if the cosine of the angle between them is larger than this, up to about 8 degrees.
+/// Two edges count as being in line if the cosine of the angle between their directions is larger than this. The
+/// largest such angle is about 8 degrees.
 const IN_LINE: f64 = 0.99;
-/// Keeps the stiffness of a pair finite if both edges have stiffness 0, N/m.
+/// A stiffness, N/m, that keeps the angular stiffness of a pair finite if both edges have stiffness 0.
 const LEAST_STIFFNESS: f64 = 1e-12;
-/// The number of shapes of pairs whose forces one kernel adds.
+/// The number of arrays of impulses that the kernel [`Total`] adds to a sum. Each array has the impulses of all pairs
+/// of one [shape](Pair::shape).
 const AT_ONCE: usize = 4;
 
-/// Bars that resist bending.
+/// The force law of bars that resist bending, with its setting.
 #[derive(Clone, Debug)]
 pub(crate) struct Bending {
     /// Radius of gyration of a bar's section, m: the scene's `physics.bending_radius`.
@@ -65,18 +68,19 @@ impl AnyForce for Bending {
 /// edges (N/m).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bend {
-    /// `2 r^2`, m^2.
+    /// Twice the square of the radius of gyration of a bar's section, m^2.
     pub(super) section: f64,
-    /// The duration of the push, s.
+    /// The time for which the spring pushes the nodes, s.
     pub(super) dt: f64,
 }
 
-/// Two edges in line, described by numbers or by arrays of numbers.
+/// Two edges in line, with the positions of their three nodes and their stiffness. `R` is a number, or an array with a
+/// number for each pair.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<R, const D: usize = 2> {
-    /// The three nodes, m.
+    /// Positions of the three nodes, m.
     pub(super) nodes: [Vector<R, D>; 3],
-    /// Stiffness of the first edge and of the second, N/m.
+    /// Stiffness of the first edge; `second` is that of the second edge, N/m.
     pub(super) first: R,
     pub(super) second: R,
 }
@@ -102,7 +106,7 @@ impl<R: Copy> Line<R> {
 }
 
 impl<R: Real, const D: usize> Line<R, D> {
-    /// The unit vector along the edge from node `from` to the next one, and 1 / length.
+    /// The unit vector along the edge that begins at node `from`, and 1 / length of that edge.
     #[inline(always)]
     fn edge(&self, from: usize) -> (Vector<R, D>, R) {
         let edge = self.nodes[from + 1] - self.nodes[from];
@@ -112,19 +116,19 @@ impl<R: Real, const D: usize> Line<R, D> {
 }
 
 impl Bend {
-    /// The angular stiffness of a pair, N m.
+    /// The angular stiffness of a pair of edges, N m.
     #[inline(always)]
     fn stiffness<R: Real, const D: usize>(&self, line: &Line<R, D>) -> R {
         let (a, b) = (line.first, line.second);
         R::lit(self.section) * a * b / (a + b + R::lit(LEAST_STIFFNESS))
     }
 
-    /// The impulses on the three nodes, N s.
+    /// The impulses of the angular spring on the three nodes, N s.
     #[inline(always)]
     pub(super) fn impulses<R: Real, const D: usize>(&self, line: &Line<R, D>) -> [Vector<R, D>; 3] {
         let ((a, per_a), (b, per_b)) = (line.edge(0), line.edge(1));
         let stiffness = self.stiffness(line) * R::lit(self.dt);
-        // A torque on an arm acts as a force across its end. The middle node takes both reactions.
+        // A torque on an edge acts as a force across its outer end. The middle node takes the reactions to both forces.
         let first = -a.across(b) * (stiffness * per_a);
         let last = b.across(a) * (stiffness * per_b);
         [first, -(first + last), last]
@@ -145,7 +149,7 @@ impl Kernel<8, 6> for Bend {
     }
 }
 
-/// The sum of five numbers.
+/// A kernel that adds five numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Total;
 
@@ -161,7 +165,7 @@ impl Kernel<5, 1> for Total {
     }
 }
 
-/// Three nodes in line, and the edges between them.
+/// The indices of three nodes in line, and of the two edges between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pair {
     nodes: [usize; 3],
@@ -169,14 +173,15 @@ struct Pair {
 }
 
 impl Pair {
-    /// The differences between the indices of the outer nodes and the index of the middle node. Among pairs of the same
-    /// shape, a node is first in at most one pair, middle in at most one, and last in at most one.
+    /// The shape of a pair: the index of each outer node minus the index of the middle node. Among pairs of the same
+    /// shape, a node is the first node of at most one pair, the middle node of at most one, and the last node of at
+    /// most one.
     fn shape(&self) -> [isize; 2] {
         let [before, middle, after] = self.nodes.map(|node| node as isize);
         [before - middle, after - middle]
     }
 
-    /// The pair in a pose.
+    /// The positions and stiffness of this pair in a pose.
     fn line(&self, pose: &Pose) -> Line<f64> {
         let [first, second] = self.edges.map(|edge| pose.body.stiffness[edge]);
         let nodes = self.nodes.map(|node| pose.state.x[node]);
@@ -188,17 +193,17 @@ impl Pair {
     }
 }
 
-/// The pairs of a lattice.
+/// The force on a lattice whose bars resist bending: all pairs of edges, with their setting.
 #[derive(Clone, Debug)]
 struct BentBars {
     /// Radius of gyration of a bar's section, m.
     radius: f64,
-    /// Sorted by shape, then by the middle node, so that gathers of their nodes copy whole rows.
+    /// The pairs, sorted by shape and then by the middle node, so that gathers of their nodes copy whole rows.
     pairs: Vec<Pair>,
 }
 
 impl BentBars {
-    /// The pairs of a lattice; `None` if the radius is 0 or no edges are in line.
+    /// Finds the pairs of a lattice. Returns `None` if the radius is 0 or no edges are in line.
     fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
         let mut pairs = pairs(lattice);
         pairs.sort_by_key(|pair| (pair.shape(), pair.nodes[1]));
@@ -212,8 +217,8 @@ impl BentBars {
         }
     }
 
-    /// Adds one component of the impulses on the nodes with a role (0 first, 1 middle, 2 last) in their pairs. `pull`
-    /// has a number for each pair, `sum` and the result have one for each node.
+    /// Adds one component of the impulses to `sum`, for the nodes that have this role (0 first, 1 middle, 2 last) in a
+    /// pair. `pull` has a number for each pair; `sum` and the result have a number for each node.
     fn add(&self, p: &mut AnyProgram, sum: Array, role: usize, pull: Array) -> Array {
         let nodes = sum.len();
         let mut pair = 0;
@@ -266,7 +271,7 @@ impl Force for BentBars {
             second,
         };
         let pulls = p.map(self.bend(step.dt), line.array());
-        // A gather of no entries is zero.
+        // A gather that takes no entry gives an array of zeros.
         let none = vec![None; step.graph.nodes()];
         let mut sums = before.unwrap_or_else(|| step.nodes.x.map(|array| p.gather(array, &none)));
         for (role, pull) in pulls.as_chunks().0.iter().enumerate() {
@@ -298,7 +303,8 @@ impl Force for BentBars {
         Some(self.pairs.iter().map(energy).sum())
     }
 
-    /// A pair adds `c g g^T`, where `g . u` is the angle between its edges if its three nodes are displaced by `u`.
+    /// Each pair adds the matrix `c g g^T`. Here `c` is its angular stiffness, and `g . u` is the angle between its
+    /// edges if displacements `u` move its three nodes.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for pair in &self.pairs {
             let [before, middle, after] = pair.nodes;
@@ -311,14 +317,14 @@ impl Force for BentBars {
         }
     }
 
-    /// The stiffness `c` of a pair is at most `2 r^2` times the stiffness of one of its edges. So the pairs add at most
-    /// `12 (r / l)^2` times `of_node`.
+    /// The angular stiffness `c` of a pair is at most `2 r^2` times the stiffness of one of its edges. So all pairs
+    /// together add at most `12 (r / l)^2` times `of_node` to a squared frequency.
     fn any_design(&self, of_node: f64, shortest: f64) -> f64 {
         12.0 * (self.radius / shortest).powi(2) * of_node
     }
 }
 
-/// All pairs of edges that share a node and lie in line at the start.
+/// Finds all pairs of edges that share a node and lie in line at the start.
 fn pairs(lattice: &Lattice) -> Vec<Pair> {
     let away = |edge: usize, node: usize| {
         let [i, j] = lattice.edges[edge];
@@ -353,7 +359,8 @@ mod tests {
 
     #[test]
     fn every_line_of_three_nodes_is_a_pair() {
-        // Each row and each column has four lines of three nodes; each of the two diagonal directions has 4 x 4.
+        // Three nodes in line occur four times in each row and column, and 4 x 4 times in each of the two diagonal
+        // directions.
         assert_eq!(
             pairs(&Lattice::sample(6, 6, 0.0)).len(),
             6 * 4 + 6 * 4 + 2 * 4 * 4
@@ -385,7 +392,7 @@ mod tests {
             section: 2.0 * 0.01 * 0.01,
             dt: 1.0,
         };
-        // Expects k r^2; `LEAST_STIFFNESS` reduces it by a fraction of 1e-15.
+        // The expected angular stiffness is k r^2; `LEAST_STIFFNESS` reduces it by a fraction of 1e-15.
         let stiffness = |first: f64, second: f64| {
             bend.stiffness(&Line::new([0.0, 0.0, 0.1, 0.0, 0.2, 0.0, first, second]))
         };

@@ -1,4 +1,4 @@
-//! The laws that a scene may choose from, and those that it has chosen.
+//! The laws that a scene may choose from ([`Choice`]), and the laws that it has chosen ([`ContactLaw`], [`ForceLaws`]).
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ use crate::settings::{
     Filled, Limits, Misfit, SettingValue, Settings, json, misfit, quoted, unknown, word, wrong_kind,
 };
 
-/// A law that scenes may choose. Made by [`contact`], [`on_bars`] or [`on_nodes`].
+/// A law that scenes may choose by its name. [`contact`], [`on_bars`] and [`on_nodes`] create it.
 pub struct Choice(Kind);
 
 enum Kind {
@@ -29,17 +29,19 @@ enum Kind {
     Force(Box<dyn AnyForce>),
 }
 
-/// A contact law, chosen by `physics.contact = "its_name"`.
+/// Offers the contact law `C` to scenes, which choose it by `physics.contact = "its_name"`.
 pub fn contact<C: Contact>() -> Choice {
     Choice(Kind::Contact(Box::new(C::default())))
 }
 
-/// A force along bars, chosen by `physics.forces = ["its_name"]`. It is added to the bars' own springs.
+/// Offers the law `L` for a force along bars to scenes, which choose it by `physics.forces = ["its_name"]`. The force is
+/// added to the force of the bars' own springs.
 pub fn on_bars<L: BarForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnBars(L::default()))))
 }
 
-/// A force on nodes, chosen by `physics.forces = ["its_name"]`. It is added to all other forces.
+/// Offers the law `L` for a force on nodes to scenes, which choose it by `physics.forces = ["its_name"]`. The force is
+/// added to all other forces.
 pub fn on_nodes<L: NodeForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
 }
@@ -61,7 +63,7 @@ fn forces() -> [Box<dyn AnyForce>; 2] {
     ]
 }
 
-/// The noun for a law in messages.
+/// The noun that messages use for a law.
 pub(crate) const LAW: &str = "law";
 
 /// The names of the laws of this crate.
@@ -99,7 +101,8 @@ impl Registry {
         forces().into_iter().chain(added)
     }
 
-    /// The instruction that chooses a law, such as `set physics.contact = "coulomb"`; `None` for an unknown law.
+    /// The instruction in messages for choosing a law, such as `set physics.contact = "coulomb"`; `None` for an unknown
+    /// law.
     pub(crate) fn choosing(&self, law: &str) -> Option<String> {
         if self.contacts().any(|contact| contact.name() == law) {
             return Some(format!("set physics.contact = {law:?}"));
@@ -121,7 +124,7 @@ impl ContactLaw {
         Self { law, registry }
     }
 
-    /// The law without any ground.
+    /// The contact law of a world without ground.
     pub fn none() -> Self {
         Self::new(NoGround {})
     }
@@ -131,7 +134,7 @@ impl ContactLaw {
         Self::new(Sticking {})
     }
 
-    /// Coulomb friction (D5).
+    /// The contact law with Coulomb friction (D5).
     pub fn coulomb() -> Self {
         Self::new(Coulomb::default())
     }
@@ -146,7 +149,7 @@ impl ContactLaw {
         self.law.boxed().settings().about()
     }
 
-    /// False if there is no ground at all.
+    /// False if the world of this law has no ground.
     pub fn has_ground(&self) -> bool {
         self.law.has_ground()
     }
@@ -164,7 +167,7 @@ impl ContactLaw {
         &self.registry
     }
 
-    /// Chooses the law with this name and its default settings. If it is the current law, it keeps its settings.
+    /// Chooses the law with this name, with its default settings. If the law is already chosen, it keeps its settings.
     /// Returns false for an unknown name.
     fn choose(&mut self, name: &str) -> bool {
         if name != self.name() {
@@ -177,7 +180,7 @@ impl ContactLaw {
         true
     }
 
-    /// Chooses the law of a file, with the settings of the file.
+    /// Chooses the law that a case file names, with the settings in the file.
     ///
     /// # Errors
     /// A message about an unknown law or a wrong setting.
@@ -231,7 +234,7 @@ impl Serialize for ContactLaw {
     }
 }
 
-/// The middle of a message about an unknown law.
+/// The words of a message about an unknown law, between the wrong name and the known names.
 const NO_LAW: &str = "names an unknown law:";
 
 impl SettingValue for ContactLaw {
@@ -257,7 +260,7 @@ impl SettingValue for ContactLaw {
     }
 }
 
-/// Force laws and their settings: the type of `physics.forces`.
+/// The chosen force laws and their settings: the type of `physics.forces`.
 #[derive(Default)]
 pub struct ForceLaws {
     laws: Vec<Box<dyn AnyForce>>,
@@ -265,14 +268,15 @@ pub struct ForceLaws {
 }
 
 impl ForceLaws {
-    /// The law with this name: with its settings here if it is among these laws, otherwise with its default settings.
+    /// The force law with this name. It has its chosen settings if it is among these laws, otherwise its default
+    /// settings.
     fn law_of(&self, name: &str) -> Option<Box<dyn AnyForce>> {
         let here = self.laws().map(AnyForce::boxed);
         here.chain(self.registry.forces())
             .find(|force| force.name() == name)
     }
 
-    /// The law of the type `L` with its settings, if it is among these laws.
+    /// The law of the type `L` with its settings; `None` if it is not among these laws.
     pub fn along_bars<L: BarForce>(&self) -> Option<L> {
         let mut laws = self.laws().map(AnyForce::any);
         let law: &OnBars<L> = laws.find_map(|law| law.downcast_ref())?;
@@ -285,7 +289,7 @@ impl ForceLaws {
         self.laws().map(about).collect()
     }
 
-    /// These laws without the one with this name.
+    /// A copy of these laws without the law of this name.
     #[must_use]
     pub fn without(&self, name: &str) -> Self {
         let mut others = self.clone();

@@ -11,12 +11,13 @@ use super::terrain::{NONE, Terrain, Way};
 use crate::geometry::Vector;
 use crate::settings::Settings;
 
-/// A node that meets the ground.
+/// A node at the moment when it meets the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Impact<R, const D: usize = 2> {
-    /// The velocity before the impact, m/s. The last component points out of the ground and is negative.
+    /// The velocity before the impact, m/s. The first component is along the ground. The last component is along the
+    /// normal that points out of the ground; it is negative, because the node moves into the ground.
     pub velocity: Vector<R, D>,
-    /// The remaining time of the drift, s.
+    /// The time that remains of the drift after the impact, s.
     pub rest: R,
 }
 
@@ -25,14 +26,14 @@ pub struct Impact<R, const D: usize = 2> {
 ///
 /// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
 pub trait Contact: Law {
-    /// False if there is no ground at all.
+    /// False if the world of this law has no ground.
     const HAS_GROUND: bool = true;
 
     /// The velocity after the impact, m/s, which the node keeps for the rest of the drift. `law` has the settings as
     /// numbers of the type `R`. The method must not branch on a [`Real`]; use `R::select` instead.
     fn respond<R: Real, const D: usize>(law: &Self::Of<R>, impact: Impact<R, D>) -> Vector<R, D>;
 
-    /// The node after a drift over flat ground.
+    /// Computes the node after a drift over flat ground.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
         law: &Self::Of<R>,
@@ -48,9 +49,10 @@ pub trait Contact: Law {
         }
     }
 
-    /// The node after a drift over terrain. If the node meets a segment of the terrain, the law gets the velocity along
-    /// and out of that segment. If the rest of the drift leads into another segment, as in a corner, the law is applied
-    /// once more. If the node would still sink into the ground after that, it stops in the corner.
+    /// Computes the node after a drift over terrain. If the node meets a segment of the terrain, the law gets the
+    /// components of the velocity along that segment and out of it. If the rest of the drift leads into another
+    /// segment, as in a corner, the law is applied a second time. If the node would sink into the ground even then, it
+    /// stops in the corner.
     #[inline(always)]
     fn drift_over<R: Real, const D: usize>(
         law: &Self::Of<R>,
@@ -81,15 +83,15 @@ pub trait Contact: Law {
         Particle { v, ..way.node }.after(way.left)
     }
 
-    /// The law with another coefficient of friction: `physics.friction`, or one that is drawn for domain randomization.
-    /// A law without friction does not change.
+    /// This law with another coefficient of friction: the value of `physics.friction`, or a value that is drawn for
+    /// domain randomization. A law without friction does not change.
     #[must_use]
     fn with_friction(self, _friction: f64) -> Self {
         self
     }
 
-    /// The adjoint of a step over flat ground. The default works for every law; a [generated](autodiff::emit) adjoint
-    /// is faster.
+    /// The adjoint of the kernel [`Flying`] over flat ground. The default works for every law; a
+    /// [generated](autodiff::emit) adjoint is faster.
     #[inline(always)]
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
@@ -99,7 +101,8 @@ pub trait Contact: Law {
         vjp_by_duals_with(flying, at, given)
     }
 
-    /// The adjoint of a drift over flat ground, like [`flying_vjp`](Contact::flying_vjp).
+    /// The adjoint of the kernel [`Drifting`] over flat ground. As for [`flying_vjp`](Contact::flying_vjp), the default
+    /// works for every law.
     #[inline(always)]
     fn drifting_vjp<R: Real, const M: usize>(
         drifting: &Drifting<Self>,
@@ -110,8 +113,8 @@ pub trait Contact: Law {
     }
 }
 
-/// Used in the `impl` of a [`Contact`]: makes its adjoints the generated ones. The argument is `_` for a law without
-/// settings, and `settings, settings` for a law with settings.
+/// Defines the adjoints of a law as the generated functions; used inside an `impl` of [`Contact`]. The argument is `_`
+/// for a law without settings, and `settings, settings` for a law with settings.
 macro_rules! emitted_adjoints {
     ($settings:pat $(, $given:ident)?) => {
         #[inline(always)]
@@ -135,9 +138,9 @@ macro_rules! emitted_adjoints {
 }
 pub(super) use emitted_adjoints;
 
-/// The ground that a node drifts over: [`Flat`] or [`Terrain`].
+/// The kind of ground that a node drifts over: [`Flat`] or [`Terrain`].
 pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
-    /// The node after a drift over this ground, under a contact law.
+    /// Computes the node after a drift over this ground with a contact law.
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -145,7 +148,7 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
         node: Particle<R, D>,
     ) -> Particle<R, D>;
 
-    /// The adjoint of a step over this ground.
+    /// The adjoint of the kernel [`Flying`] over this ground.
     #[inline(always)]
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C, Self>,
@@ -155,7 +158,7 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
         vjp_by_duals_with(flying, at, given)
     }
 
-    /// The adjoint of a drift over this ground.
+    /// The adjoint of the kernel [`Drifting`] over this ground.
     #[inline(always)]
     fn drifting_vjp<C: Contact, R: Real, const M: usize>(
         drifting: &Drifting<C, Self>,
@@ -166,7 +169,7 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// Flat ground, or no ground at all.
+/// A flat ground line. It is also used if there is no ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Flat;
 
@@ -212,12 +215,12 @@ impl Underfoot for Terrain {
     }
 }
 
-/// The kernel of a step of a node, which is a push and then a drift: from
-/// `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new `[x, y, vx, vy]`. The uniform inputs are both components
-/// of the velocity that gravity adds (m/s), then the law's settings.
+/// The kernel of one step of a node: a push that changes the velocity, then a drift that changes the position. It maps
+/// `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new `[x, y, vx, vy]`. The uniform inputs are the two
+/// components of the velocity that gravity adds (m/s), then the law's settings.
 #[derive(Clone, Debug)]
 pub struct Flying<C, G = Flat> {
-    /// The push and the drift.
+    /// The numbers of the push and of the drift.
     pub flight: Flight,
     /// The contact law.
     pub contact: C,
@@ -252,11 +255,11 @@ impl<C: Contact, G: Underfoot> UniformKernel<7, 4> for Flying<C, G> {
     }
 }
 
-/// The kernel of a drift without a push: from `[x, y, vx, vy]` to the new `[x, y, vx, vy]`. The uniform inputs are the
-/// law's settings.
+/// The kernel of a drift without a push. It maps `[x, y, vx, vy]` to the new `[x, y, vx, vy]`. The uniform inputs are
+/// the law's settings.
 #[derive(Clone, Debug)]
 pub struct Drifting<C, G = Flat> {
-    /// The drift.
+    /// The duration of the drift.
     pub drift: Drift,
     /// The contact law.
     pub contact: C,
@@ -311,10 +314,10 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     ) -> Particle<Array>;
 }
 
-/// The inputs of a step: all nodes, and what pushes them.
+/// The inputs of the kernel [`Flying`]: all nodes, and the impulses and velocities that a push adds to them.
 pub(crate) struct Pushed<'a, const D: usize = 2> {
     pub(crate) nodes: Particle<Array, D>,
-    /// Impulses, N s.
+    /// The impulse on each node, N s.
     pub(crate) impulses: Vector<Array, D>,
     /// 1 / mass, 1/kg.
     pub(crate) inverse_mass: Array,

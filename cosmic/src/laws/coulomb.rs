@@ -32,12 +32,13 @@ impl Contact for Coulomb {
     fn respond<R: Real, const D: usize>(law: &Coulomb<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let (along, friction) = (impact.velocity.along(), law.friction);
         let braked = along.shortened(friction * impact.velocity.up().abs());
-        // Without friction nothing holds a node at rest, so its velocity must pass derivatives, which `shortened`
-        // blocks there.
+        // Without friction, nothing holds a node at rest. The derivative of its velocity must then be 1, but the
+        // derivative of `shortened` at 0 is 0.
         Vector::select(R::zero().less(friction), braked, along).along()
     }
 
-    // After the impact the velocity out of the ground is 0, so the node only moves along the ground.
+    // After the impact, the velocity out of the ground is 0. The rest of the drift therefore changes only the position
+    // along the ground.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
         law: &Coulomb<R>,

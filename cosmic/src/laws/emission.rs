@@ -1,4 +1,4 @@
-//! The test that `adjoints.rs` is up to date. It also writes the file, if it is run with `EMIT=1`.
+//! The test that the file `adjoints.rs` is up to date. With `EMIT=1`, the test also writes the file.
 
 use autodiff::arrays::Fixed;
 use autodiff::emit::{adjoint, assert_fresh};
@@ -31,10 +31,12 @@ use super::stiffening::Stiffening;
 use super::sticking::Sticking;
 ";
 
-/// The names of uniform inputs in the generated code: gravity along both axes, then the settings of a contact law.
+/// The names that the uniform inputs of a contact kernel have in the generated code: both components of gravity, then
+/// one setting of the contact law.
 const UNIFORMS: [&str; 3] = ["uniforms[0]", "uniforms[1]", "uniforms[2]"];
 
-/// The generated code of two adjoint functions under the contact law `name`: for a step and for a drift.
+/// Generates the code of two adjoint functions for the contact law `name`: the adjoint of a step, and the adjoint of a
+/// drift.
 fn of_contact<C: Contact>(name: &str) -> [String; 2] {
     let (contact, ground) = (C::default(), Flat);
     let flying = |v: &[f64]| Fixed {
@@ -65,7 +67,7 @@ fn of_contact<C: Contact>(name: &str) -> [String; 2] {
     ]
 }
 
-/// The generated code of the adjoint function for the impulse of the law along bars `name`.
+/// Generates the code of the adjoint function for the impulse of the law along bars `name`.
 fn of_bars<L: BarForce>(name: &str) -> String {
     let tension = |v: &[f64]| Fixed {
         kernel: Tension {

@@ -1,4 +1,4 @@
-//! Forces: the terms of a step that push the nodes.
+//! Forces on nodes: the terms of the push in a step.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -15,7 +15,7 @@ use crate::settings::Settings;
 
 /// The arrays that a step computes forces from. Vectors are in the ground's frame.
 pub struct Step<'a, const D: usize = 2> {
-    /// The edges, and the slot of each edge in arrays along the edges.
+    /// The edges. Each edge has a slot: its place in the arrays that have a number for every edge.
     pub graph: &'a Graph,
     /// Positions (m) and velocities (m/s) of the nodes.
     pub nodes: Particle<Array, D>,
@@ -31,13 +31,13 @@ pub struct Step<'a, const D: usize = 2> {
     pub strain: Array,
     /// The time, s, for every node; `None` unless a force [needs it](Force::needs_time).
     pub time: Option<Array>,
-    /// The duration of the push, s.
+    /// The duration of the push, s. A force gives the nodes its impulse over this time.
     pub dt: f64,
-    /// The unit vector against gravity.
+    /// The unit vector opposite to gravity.
     pub vertical: Vector<f64, D>,
 }
 
-/// A robot at one moment, in the ground's frame, for computations that are not part of a step.
+/// A robot at one moment, for computations that are not part of a step. Vectors are in the ground's frame.
 #[derive(Clone, Debug)]
 pub struct Pose<'a, const D: usize = 2> {
     /// Nodes and edges.
@@ -50,12 +50,12 @@ pub struct Pose<'a, const D: usize = 2> {
     pub activation: &'a [f64],
     /// The time, s.
     pub time: f64,
-    /// The unit vector against gravity.
+    /// The unit vector opposite to gravity.
     pub vertical: Vector<f64, D>,
 }
 
 impl<'a, const D: usize> Pose<'a, D> {
-    /// A robot with idle actuators at time 0. `state` is in the world's frame.
+    /// The pose of a robot with idle actuators at time 0. `state` is in the world's frame.
     pub fn idle(
         lattice: &'a Lattice<D>,
         body: &'a Body<f64>,
@@ -76,13 +76,13 @@ impl<'a, const D: usize> Pose<'a, D> {
 /// The force that a part of a law, such as one spring, exerts on one node.
 #[derive(Clone, Debug)]
 pub struct Pull<const D: usize = 2> {
-    /// The name of the part, to be used in a sentence, such as "the spring of edge 3 [1, 2]".
+    /// The name of the part as a noun phrase for messages, such as "the spring of edge 3 [1, 2]".
     pub part: String,
     /// The force, N, in the ground's frame.
     pub force: Vector<f64, D>,
 }
 
-/// The parameters that a force has declared for a step.
+/// The arrays that a force gets in a step because it has declared them in [`Force::constants`] and [`Force::inputs`].
 #[derive(Clone, Debug, Default)]
 pub struct Given<A> {
     /// The arrays of [`Force::constants`].
@@ -97,13 +97,14 @@ pub struct Given<A> {
 /// Most forces act on [every node](super::NodeForce) or along [every bar](super::BarForce). Any other force implements
 /// this trait; `laws/bending.rs` is an example.
 pub trait Force: Debug + Send + Sync {
-    /// Arrays of constant numbers. [`record`](Force::record) gets them as [`Given::constants`].
+    /// The arrays of constant numbers that this force needs. [`record`](Force::record) gets them as
+    /// [`Given::constants`].
     fn constants(&self) -> Vec<Vec<f64>> {
         Vec::new()
     }
 
-    /// The settings that a rollout can be differentiated with respect to, and that may differ between the robots of a
-    /// batch.
+    /// The settings of this force that are inputs of a step. A rollout can be differentiated with respect to them, and
+    /// they may differ between the robots of a batch.
     fn inputs(&self) -> Vec<StepInput> {
         Vec::new()
     }
@@ -113,8 +114,8 @@ pub trait Force: Debug + Send + Sync {
         false
     }
 
-    /// Records the impulses on all nodes over a step, N s, and adds them to those of earlier forces, `before`. Returns
-    /// the sum.
+    /// Records the impulses of this force on all nodes over a step (N s). Returns their sum with `before`, the impulses
+    /// of earlier forces.
     fn record(
         &self,
         p: &mut AnyProgram,
@@ -123,7 +124,7 @@ pub trait Force: Debug + Send + Sync {
         before: Option<Vector<Array>>,
     ) -> Vector<Array>;
 
-    /// The forces on a node, one for each part of this force that acts on it.
+    /// The forces on a node: one entry for each part of this force that acts on the node.
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
 
     /// The tension that this force adds to the bar of an edge, N.
@@ -131,21 +132,22 @@ pub trait Force: Debug + Send + Sync {
         0.0
     }
 
-    /// The potential energy, J; `None` if the force has none.
+    /// The potential energy of this force in a pose, J; `None` if the force has none.
     fn energy(&self, pose: &Pose) -> Option<f64>;
 
     /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
 
-    /// The stiffness that this force gives a bar, N/m. The material of the bar has the stiffness `k` (N/m), and its
-    /// length differs from the target by `off` (m).
+    /// The stiffness of a bar under this force, N/m. `k` is the stiffness of the bar's material (N/m), and `off` is the
+    /// difference between the bar's length and its target length (m).
     fn bar_stiffness(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
         0.0
     }
 
-    /// A bound on what the force adds to the square of any frequency, 1/s^2, in any design. `of_node` is the largest
-    /// squared frequency of a single node with only its bars (1/s^2), `shortest` the length of the shortest bar (m).
-    /// Forces on single nodes return 0, because [`stiffen`](Force::stiffen) already says what they add.
+    /// An upper bound, valid for every design, on what this force adds to a squared frequency, 1/s^2. `of_node` is the
+    /// largest squared frequency of a single node that is held only by its bars (1/s^2); `shortest` is the length of
+    /// the shortest bar (m). Forces on single nodes return 0, because [`stiffen`](Force::stiffen) already reports what
+    /// they add.
     fn any_design(&self, _of_node: f64, _shortest: f64) -> f64 {
         0.0
     }
@@ -157,11 +159,11 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
     fn settings(&mut self) -> &mut dyn Settings;
     fn boxed(&self) -> Box<dyn AnyForce>;
     fn any(&self) -> &dyn Any;
-    /// The force on a lattice; `None` if it has nothing to act on.
+    /// The force of this law on the nodes of a lattice; `None` if the law has nothing to act on.
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
 }
 
-/// The sum of two numbers.
+/// A kernel that adds two numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sum;
 
@@ -177,7 +179,7 @@ impl Kernel<2, 1> for Sum {
     }
 }
 
-/// Records the sum of `impulses` and the impulses of earlier forces, `before`.
+/// Records the sum of `impulses` and `before`, the impulses of earlier forces.
 pub(super) fn add<const D: usize>(
     p: &mut AnyProgram,
     before: Option<Vector<Array, D>>,

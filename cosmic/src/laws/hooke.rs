@@ -1,4 +1,4 @@
-//! Hooke's law: tension proportional to the change of length.
+//! Hooke's law: the tension of a bar is proportional to the change of its length.
 
 use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};

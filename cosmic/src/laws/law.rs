@@ -1,10 +1,10 @@
-//! [`Law`]: what contact laws and force laws have in common, a name and settings.
+//! The trait [`Law`]: a name and settings, which contact laws and force laws have in common.
 
 use std::fmt::Debug;
 
 use crate::settings::{Inputs, Settings};
 
-/// A law with its name and its settings. The settings are the fields of the type, as declared by
+/// A contact law or a force law, with a name and settings. The settings are the fields of the type, as declared by
 /// [`settings!`](crate::settings!). In a scene they are in a section with the name of the law.
 pub trait Law:
     Settings + Inputs<Of<f64> = Self> + Clone + Default + Debug + Send + Sync + 'static
@@ -13,7 +13,7 @@ pub trait Law:
     const NAME: &'static str;
 }
 
-/// A number of the step that is the same for all nodes and bars: a setting of a law, or gravity.
+/// An input of a step that is the same for all nodes and bars: a setting of a law, or gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepInput {
     /// The key of the number in a scene, such as `mud.rate`.
@@ -22,7 +22,7 @@ pub struct StepInput {
     pub value: f64,
 }
 
-/// The settings of a law that are inputs of the step, under their full keys.
+/// The settings of a law that are inputs of a step. Their names are full keys, such as `mud.rate`.
 pub(super) fn step_inputs<L: Law>(law: &L) -> Vec<StepInput> {
     let input = |(key, value): (String, f64)| StepInput {
         name: if key.contains('.') {

@@ -26,7 +26,7 @@ impl Serialize for LawFile {
     }
 }
 
-/// The entries of an object, in the order of the file.
+/// The entries of a JSON object, in the order of the file.
 struct Entries<T>(Vec<(String, T)>);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Entries<T> {
@@ -99,7 +99,7 @@ impl<'de> Deserialize<'de> for LawFile {
 }
 
 impl LawFile {
-    /// A law with a name and settings.
+    /// Describes a law with this name and these settings.
     pub(super) fn new(name: &str, settings: &mut dyn Settings) -> Self {
         let fields = settings.fields().into_iter();
         let settings = fields.map(|field| (field.key.to_owned(), field.value.json()));
@@ -109,7 +109,7 @@ impl LawFile {
         }
     }
 
-    /// Sets the settings of `law` to the values of this file.
+    /// Copies the values in this file to the settings of `law`.
     ///
     /// # Errors
     /// A message about an unknown setting or a wrong value.
@@ -174,7 +174,7 @@ mod tests {
         }
     }
 
-    /// Values to try for a setting: `null`, a boolean, numbers, and every allowed name.
+    /// Values that the tests try for a setting: `null`, a boolean, numbers, and every allowed name.
     fn others(field: &Field) -> Vec<Value> {
         let values = [
             json!(null),
@@ -192,7 +192,7 @@ mod tests {
         serde_json::to_value(LawFile::new(name, law)).unwrap()
     }
 
-    /// Checks that a law reads back as it was written, after a change of each of its settings.
+    /// For every setting of a law, changes the setting, writes the law, reads it back, and checks that it is the same.
     fn round_trip(name: &'static str, law: &mut dyn Settings, read: &dyn Fn(&Value) -> Value) {
         let (keys, mut tried) = (law.fields().len(), 0);
         for k in 0..keys {
@@ -201,7 +201,7 @@ mod tests {
             let mut changed = false;
             for value in values {
                 let field = law.fields().swap_remove(k);
-                // A value that the setting rejects changes nothing.
+                // If the setting rejects the value, the setting does not change.
                 let _ = super::read_json(field, &value);
                 let written = law_json(name, law);
                 assert_eq!(read(&written), written);
@@ -244,7 +244,7 @@ mod tests {
             };
             round_trip(contact.name(), contact.settings(), &read);
         }
-        // A law with a setting that is off is also found by its type.
+        // `along_bars` finds a law even if one of its settings is off.
         let all = forces(&json!([Everything::NAME]).to_string()).unwrap();
         assert_eq!(all.along_bars::<Everything>(), Some(Everything::default()));
     }

@@ -1,11 +1,11 @@
-//! Laws: contact laws and forces, of which a step is made. Each law has its own file and implements the same traits as
-//! a user's law.
+//! The physical laws of a step: contact laws and forces. Each law has its own file. A law of a user implements the same
+//! traits as the laws here.
 //!
 //! A law is a type with [settings](Law) and one generic method. The method returns the [velocity](Contact::respond) of
 //! a node that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a node.
-//! Any other force implements [`Force`]. Derivatives (also with respect to the settings), SIMD lanes and the stable
-//! time step are derived from the method. Scenes can choose every law of this crate and every law that a program has
-//! added to the [registry](crate::Registry::with_law).
+//! A force of another kind implements [`Force`]. Derivatives (also with respect to the settings), SIMD lanes and the
+//! stable time step follow from that method without further code. Scenes can choose every law of this crate and every
+//! law that a program has added to the [registry](crate::Registry::with_law).
 
 mod law;
 mod motion;

@@ -14,14 +14,14 @@ pub struct Particle<R, const D: usize = 2> {
 }
 
 impl<R> Particle<R> {
-    /// The particle with the numbers `[x, y, vx, vy]`.
+    /// Creates a particle from the numbers `[x, y, vx, vy]`.
     #[inline(always)]
     pub fn new([x, y, vx, vy]: [R; 4]) -> Self {
         let (x, v) = (Vector::new([x, y]), Vector::new([vx, vy]));
         Self { x, v }
     }
 
-    /// The numbers `[x, y, vx, vy]`.
+    /// Returns the numbers `[x, y, vx, vy]`.
     #[inline(always)]
     pub fn array(self) -> [R; 4] {
         let ([x, y], [vx, vy]) = (self.x.array(), self.v.array());
@@ -30,7 +30,7 @@ impl<R> Particle<R> {
 }
 
 impl<R: Real, const D: usize> Particle<R, D> {
-    /// The particle after a time (s) at constant velocity.
+    /// Moves the particle at constant velocity for a time (s).
     #[inline(always)]
     #[must_use]
     pub fn after(self, time: R) -> Self {
@@ -43,14 +43,14 @@ impl<R: Real, const D: usize> Particle<R, D> {
 /// The drift of a node: motion at constant velocity, until the node meets the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Drift {
-    /// The duration, s.
+    /// The duration of the drift, s.
     pub dt: f64,
 }
 
 impl Drift {
-    /// Returns whether a node touches flat ground during the drift, and the time of impact (s), which is `dt` for a
-    /// node that does not touch it. The time passes no derivative at its bounds 0 and `dt` (D9). A node without
-    /// velocity towards the ground never touches it, so nothing is divided by zero.
+    /// Returns whether a node touches flat ground during the drift, and the time of impact (s). The time is `dt` for a
+    /// node that does not touch the ground. Its derivative is 0 at its bounds 0 and `dt` (D9). A node without velocity
+    /// towards the ground does not touch it, so nothing is divided by zero.
     #[inline(always)]
     pub fn touch<R: Real, const D: usize>(&self, node: Particle<R, D>) -> (R::Mask, R) {
         let (height, out) = (node.x.up(), node.v.up());
@@ -62,18 +62,18 @@ impl Drift {
     }
 }
 
-/// The push that changes the velocity of a node, and the drift after it.
+/// The numbers of a step of a node: of the push that changes its velocity, and of the drift after the push.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
     /// The drift after the push.
     pub drift: Drift,
-    /// The factor by which damping reduces a velocity, `exp(-damping h)`.
+    /// The factor `exp(-damping h)` by which damping reduces a velocity in a substep of length `h`.
     pub decay: f64,
 }
 
 impl Flight {
-    /// The velocity `v*` before contact, m/s, from the velocity before the step, the impulse (N s),
-    /// 1 / mass (1/kg) and the velocity that gravity adds (m/s).
+    /// Computes the velocity `v*` (m/s) that a node has after the push and before contact. The inputs are the velocity
+    /// before the step, the impulse (N s), 1 / mass (1/kg) and the velocity that gravity adds (m/s).
     #[inline(always)]
     pub fn velocity<R: Real, const D: usize>(
         &self,

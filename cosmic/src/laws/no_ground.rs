@@ -1,4 +1,4 @@
-//! The contact law without any ground.
+//! The contact law of a world without ground.
 
 use autodiff::Real;
 

@@ -1,4 +1,4 @@
-//! Forces on single nodes, such as fields and drag.
+//! Force laws on single nodes, such as fields and drag.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -28,36 +28,36 @@ pub struct Node<R, const D: usize = 2> {
     pub weight: R,
     /// The time, s; 0 unless the law [asks for it](NodeForce::NEEDS_TIME).
     pub time: R,
-    /// The unit vector against gravity: up on level ground.
+    /// The unit vector opposite to gravity: on level ground it points up.
     pub vertical: Vector<R, D>,
 }
 
-/// A force on every node. To write a law, give it [settings](Law) and [`force`](NodeForce::force). Derivatives, SIMD
-/// lanes and file formats need no further code.
+/// A law for the force on each node. To write a law, give it [settings](Law) and [`force`](NodeForce::force).
+/// Derivatives, SIMD lanes and file formats need no further code.
 ///
 /// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
 pub trait NodeForce: Law {
     /// True if [`force`](NodeForce::force) reads [`Node::time`].
     const NEEDS_TIME: bool = false;
 
-    /// The force, N, in the ground's frame. `law` has the settings as numbers of the type `R`. The method must not
-    /// branch on a [`Real`]; use `R::select` instead.
+    /// Computes the force on a node, N, in the ground's frame. `law` has the settings as numbers of the type `R`. The
+    /// method must not branch on a [`Real`]; use `R::select` instead.
     fn force<R: Real, const D: usize>(law: &Self::Of<R>, node: Node<R, D>) -> Vector<R, D>;
 
-    /// A constant number for each node, such as 1 for the nodes that the force acts on and 0 for the others.
+    /// A constant number that the law gives a node, such as 1 for the nodes that the force acts on and 0 for the others.
     fn weight(&self, _node: usize, _lattice: &Lattice) -> f64 {
         1.0
     }
 
-    /// The potential energy of the node, J, whose negative gradient is the force. `None` if the law has no potential
+    /// The potential energy of the node, J. The force is its negative gradient. `None` if the law has no potential
     /// energy.
     fn energy<const D: usize>(&self, _node: Node<f64, D>) -> Option<f64> {
         None
     }
 }
 
-/// The kernel of a law on nodes: computes the impulse on a node over a step, N s, from its position, velocity,
-/// 1 / mass, weight and the time.
+/// The kernel of a law on nodes. It computes the impulse (N s) on a node over a step from the node's position,
+/// velocity, 1 / mass and weight, and from the time.
 #[derive(Clone, Debug)]
 struct NodeKernel<L, const D: usize = 2> {
     law: L,
@@ -101,11 +101,11 @@ impl<L: NodeForce> UniformKernel<7, 2> for NodeKernel<L> {
     }
 }
 
-/// A law on every node, as a [`Force`].
+/// Makes a law on nodes a [`Force`].
 #[derive(Clone, Debug)]
 pub(crate) struct OnNodes<L> {
     pub(crate) law: L,
-    /// The weight of every node; empty until the law is [on](AnyForce::on) a lattice.
+    /// The weight of every node. The list is empty until the law is [applied to a lattice](AnyForce::on).
     weights: Vec<f64>,
 }
 
@@ -126,7 +126,7 @@ impl<L: NodeForce> OnNodes<L> {
         }
     }
 
-    /// The derivative of the force in the direction in which the position changes by `dx` and the velocity by `dv`.
+    /// The derivative of the force if the position changes at the rate `dx` and the velocity changes at the rate `dv`.
     fn slope<const D: usize>(
         &self,
         node: Node<f64, D>,
@@ -226,7 +226,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
             let at = self.node(pose, node);
             let by_place = Vector::axes().map(|axis| -self.slope(at, axis, zero));
             stiffness.node(node, Matrix::symmetric(by_place));
-            // The row sum norm bounds every eigenvalue.
+            // The largest row sum of absolute values is a bound on every eigenvalue of the matrix.
             let by_velocity = Vector::axes().map(|axis| self.slope(at, zero, axis).map(f64::abs));
             let largest = by_velocity.into_iter().sum::<Vector<f64>>().largest();
             stiffness.dampen_node(node, largest);

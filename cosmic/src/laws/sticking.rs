@@ -22,7 +22,7 @@ impl Contact for Sticking {
         Vector::zero()
     }
 
-    // After the impact the node does not move.
+    // After the impact the node does not move, so only the time before the impact changes its position.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
         _: &Self,

@@ -40,7 +40,7 @@ impl BarForce for Stiffening {
     fn energy(&self, bar: Bar<f64>) -> Option<f64> {
         let change = bar.length - bar.target;
         let square = change * change;
-        // The integral of k (e + c e^3).
+        // The energy is the integral of the tension k (e + c e^3).
         Some(0.5 * bar.stiffness * square * (1.0 + 0.5 * self.cubic * square))
     }
 

@@ -11,32 +11,35 @@ pub struct Stiffness<const D: usize = 2> {
     pub(crate) bars: Vec<BarStiffness>,
     /// For every edge, the derivative of its tension with respect to the rate of its length, N s/m.
     pub(crate) bar_damping: Vec<f64>,
-    /// For every node, minus the derivative of the force on it with respect to its own position, N/m.
+    /// For every node, minus the derivative of the force on the node with respect to the node's own position, N/m.
     pub(crate) nodes: Vec<Matrix<D>>,
-    /// For every node, a bound on the derivative of the force on it with respect to its own velocity, N s/m.
+    /// For every node, a bound on the derivative of the force on the node with respect to the node's own velocity, N
+    /// s/m.
     pub(crate) node_damping: Vec<f64>,
-    /// Angles between edges that resist bending.
+    /// The pairs of edges that resist a change of the angle between them.
     pub(crate) angles: Vec<Angle<D>>,
 }
 
-/// The stiffness of an edge along its direction and across it, N/m. The stiffness across may be negative.
+/// The stiffness of an edge for displacements along it and across it, N/m. The stiffness across the edge may be
+/// negative.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BarStiffness {
     pub(crate) along: f64,
     pub(crate) across: f64,
 }
 
-/// An angle over three nodes with an angular stiffness `c`. The angle is `g . u` if the nodes are displaced by `u`.
+/// The angle between two edges over three nodes, which has an angular stiffness `c`. If displacements `u` move the
+/// nodes, the angle changes by `g . u`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle<const D: usize = 2> {
     pub(crate) nodes: [usize; 3],
-    /// The vector `g` of each node, times the square root of `c`.
+    /// For each of the three nodes, its part of the vector `g`, times the square root of `c`.
     pub(crate) by: [Vector<f64, D>; 3],
 }
 
 impl Stiffness {
-    /// A bound on what forces on single nodes add to the square of any frequency, 1/s^2, if every node has at least
-    /// this mass (kg).
+    /// A bound on what the forces on single nodes add to the square of any frequency, 1/s^2. `least_mass` is the
+    /// smallest mass that a node may have (kg).
     pub(crate) fn of_nodes(&self, least_mass: f64) -> f64 {
         let largest = self.nodes.iter().map(Matrix::largest_eigenvalue);
         largest.fold(0.0, f64::max) / least_mass
@@ -54,30 +57,32 @@ impl<const D: usize> Stiffness<D> {
         }
     }
 
-    /// Adds to the stiffness of an edge, N/m: `along` its direction, and `across` it, which is the tension divided by
-    /// the length.
+    /// Adds to the stiffness of an edge, N/m: `along` for displacements along the edge, and `across` for displacements
+    /// across it. The latter is the tension divided by the length.
     pub fn bar(&mut self, edge: usize, along: f64, across: f64) {
         let bar = &mut self.bars[edge];
         (bar.along, bar.across) = (bar.along + along, bar.across + across);
     }
 
-    /// Adds to the derivative of an edge's tension with respect to the rate of its length, N s/m.
+    /// Adds `damping` to the derivative of an edge's tension with respect to the rate of its length, N s/m.
     pub fn dampen_bar(&mut self, edge: usize, damping: f64) {
         self.bar_damping[edge] += damping;
     }
 
-    /// Adds minus the derivative of the force on a node with respect to its position, N/m.
+    /// Adds the stiffness `by_place` of the force on a node, N/m: minus the derivative of that force with respect to
+    /// the node's position.
     pub fn node(&mut self, node: usize, by_place: Matrix<D>) {
         self.nodes[node] += by_place;
     }
 
-    /// Adds a bound on the derivative of the force on a node with respect to its velocity, N s/m.
+    /// Adds the damping of a node, N s/m: a bound on the derivative of the force on the node with respect to its
+    /// velocity.
     pub fn dampen_node(&mut self, node: usize, damping: f64) {
         self.node_damping[node] += damping;
     }
 
-    /// Adds an angle over three nodes: its derivatives `g` with respect to their positions (1/m), and its `stiffness`
-    /// (N m).
+    /// Adds an angle over three nodes. `g` has the derivatives of the angle with respect to the positions of the nodes
+    /// (1/m); `stiffness` is the angular stiffness (N m).
     pub fn angle(&mut self, nodes: [usize; 3], g: [Vector<f64, D>; 3], stiffness: f64) {
         let by = g.map(|g| g * stiffness.sqrt());
         self.angles.push(Angle { nodes, by });

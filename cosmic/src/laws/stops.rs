@@ -26,9 +26,9 @@ impl Law for Stops {
 impl BarForce for Stops {
     const NOUN: &'static str = "stop";
 
-    /// The force is proportional to the share of actuator, so a passive bar has no stops. Exactly at a stop the
-    /// derivative is 0, as it is within the free stroke (see `max` of equals in the kink table of
-    /// `autodiff/src/real.rs`).
+    /// The force is proportional to the share of the actuator material in the bar, so a passive bar has no stops. If
+    /// the bar just touches a stop, the derivative is 0, as it is between the stops. (The kink table in
+    /// `autodiff/src/real.rs` defines the derivative of `max` for equal numbers.)
     #[inline(always)]
     fn tension<R: Real>(stops: &Stops<R>, bar: Bar<R>) -> R {
         let (longest, shortest) = stops.ends(bar.rest_length);
@@ -45,15 +45,15 @@ impl BarForce for Stops {
 }
 
 impl<R: Real> Stops<R> {
-    /// The largest and the smallest length at which the bar touches no stop.
+    /// The largest and the smallest length at which the bar does not yet touch a stop.
     #[inline(always)]
     fn ends(&self, rest_length: R) -> (R, R) {
         let [longest, shortest] = [R::one() + self.at, R::one() - self.at];
         (rest_length * longest, rest_length * shortest)
     }
 
-    /// The strain of a bar relative to `at`. It is the share of actuator in the bar if `at` is the largest strain of an
-    /// actuator.
+    /// The strain of a bar divided by the setting `at`. If `at` is the largest strain of the actuator material, the
+    /// quotient is the share of that material in the bar.
     #[inline(always)]
     fn share(&self, strain: R) -> R {
         strain * self.at.recip()

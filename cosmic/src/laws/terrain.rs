@@ -1,9 +1,9 @@
 //! Terrain: the segments of a ground's profile, and the search for the first segment that a node meets.
 //!
 //! The profile is a function of the position along the ground, so a node is over exactly one segment at any time. The
-//! corners of the profile divide the path of the node into stays, one over each segment. The node meets the first
-//! segment whose line it crosses during its stay over that segment. A stay begins at exactly the time at which the stay
-//! before it ends, so that no node slips through a corner because of rounding.
+//! path of a node over the corners of the profile consists of stays: during each stay, the node is over one segment.
+//! The node meets the first segment whose line it crosses during the stay over that segment. Each stay begins exactly
+//! when the previous stay ends, so that no node slips through a corner because of rounding.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use autodiff::{Mask, Real};
 use super::motion::Particle;
 use crate::geometry::{Plane, Profile, Rotation, Vector};
 
-/// A profile in the form that kernels use.
+/// The profile of the ground as a list of segments, for use in kernels.
 #[derive(Clone, Debug)]
 pub struct Terrain {
     segments: Arc<[Segment]>,
@@ -26,11 +26,11 @@ struct Segment {
     end: f64,
 }
 
-/// A point counts as on a line if it is at most this far from it, m.
+/// A point whose distance from a line is at most this counts as being on the line, m.
 const ON_LINE: f64 = 1e-12;
 
 impl Terrain {
-    /// The terrain of a profile; `None` for a flat profile without points.
+    /// Converts a profile. Returns `None` for a flat profile, which has no points.
     pub fn new(profile: &Profile) -> Option<Self> {
         let points = profile.points();
         let (first, last) = (*points.first()?, *points.last()?);
@@ -56,7 +56,7 @@ impl Terrain {
         Some(Self { segments })
     }
 
-    /// The first segment that a node meets on its way. The segment with the number `but` is ignored. The result carries
+    /// Finds the first segment that a node meets on its way. Ignores the segment with the number `but`. The result has
     /// no derivative.
     #[inline(always)]
     pub(super) fn meet<R: Real, const D: usize>(&self, way: &Way<R, D>, but: R) -> Meeting<R> {
@@ -71,8 +71,8 @@ impl Terrain {
         for k in 0..self.segments.len() {
             let segment = &self.segments[k];
             let (number, plane) = (R::lit(k as f64), segment.plane.lit());
-            // The first and the last moment of the stay over this segment. A node that moves backwards leaves a segment
-            // at the segment's beginning.
+            // The first and the last moment at which the node is over this segment. A node that moves backwards leaves
+            // a segment where the segment begins.
             let leaves = (R::lit(segment.end) - x.forward()) * per_way;
             let first = enters.min(leaves).max(zero);
             let last = enters.max(leaves).min(way.left);
@@ -94,14 +94,14 @@ impl Terrain {
     }
 }
 
-/// The time of impact may be before the node's stay over the segment by this fraction of the way. A node that slides
-/// into a corner meets the other side just when its stay over that side begins, so rounding decides which of the two
-/// times is larger. With the slack, the time of impact is always the time at which the side is met, which has a
-/// derivative, and not the beginning of the stay, which has none.
+/// The time of impact may be earlier than the node's stay over the segment, by at most this fraction of the remaining
+/// time. A node that slides into a corner meets the other side of the corner at the moment when its stay over that side
+/// begins. Without the slack, rounding would decide which of these two times is used. With the slack, it is always the
+/// time of the impact, which has a derivative, and not the beginning of the stay, which has none.
 const SLACK: f64 = 1e-3;
 
-/// Nodes that move more slowly along the ground are treated as if they had this speed, m/s. It is a normal number in
-/// single precision too.
+/// The smallest speed along the ground with which the search calculates, m/s: a slower node is treated as if it had
+/// this speed. It is a normal number in single precision too.
 const LEAST_SPEED: f64 = 1e-30;
 
 impl Segment {
@@ -111,7 +111,7 @@ impl Segment {
     }
 }
 
-/// A node, and the time that it still has to move.
+/// The rest of a node's drift: the node, and the time that it still has to move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way<R, const D: usize = 2> {
     pub(super) node: Particle<R, D>,
@@ -119,7 +119,7 @@ pub(super) struct Way<R, const D: usize = 2> {
     pub(super) left: R,
 }
 
-/// The segment that a node meets.
+/// The result of a search: the segment that a node meets, if any, and bounds on the time of impact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<R: Real> {
     /// False if the node meets no segment.
@@ -127,7 +127,7 @@ pub(super) struct Meeting<R: Real> {
     /// The number of the segment; -1 if there is none.
     pub(super) segment: R,
     plane: Plane<R>,
-    /// Bounds on the time of impact, s.
+    /// The earliest and the latest possible time of impact, s.
     earliest: R,
     latest: R,
 }
@@ -144,8 +144,8 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// Removes the derivatives of the search. Which segment is met does not change for small changes, except at
-    /// corners, so only the impact itself needs derivatives, and the adjoint does not contain the search.
+    /// Removes the derivatives of the search. A small change of the path does not change which segment the node meets,
+    /// except at corners. So only the impact itself needs derivatives, and the adjoint does not contain the search.
     #[inline(always)]
     fn detached(self) -> Self {
         Self {
@@ -157,8 +157,9 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// The node where it meets the segment, with its velocity along and out of the segment, and the remaining time. If
-    /// it meets no segment, the node at the end of its way. The time of impact passes no derivative at its bounds (D9).
+    /// Returns the node at the impact, and the remaining time. The velocity has components along the segment and out of
+    /// it. If the node meets no segment, returns the node at the end of its way. The derivative of the time of impact
+    /// is 0 at the bounds of that time (D9).
     #[inline(always)]
     pub(super) fn reached<const D: usize>(&self, way: &Way<R, D>) -> Way<R, D> {
         let Particle { x, v } = way.node;
@@ -175,7 +176,7 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// Converts a vector with components along and out of the segment to the ground's frame.
+    /// Converts a vector from components along and out of the segment to the ground's frame.
     #[inline(always)]
     pub(super) fn in_ground<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         self.plane.axes.out_of_rotated(vector)

@@ -16,7 +16,7 @@ use crate::geometry::{Profile, Vector};
 
 const DT: f64 = 0.002;
 
-/// The cotangents of the inputs of a kernel at `x`, from the cotangents `y_bar` of its outputs.
+/// Computes the cotangents of a kernel's inputs at `x` from the cotangents `y_bar` of its outputs.
 fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     x: [f64; I],
@@ -27,7 +27,7 @@ fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
 }
 
 /// Compares the adjoint of a kernel with dual numbers and finite differences, for a fixed cotangent. The adjoint is
-/// multiplied by `1 + wrong_by`, so that a test can check that a wrong adjoint is noticed.
+/// multiplied by `1 + wrong_by`: with `wrong_by` not 0, a test can check that the comparison notices a wrong adjoint.
 fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     x: [f64; I],
@@ -53,8 +53,8 @@ fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
         gradient: &gradient,
         forward,
     };
-    // Many directions are needed, because slopes differ by factors of thousands: an impulse is divided by a mass of
-    // grams. Steps must be small compared to a time of impact.
+    // The check needs many directions, because slopes differ by factors of thousands: an impulse is divided by a mass
+    // of grams. The step sizes must be small compared to the time of impact.
     let options = Options {
         directions: 16,
         largest_step: 1e-3,
@@ -131,14 +131,14 @@ fn stops_at_both_ends_of_the_stroke() {
     for (length, force) in [(0.1349, 0.0), (0.136, 0.4), (0.0651, 0.0), (0.064, -0.4)] {
         // Lengths of 0.1 m are rounded at 1e-17 and multiplied by 400 N/m.
         assert!((Stops::tension(&law, bar(length, 0.35)) - force).abs() < 1e-14);
-        // Half an actuator has half the stop; a passive bar has no stop.
+        // A bar with half the share of actuator has half the stiffness at its stops; a passive bar has no stop.
         assert!((Stops::tension(&law, bar(length, 0.175)) - 0.5 * force).abs() < 1e-14);
         assert_eq!(Stops::tension(&law, bar(length, 0.0)), 0.0);
         let (at, h) = (|l: f64| law.energy(bar(l, 0.35)).unwrap(), 1e-6);
         // The energy is a parabola, so differences are exact except for rounding errors of 1e-20 J divided by h.
         assert!(((at(length + h) - at(length - h)) / (2.0 * h) - force).abs() < 1e-8);
     }
-    // The bar is beyond the longer stop, within the stroke, and beyond the shorter stop.
+    // The three bars are longer than the stops allow, between the stops, and shorter than the stops allow.
     for [dx, dy] in [[0.12, 0.09], [0.08, 0.09], [0.03, 0.04]] {
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
         let tension = tension(law.clone());
@@ -151,8 +151,8 @@ fn stops_at_both_ends_of_the_stroke() {
     }
 }
 
-/// Positions of three nodes: in line, turned a little, at a right angle, folded back, and with arms of different
-/// lengths.
+/// Positions of three nodes over which two edges lie in line, turn a little, form a right angle, fold back, and have
+/// different lengths.
 const TURNS: [[f64; 6]; 5] = [
     [0.0, 0.0, 0.1, 0.0, 0.2, 0.0],
     [0.0, 0.0, 0.1, 0.01, 0.2, 0.0],
@@ -168,7 +168,8 @@ const BEND: Bend = Bend {
 
 #[test]
 fn bending() {
-    // In line, every slope along the cotangent of `verdict` is 0, so a wrong gradient could not be noticed.
+    // The first entry, in line, is left out: there every slope that `verdict` compares is 0, so a wrong gradient could
+    // not be noticed.
     for [a, b, c, d, e, f] in TURNS[1..].iter().copied() {
         is_right(&BEND, [a, b, c, d, e, f, 400.0, 300.0]);
     }
@@ -195,7 +196,7 @@ fn the_forces_of_bending_are_the_slope_of_the_energy() {
         let pulls = bend.eval([a, b, c, d, e, f, 400.0, 400.0]);
         let slope = gradient(|x| Energy.eval(x), &nodes);
         for (pull, slope) in pulls.iter().zip(slope) {
-            // The softening changes a length of 0.1 m by 5e-11 of it; forces are below 1 N.
+            // The softening changes a length of 0.1 m by a fraction of 5e-11, and the forces are below 1 N.
             assert!((pull + slope).abs() < 1e-9, "{pulls:?}");
         }
     }
@@ -225,8 +226,8 @@ fn drifting<C: Contact, G: Underfoot>(contact: C, ground: G) -> Fixed<Drifting<C
     }
 }
 
-/// Nodes `[x, y, vx, vy, jx, jy, 1 / m]`: one stays above the ground, one touches it within the step, and one is below
-/// the ground and leaves it.
+/// Nodes `[x, y, vx, vy, jx, jy, 1 / m]` with the impulse `[jx, jy]`. The first stays above the ground, the second
+/// touches it within the step, and the third is below the ground and leaves it.
 const NODES: [[f64; 7]; 3] = [
     [0.3, 0.2, 0.4, -0.5, 1e-3, 2e-3, 40.0],
     [0.3, 1e-3, 0.4, -0.9, 1e-3, -2e-3, 40.0],
@@ -246,7 +247,7 @@ fn contact_is_right<C: Contact>(contact: C) {
 fn contacts() {
     contact_is_right(NoGround {});
     contact_is_right(Sticking {});
-    // The node slides on, stops, and slides without friction.
+    // With these coefficients of friction, the node slides on, stops, and slides without friction.
     for friction in [0.2, 2.5, 0.0] {
         contact_is_right(Coulomb { friction });
     }
@@ -288,24 +289,24 @@ fn valley() -> Terrain {
     terrain(&[[0.2, 0.3], [0.5, 0.0], [0.6, 0.6], [0.7, 0.1]])
 }
 
-/// Terrain with the slope down of [`valley`], but into an obtuse corner, after which the ground rises by 1 in 4.
+/// Terrain that begins with the same slope down as [`valley`]. After an obtuse corner, the ground rises by 1 in 4.
 fn wide_valley() -> Terrain {
     terrain(&[[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]])
 }
 
-/// The node `[x, y, vx, vy]` after a drift over the valley.
+/// Returns the node `[x, y, vx, vy]` after a drift over [`valley`].
 fn over_valley<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
     drifting(contact, valley()).eval(node)
 }
 
-/// The height of a node above the line of the slope down, m.
+/// The height of a node above the line through the slope that leads down into the valley, m.
 fn above_slope([x, y, ..]: [f64; 4]) -> f64 {
     (x + y - 0.5) / 2f64.sqrt()
 }
 
-/// Nodes `[x, y, vx, vy]`: one stays above the slope down; three meet it, one of them from beyond the ridge and one
-/// moving back; one slides across the ridge and flies on; one starts inside the ground and leaves; one falls down the
-/// steep side of the valley.
+/// Nodes `[x, y, vx, vy]` above or on [`valley`]. The first stays above the slope that leads down. Three meet this
+/// slope, one of them from beyond the ridge and one while it moves backwards. One slides across the ridge and flies on.
+/// One starts inside the ground and leaves it. One falls down the steep side of the valley.
 const WALKERS: [[f64; 4]; 7] = [
     [0.35, 0.2, 0.4, -0.5],
     [0.35, 0.1505, 0.4, -0.9],
@@ -316,7 +317,8 @@ const WALKERS: [[f64; 4]; 7] = [
     [0.503, 0.0185, -0.1, -1.5],
 ];
 
-/// A node that meets the slope down just before the valley and slides into it unless friction stops it.
+/// A node that meets the slope just before the corner of the valley. It slides into the corner unless friction stops
+/// it.
 const SLIDER: [f64; 4] = [0.4996, 0.0005, 0.5, -0.9];
 
 /// Checks the adjoints of steps and drifts over the valley, for all of [`WALKERS`].
@@ -330,7 +332,8 @@ fn contact_over_terrain_is_right<C: Contact>(contact: C) {
 }
 
 crate::settings! {
-    /// A user's law: nodes leave the ground with half of the speed with which they met it.
+    /// A contact law as a user would write it: a node leaves the ground with half of the speed at which it met the
+    /// ground.
     struct Bouncing {}
 }
 
@@ -372,7 +375,7 @@ fn a_law_responds_along_the_segment_that_is_met() {
 }
 
 /// A node that slides down to the valley meets the steep side within the same step. The corner is sharper than 90
-/// degrees: along the steep side the velocity leads back into the slope, so the node stops in the corner.
+/// degrees. The part of the velocity along the steep side leads back into the slope, so the node stops in the corner.
 #[test]
 fn a_second_impact_within_a_step() {
     let [x, y, vx, vy] = over_valley(Coulomb::default(), SLIDER);
@@ -387,11 +390,12 @@ fn a_second_impact_within_a_step() {
         assert!(by_node.iter().all(|bar| bar.abs() < 1e-14), "{by_node:?}");
     }
 
-    // In a wider corner the law responds on the second side too, and the node moves on along it.
+    // In a wider corner, the law also responds on the second side, and the node moves on along that side.
     let wide = drifting(Coulomb::default(), wide_valley());
     let [x, y, vx, vy] = wide.eval(SLIDER);
     assert!(x > 0.5 && (y - 0.25 * (x - 0.5)).abs() < 1e-15);
-    // It slides down with (0.7, -0.7), of which the part along (4, 1) / sqrt 17 remains.
+    // The node slides down with the velocity (0.7, -0.7). After the corner, the component along (4, 1) / sqrt 17
+    // remains.
     let left = 0.7 * 3.0 / 17f64.sqrt();
     assert!((vx - left * 4.0 / 17f64.sqrt()).abs() < 1e-15 && (vy - vx / 4.0).abs() < 1e-15);
     is_right(&wide, SLIDER);
@@ -401,21 +405,23 @@ fn a_second_impact_within_a_step() {
 #[test]
 fn a_user_s_law_responds_at_every_impact() {
     let [x, y, vx, vy] = drifting(Bouncing {}, wide_valley()).eval(SLIDER);
-    // (0.5, -0.9) is (0.7, -0.7) along the slope and (-0.2, -0.2) into it. Half of the second part is reflected:
-    // (0.8, -0.6), which is 2.6 / 17 (4, 1) along the other side and -3.2 / 17 (-1, 4) into it.
+    // The velocity (0.5, -0.9) is (0.7, -0.7) along the slope plus (-0.2, -0.2) into it. Half of the second part is
+    // reflected, which gives (0.8, -0.6). On the other side, this is 2.6 / 17 (4, 1) along the side and -3.2 / 17 (-1,
+    // 4) into it.
     let second = [(4.0 * 2.6 - 1.6) / 17.0, (2.6 + 4.0 * 1.6) / 17.0];
     // The tolerance covers a few roundings of numbers below 10.
     assert!((vx - second[0]).abs() < 1e-14 && (vy - second[1]).abs() < 1e-14);
     assert!(x > 0.5 && y > 0.25 * (x - 0.5));
 }
 
-/// To the right of the spike a node may be below the line through the spike's left side without being below the ground.
+/// On the right of the spike, a node can be below the line through the left side of the spike and still be above the
+/// ground.
 #[test]
 fn segments_end_at_their_corners() {
     let node = [0.605, 0.6, 0.3, -0.4];
     let free = over_valley(Sticking {}, node);
     assert_eq!(free[2..], node[2..]);
-    // From the left the spike is met, however thin it is.
+    // A node that comes from the left meets the spike, however thin the spike is.
     let caught = over_valley(Sticking {}, [0.5999, 0.59945, 0.9, 0.0]);
     assert_eq!(caught[2..], [0.0, 0.0]);
 }
@@ -426,8 +432,8 @@ fn points_on_a_line_are_no_corners() {
     let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
     let slope = terrain(&points.collect::<Vec<_>>());
     let [x, _, vx, vy] = drifting(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9]);
-    // The part of (1, -0.9) along (2, -1) / sqrt 5 remains. The direction between points that are 1e-4 apart and
-    // rounded at 3e-17 is exact to 1e-12.
+    // Of the velocity (1, -0.9), the component along (2, -1) / sqrt 5 remains. The points are 1e-4 apart and rounded at
+    // 3e-17, so the direction between them is exact to 1e-12.
     assert!((vx - 2.0 * 2.9 / 5.0).abs() < 1e-11 && (vy + 0.5 * vx).abs() < 1e-11);
     assert!((x - (0.1005 + DT * vx)).abs() < 1e-4);
 }

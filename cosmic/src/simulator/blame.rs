@@ -1,5 +1,5 @@
-//! The cause of a divergence: the part of a step that gave a node most of its velocity, or the speed bound that the
-//! node exceeded.
+//! Finds the cause of a divergence: the part of a step that gave a node most of its velocity, or the speed bound that
+//! the node exceeded.
 
 use super::rollout::Simulator;
 use crate::geometry::Vector;
@@ -7,22 +7,22 @@ use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};
 use crate::policy::Controller;
 
-/// The cause of a divergence at one node. Its text completes a sentence about the node.
+/// The cause of a divergence at one node. The text of a cause is the end of a sentence about the node.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
-    /// The controller's activation of an edge of the node is NaN.
+    /// The controller gave the activation NaN to an edge at the node.
     #[error("mostly by the controller's output for edge {edge}")]
     Controller {
-        /// The edge.
+        /// The number of the edge.
         edge: usize,
     },
-    /// A part of a force, such as one spring, adds most to the velocity. The text names the part.
+    /// A part of a force, such as one spring, added most to the velocity. The text names the part.
     #[error("mostly by {0}")]
     Force(String),
-    /// Gravity adds most to the velocity.
+    /// Gravity added most to the velocity.
     #[error("mostly by gravity")]
     Gravity,
-    /// The node kept most of its velocity from before the step; it moved too far with it.
+    /// The node had most of its velocity already before the step, and this velocity moved it too far.
     #[error("mostly by the node's own velocity")]
     Motion,
     /// The node is faster than the scene allows.
@@ -36,8 +36,8 @@ pub enum Cause {
 }
 
 impl Simulator {
-    /// Finds the term that gave a node most of its velocity in the first substep after the state `before`, or a term
-    /// that is NaN. The ground is not considered, because it only reduces velocities.
+    /// Finds the term of a step that gave a node most of its velocity, or a term that is NaN. The step is the first
+    /// substep after the state `before`. Contact with the ground is not considered, because it only reduces velocities.
     pub(super) fn blame(
         &self,
         body: &Body<f64>,
@@ -76,12 +76,13 @@ impl Simulator {
         ));
         let kept = before.v[node] * flight.decay;
         terms.push((Cause::Motion, size(kept)));
-        // NaN ranks above every number. Among several NaN terms the last one wins, which is the motion.
+        // NaN counts as larger than every number. If several terms are NaN, the result is the last of them, which is
+        // the motion.
         let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Cause::Motion, |most| most.0)
     }
 
-    /// The edges of a node that can pull on it: those with any stiffness.
+    /// The edges of a node that can pull on it, because their stiffness is not 0.
     fn pulling_edges(&self, body: &Body<f64>, node: usize) -> Vec<usize> {
         let edges = self.lattice.edges.iter().zip(&body.stiffness).enumerate();
         edges

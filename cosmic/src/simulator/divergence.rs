@@ -1,8 +1,8 @@
 //! The guard: finds the step in which a rollout diverged.
 //!
 //! A rollout diverges if the robot flies apart: a state becomes absurd (NaN or huge numbers), or a node becomes faster
-//! than the scene allows. A guarded rollout is first [watched](Span::watched), a cheap check whether some state may be
-//! absurd or too fast. Only if that check raises an alarm, the rollout is repeated and every state is checked exactly.
+//! than the scene allows. A guarded rollout is first [watched](Span::watched): a cheap check finds out whether some
+//! state may be absurd or too fast. If so, the rollout is repeated, and every state is checked exactly.
 
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
@@ -17,7 +17,7 @@ use crate::policy::Controller;
 
 /// The number of states that the repeated rollout holds in memory at a time.
 const BLOCK: usize = 64;
-/// The number of states before the absurd or too fast one that are returned.
+/// The number of earlier states that a [`Divergence`] contains, besides the state that is absurd or too fast.
 const KEPT: usize = 8;
 
 /// The first state of a rollout that is absurd or too fast.
@@ -33,16 +33,16 @@ pub struct Divergence {
     pub velocity: Vector<f64>,
     /// The term of the step that caused the divergence, or the speed bound that was exceeded.
     pub term: Cause,
-    /// The last states, up to and including the absurd or too fast one.
+    /// The last states of the rollout. The last of them is the state that is absurd or too fast.
     pub last: Trajectory<f64>,
 }
 
-/// A rollout, and its first absurd or too fast state.
+/// The result of a guarded rollout: the observed states, and the first state that is absurd or too fast.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guarded {
-    /// The observed states, bit-identical to [`Simulator::rollout`].
+    /// The observed states, with the same bits as those of [`Simulator::rollout`].
     pub trajectory: Trajectory<f64>,
-    /// The first absurd or too fast state, observed or not. The start is not checked.
+    /// The first state that is absurd or too fast, whether or not it is observed. The start is not checked.
     pub divergence: Option<Divergence>,
 }
 
@@ -59,8 +59,8 @@ impl From<&Divergence> for Error {
 }
 
 impl Simulator {
-    /// A rollout that detects every absurd or too fast state. If there is none, the extra cost is one comparison per
-    /// number of each state. If there is one, the extra cost is up to two more rollouts.
+    /// Simulates a rollout and detects every state that is absurd or too fast. If there is none, the extra cost is one
+    /// comparison per number of each state. If there is one, the extra cost is up to two more rollouts.
     ///
     /// # Panics
     /// Like [`rollout`](Simulator::rollout).
@@ -89,21 +89,21 @@ impl Simulator {
         }
     }
 
-    /// The limit on the magnitude of each number of a state in a watched rollout. Positions and velocities share this
-    /// limit, so with a bound on speeds the limit is also exceeded by a position that is that many metres from the
-    /// origin. Such false alarms are cleared by the exact check of every state.
+    /// The limit on the absolute value of each number of a state in a watched rollout. Positions (m) and velocities
+    /// (m/s) share this limit. So if there is a bound on speeds, a position may exceed the limit although nothing is
+    /// wrong. The exact check of every state then clears this false alarm.
     pub(super) fn watched(&self) -> f64 {
-        // If both components are below this, the speed is below the bound.
+        // If both components of a velocity are below this number, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();
         self.speed_bound
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
 
-    /// True if a watched rollout that ends in this state certainly had no absurd or too fast state. If false, it may
-    /// have had one; [`guarded`](Simulator::guarded) finds out.
+    /// Decides from the last state of a watched rollout. True if no state of the rollout was absurd or too fast. False
+    /// if one may have been; [`guarded`](Simulator::guarded) then finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        // The largest possible distance from the world's origin if both components in the ground's frame are
-        // below the limit. The origin of the ground's frame may be far above that of the world's frame.
+        // A node whose components in the ground's frame are below the limit is at most this far from the world's
+        // origin. The origin of the ground's frame may be far above the world's origin.
         let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
         farthest < ABSURD && !last.is_absurd()
     }
@@ -143,8 +143,9 @@ impl Simulator {
         Some(self.diagnose(body, controller, node, bound, last))
     }
 
-    /// Simulates the steps of the range `steps`, and calls `show` for every state after the start, with the number of
-    /// steps before it, until `show` returns `Break`. Holds only a block of states at a time.
+    /// Simulates the steps of the range `steps`, and calls `show` with the number of steps so far and the state, for
+    /// every state after the start. Ends early if `show` returns `Break`. Holds only a block of states in memory at a
+    /// time.
     pub(super) fn each_state(
         &self,
         body: &Body<f64>,
@@ -174,7 +175,8 @@ impl Simulator {
         }
     }
 
-    /// Describes the divergence at `node` in the last state of `last`. `bound` is given if the node is too fast.
+    /// Describes the divergence at `node` in the last state of `last`. `bound` is given if the node exceeds the speed
+    /// bound.
     fn diagnose(
         &self,
         body: &Body<f64>,

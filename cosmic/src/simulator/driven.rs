@@ -1,4 +1,4 @@
-//! Robots that are driven from outside: the caller gives the activations, in place of a controller.
+//! A simulator of robots whose activations the caller gives, in place of a controller.
 
 use super::rollout::{Driving, Simulator, Span};
 use super::trajectory::Trajectory;
@@ -60,10 +60,11 @@ mod tests {
     use crate::scene::Scene;
     use crate::simulator::{Span, Trajectory};
 
-    /// Activations of edges: full, zero and in between, with both signs.
+    /// The activations that the tests give to edges: full, zero and in between, with both signs.
     const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
 
-    /// Settings that each add one force: no force, each force that a key enables, and each law of this crate.
+    /// Settings of scenes, each with at most one force besides Hooke's law: none, each force that a key enables, and
+    /// each force law of this crate.
     fn forces() -> Vec<String> {
         let mut forces = vec![String::new()];
         for key in ["stiffening = 200.0", "bending_radius = 0.002"] {
@@ -73,17 +74,17 @@ mod tests {
         forces
     }
 
-    /// The largest difference between the node positions of two robots.
+    /// The largest distance between the positions of a node at the ends of two rollouts.
     fn apart(a: &Trajectory<f64>, b: &Trajectory<f64>) -> f64 {
         let [a, b] = [a, b].map(|seen| &seen.states.last().unwrap().x);
         let pairs = a.iter().zip(b);
         pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
     }
 
-    /// A case whose controller outputs the activations of `held`, because only its biases are not zero; and these
-    /// activations for all edges.
+    /// Returns a case and the activations of its edges, which `held` gives. The controller of the case outputs the same
+    /// activations, because all its numbers except the biases are zero.
     fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
-        /// A bias whose hyperbolic tangent is 1 in double precision.
+        /// A bias so large that its hyperbolic tangent is 1 in double precision.
         const SATURATED: f64 = 40.0;
         let text = format!("{force}\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01");
         let scene = Scene::load("stability").unwrap();
@@ -92,7 +93,8 @@ mod tests {
         let bias = |held: &f64| held.atanh().clamp(-SATURATED, SATURATED);
         let biases: Vec<f64> = held.iter().map(bias).collect();
         case.controller.hold_outputs(&biases);
-        // Every bar is an actuator and starts beyond its stops, so that stops act on idle bars too.
+        // Every bar contains actuator material and starts longer than its stops allow, so that stops act on idle bars
+        // too.
         case.design = Design::Undecided(vec![[0.0, 0.5, 1.0]; held.len()]);
         case.start.x.iter_mut().for_each(|x| *x += x.along() * 0.5);
         (case, held)

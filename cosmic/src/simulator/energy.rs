@@ -7,7 +7,7 @@ use crate::lattice::{Body, Lattice, State};
 use crate::laws::{Force, Pose};
 use crate::scene::PhysicsSettings;
 
-/// Computes the energy of a robot with idle actuators.
+/// Computes the energy of a robot with idle actuators in given states.
 pub struct Store<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
@@ -16,7 +16,7 @@ pub struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    /// Prepares the energy of a body on a lattice, with the forces of `physics`.
+    /// Prepares to compute the energy of a body on a lattice, with the forces of `physics`.
     pub fn new(lattice: &'a Lattice, physics: &PhysicsSettings, body: &'a Body<f64>) -> Self {
         Self {
             lattice,

@@ -16,7 +16,7 @@ use crate::policy::Controller;
 /// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
 
-/// The absolute value of a quantity over several states.
+/// The size of a quantity over several states: statistics of its absolute value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Magnitude {
     /// The largest absolute value.
@@ -25,19 +25,19 @@ pub struct Magnitude {
     pub p99: f64,
 }
 
-/// The largest 1 % of the absolute values of a series: enough to determine its 99 % quantile.
+/// Collects the largest 1 % of the absolute values in a series, which determine its 99 % quantile.
 #[derive(Clone, Debug)]
 struct Largest {
-    /// The number of values that determine the quantile.
+    /// The number of largest values that determine the quantile.
     needed: usize,
-    /// The needed values and fewer than `needed` others, unsorted.
+    /// The `needed` largest values and fewer than `needed` other values, unsorted.
     values: Vec<f64>,
-    /// Values up to this one can be dropped.
+    /// New values that are not larger than this one are not needed.
     floor: f64,
 }
 
 impl Largest {
-    /// Prepares for a series of `count` numbers.
+    /// Prepares to collect from a series of `count` numbers.
     fn of(count: usize) -> Self {
         let below = 0.99 * count.saturating_sub(1) as f64;
         Self {
@@ -75,7 +75,7 @@ impl Largest {
 }
 
 impl Magnitude {
-    /// The larger of both peaks, and the larger of both quantiles.
+    /// Combines two magnitudes: the larger of the two peaks, and the larger of the two quantiles.
     fn max(self, other: Self) -> Self {
         Self {
             peak: self.peak.max(other.peak),
@@ -89,17 +89,18 @@ impl Magnitude {
 pub struct BarLoad {
     /// The smallest and the largest strain. Strain is the change of length divided by the rest length.
     pub strains: Range,
-    /// The magnitude of the strain.
+    /// The size of the strain.
     pub strain: Magnitude,
-    /// The force along the bar, N.
+    /// The size of the force along the bar, N.
     pub force: Magnitude,
-    /// The rate at which the length changes, m/s.
+    /// The size of the rate at which the length changes, m/s.
     pub speed: Magnitude,
-    /// Force times the rate of the length: the power that the bar gives to its nodes or takes from them, W.
+    /// The size of the power that the bar gives to its nodes or takes from them, W: the force times the rate of the
+    /// length.
     pub power: Magnitude,
-    /// The largest force that pulls, N.
+    /// The largest force with which the bar pulls its ends together, N.
     pub tension: f64,
-    /// The largest force that pushes, N.
+    /// The largest force with which the bar pushes its ends apart, N.
     pub compression: f64,
 }
 
@@ -129,7 +130,7 @@ keys! {
     }
 }
 
-/// The loads and the motion of a robot's edges in a state.
+/// The loads and the motion of all edges of a robot in one state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgeMoments {
     /// The controller's output for each edge, from -1 to 1.
@@ -140,12 +141,12 @@ pub struct EdgeMoments {
     pub tension: Vec<f64>,
     /// The rate at which the length of each edge changes, m/s.
     pub rate: Vec<f64>,
-    /// The potential energy of all forces that have one, J.
+    /// The sum of the potential energies of all forces that have one, J.
     pub elastic: f64,
 }
 
 impl Simulator {
-    /// The loads and the motion of the edges in the states of a trajectory.
+    /// The loads and the motion of the edges in each state of a trajectory.
     pub fn moments(
         &self,
         body: &Body<f64>,
@@ -160,7 +161,7 @@ impl Simulator {
             .collect()
     }
 
-    /// The loads and the motion of the edges in some states, each with its number of steps.
+    /// The loads and the motion of the edges in several states. Each state is given with the number of steps before it.
     fn moments_of(
         &self,
         body: &Body<f64>,
@@ -175,7 +176,7 @@ impl Simulator {
             .collect()
     }
 
-    /// The loads and the motion of the edges in a state at a time (s).
+    /// The loads and the motion of the edges in a state. `time` is the time of the state (s).
     fn moment(
         &self,
         body: &Body<f64>,
@@ -203,8 +204,8 @@ impl Simulator {
         }
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars of a layout over all states: one entry per edge,
-    /// `None` for a void edge. Keeps about 1 % of the values in memory.
+    /// Simulates `steps` steps and returns the loads of the bars over all states. The result has one entry per edge of
+    /// the layout, which is `None` for a void edge. Only about 1 % of the values are held in memory.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -239,7 +240,8 @@ impl Simulator {
         bars.into_iter().map(load).collect()
     }
 
-    /// The loads of a robot, from the loads of its bars. Bars that cross are counted in the states of `trajectory`.
+    /// Combines the loads of a robot's bars to the loads of the robot, and counts the bars that cross in the states of
+    /// `trajectory`.
     pub fn loads_of(
         &self,
         layout: &[Material],
@@ -285,7 +287,7 @@ impl Simulator {
 }
 
 impl BarLoad {
-    /// The load of an edge over some states.
+    /// The loads of the bar of an edge over several states.
     pub fn of(edge: usize, moments: &[EdgeMoments]) -> Self {
         let mut gathered = Gathered::over(moments.len());
         moments.iter().for_each(|moment| gathered.see(edge, moment));
@@ -299,12 +301,12 @@ struct Gathered {
     strains: Range,
     tension: f64,
     compression: f64,
-    /// Strain, force, speed and power.
+    /// The largest values of strain, force, speed and power, in this order.
     series: [Largest; 4],
 }
 
 impl Gathered {
-    /// Prepares for this number of states.
+    /// Prepares to collect from this number of states.
     fn over(states: usize) -> Self {
         Self {
             strains: Range::default(),
@@ -353,7 +355,8 @@ mod tests {
         let of = |sample: &[f64]| {
             let mut largest = Largest::of(sample.len());
             sample.iter().for_each(|x| largest.see(*x));
-            // Less than twice the needed values, which are a hundredth of the series, rounded up, plus one.
+            // The list holds less than twice the needed values. Those are a hundredth of the series, rounded up, plus
+            // one.
             assert!(largest.values.len() <= sample.len() / 50 + 4);
             largest.magnitude()
         };
@@ -368,7 +371,7 @@ mod tests {
                 p99: 2.0
             }
         );
-        // The result for an unsorted series must be that of the fully sorted series.
+        // The collected magnitude must be that of the whole series, which is sorted here.
         for count in [2, 51, 149, 150, 151, 1000, 8193] {
             let sample: Vec<f64> = (0..count).map(|k| (1.7 * k as f64).sin()).collect();
             let mut sorted: Vec<f64> = sample.iter().map(|x| x.abs()).collect();
@@ -379,8 +382,8 @@ mod tests {
         }
     }
 
-    /// Files of earlier versions, which have keys for buckling, can still be read. The keys were removed because their
-    /// numbers were wrong: the stiffness of a bar is not that of its material.
+    /// Files of earlier versions can still be read, although they have keys about buckling. Those keys were removed
+    /// because their numbers were wrong: they used the stiffness of the material as the stiffness of the bar.
     #[test]
     fn loads_have_no_radius_and_loads_of_earlier_versions_are_read() {
         let mut file = serde_json::to_value(Loads::default()).unwrap();
@@ -419,8 +422,8 @@ mod tests {
         for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
             let [dx, dy] = lattice.direction([i, j]).map(f64::abs).array();
             if dy == 0.0 {
-                // The tension is 400 N/m times 10 mm, the speed 0.11 m/s. The softening changes lengths by a fraction
-                // of 5e-11.
+                // The extension of 10 mm times 400 N/m is the tension; the speed is 0.11 m/s. The softening changes
+                // lengths by a fraction of 5e-11.
                 assert!((load.strain.peak - 0.1).abs() < 1e-9, "{load:?}");
                 assert!((load.tension - 4.0).abs() < 1e-7 && load.compression < 1e-7);
                 assert!((load.speed.peak - 0.11).abs() < 1e-9);

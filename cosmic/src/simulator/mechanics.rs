@@ -1,4 +1,4 @@
-//! The mechanical part of a step: forces, flight and contact, once for each substep.
+//! The mechanical part of a step: in each substep, forces push the nodes, and the nodes move and may meet the ground.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ pub(super) struct Mechanics {
     substeps: usize,
     /// The drift before the push, if the integrator has one.
     first: Option<Drift>,
-    /// The duration of the push, s.
+    /// The time for which the forces push in a substep, s.
     pub(super) push: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
@@ -40,7 +40,7 @@ impl Mechanics {
     pub(super) fn new(lattice: &Lattice, physics: &PhysicsSettings) -> Self {
         let h = physics.dt / physics.substeps as f64;
         let decay = (-physics.damping * h).exp();
-        // Leapfrog applies half of the damping after the push, so it reduces the push too.
+        // Leapfrog applies half of the damping after the push. This half also reduces the velocity that the push adds.
         let (first, drift, push) = match physics.integrator {
             Integrator::SymplecticEuler => (None, Drift { dt: h }, h),
             Integrator::Leapfrog => {
@@ -62,7 +62,7 @@ impl Mechanics {
         mechanics.with_inputs(physics.gravity)
     }
 
-    /// The velocity that `gravity` (m/s^2) adds in a push, m/s.
+    /// The velocity that gravity adds to a node in a push, m/s. `gravity` is the acceleration (m/s^2).
     pub(super) fn gravity<R: Real>(&self, gravity: R) -> Vector<R> {
         let pushed = Vector::upright(R::zero(), -gravity * R::lit(self.push));
         self.ground.vector_to_ground(pushed)
@@ -81,7 +81,7 @@ impl Mechanics {
         }
     }
 
-    /// The same laws with another coefficient of friction.
+    /// The same mechanics with another coefficient of friction.
     pub(super) fn with_friction(&self, friction: f64) -> Self {
         Self {
             contact: self.contact.with_friction(friction).into(),

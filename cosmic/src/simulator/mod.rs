@@ -1,8 +1,8 @@
 //! The simulator: computes a trajectory from a body, a controller and an initial state.
 //!
-//! The physics is in [`laws`](crate::laws); `robot` and `mechanics` put a step together, once for all number types. A
-//! rollout computes in the ground's frame, where a node is below the ground if one coordinate is negative. Callers pass
-//! and get states in the world's frame.
+//! The physics is in [`laws`](crate::laws). The modules `robot` and `mechanics` combine the laws to a step, which is
+//! written once for all number types. A rollout computes in the ground's frame: there, a node is below flat ground if
+//! its second coordinate is negative. Callers pass and get states in the world's frame.
 
 mod surroundings;
 mod parameters;

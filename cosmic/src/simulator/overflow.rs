@@ -1,9 +1,9 @@
 //! Finds the step in which the reverse sweep of a rollout overflows.
 //!
 //! If a motion amplifies small changes, cotangents grow from step to step of the reverse sweep. After thousands of
-//! steps they may exceed the range of an f64 although every state is finite. The sweep itself does not check that. If a
-//! gradient is infinite or NaN, this module repeats the sweep: first in blocks of steps, then step by step through the
-//! block in which the cotangent overflows.
+//! steps they may exceed the range of an f64 although every state is finite. The sweep itself does not check for
+//! overflow. If a gradient is infinite or NaN, this module repeats the sweep: first in blocks of steps, then step by
+//! step through the block in which the cotangent overflows.
 
 use std::ops::Range;
 
@@ -33,8 +33,9 @@ pub struct Overflow {
 }
 
 impl Simulator {
-    /// Finds the step in which the reverse sweep from the payload's position along the ground, after `steps` steps,
-    /// overflows; `None` if it stays finite. Costs about as much as the gradient.
+    /// Repeats a reverse sweep and finds the step in which it overflows; `None` if it stays finite. The sweep starts
+    /// with the derivative of the payload's position along the ground after `steps` steps. The search costs about as
+    /// much as the gradient.
     ///
     /// # Panics
     /// Like [`rollout`](Simulator::rollout).
@@ -65,8 +66,9 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// Replaces `bar`, the cotangent of the state after the steps, by the cotangent of `state`, the state before them.
-    /// Sweeps in parts of `part` steps, and step by step through a part that overflows. Returns the first overflow.
+    /// Sweeps back over the range `steps`. At first, `bar` is the cotangent of the state after these steps; at the end,
+    /// it is the cotangent of `state`, the state before them. The sweep has parts of `part` steps. A part that
+    /// overflows is repeated step by step. Returns the first overflow, if any.
     fn back(
         &self,
         state: &[f64],
@@ -96,8 +98,8 @@ impl Sweep<'_> {
         None
     }
 
-    /// Simulates from `state`, which is the state before step `first`, and returns the states after the numbers of
-    /// steps in `done`, one after the other.
+    /// Simulates from `state`, which is the state before step `first`. Returns the states after the numbers of steps in
+    /// `done`, as one list.
     fn run(&self, state: &[f64], first: usize, done: Vec<usize>) -> Vec<f64> {
         let span = Span {
             first,
@@ -106,7 +108,7 @@ impl Sweep<'_> {
         self.planned.run(state, self.simulator, &span)
     }
 
-    /// The cotangent of the state before some steps, from the cotangent of the state after them.
+    /// Computes the cotangent of `state`, the state before the steps, from the cotangent `bar` of the state after them.
     fn pullback(&self, state: &[f64], steps: Range<usize>, bar: &[f64]) -> Vec<f64> {
         let span = Span {
             first: steps.start,
@@ -122,7 +124,7 @@ impl Sweep<'_> {
         tape.pullback(&last, bar).to_vec()
     }
 
-    /// The first node whose cotangent is infinite or NaN.
+    /// The first node for which the cotangent of its position or velocity is infinite or NaN.
     fn lost_node(&self, bar: &[f64]) -> Option<usize> {
         let nodes = self.simulator.lattice.nodes();
         let is_lost = |node: &usize| (0..4).any(|k| !bar[k * nodes + node].is_finite());
@@ -139,7 +141,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::simulator::Simulator;
 
-    /// A robot of the scene `stability` without damping, so that small changes grow without limit.
+    /// A robot of the scene `stability` without damping. Its motion amplifies small changes more and more.
     fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
         let scene = Scene::parse("wild", "base = \"stability\"\n[physics]\ndamping = 0.0").unwrap();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
@@ -150,7 +152,7 @@ mod tests {
         (simulator, body, controller, lattice.state_at_rest())
     }
 
-    /// The search by blocks finds the step at which a single sweep over all steps loses its cotangent.
+    /// The search by blocks finds the same step as a single sweep over all steps in which the cotangent overflows.
     #[test]
     fn the_step_that_overflows_is_found() {
         const STEPS: usize = 8192;

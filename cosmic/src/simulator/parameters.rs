@@ -1,4 +1,4 @@
-//! The parameters of a robot's steps: the numbers that stay constant during a rollout.
+//! The parameters of a robot's steps: the numbers that a step reads and that stay constant during a rollout.
 
 use autodiff::{Array, Program, Real};
 
@@ -6,7 +6,7 @@ use super::surroundings::Surroundings;
 use crate::lattice::Body;
 use crate::laws::{Given, Particle};
 
-/// The parameters of a robot's steps, without those of its policy.
+/// The parameters of a robot's steps, except the parameters of its policy. `A` is the type of an array.
 pub(super) struct Parameters<A> {
     /// Stiffness of the edge in every slot of the graph, N/m.
     pub(super) stiffness: A,
@@ -20,41 +20,43 @@ pub(super) struct Parameters<A> {
     pub(super) presence: Option<A>,
     /// Activations that stay constant, one per slot of the graph, in place of a policy.
     pub(super) held: Option<A>,
-    /// The positions and velocities that the policy sees in place of the current ones, for a robot without feedback.
+    /// The positions and velocities that the policy of a robot without feedback sees in every step; `None` for a robot
+    /// with feedback, whose policy sees the current ones.
     pub(super) seen: Option<Particle<A>>,
     /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
     pub(super) contact: Vec<A>,
-    /// The parameters that each force declares.
+    /// The arrays that each force declares.
     pub(super) forces: Vec<Given<A>>,
 }
 
-/// A robot describes its parameters once, by calls to a `Road`. There are two roads: a [`Program`] declares an array
-/// for each parameter, and [`Filled`] collects the numbers of each parameter in the same order.
+/// A use of the list of parameters. A robot lists its parameters once, by calls to the methods of this trait. There are
+/// two implementations: a [`Program`] declares an array for each parameter, and [`Filled`] collects the numbers of each
+/// parameter in the same order.
 pub(super) trait Road {
     type Number: Real;
     type Array;
 
-    /// A parameter of `len` numbers that depend on the body.
+    /// Adds a parameter of `len` numbers that depend on the body.
     fn of_body(
         &mut self,
         len: usize,
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
-    /// A parameter of one number that depends on the surroundings.
+    /// Adds a parameter of one number that depends on the surroundings.
     fn of_surroundings(
         &mut self,
         number: impl Fn(&Surroundings<Self::Number>) -> Self::Number,
     ) -> Self::Array;
 
-    /// A parameter of `len` numbers that the caller gives for each start.
+    /// Adds a parameter of `len` numbers that the caller gives for each start.
     fn of_start(&mut self, len: usize) -> Self::Array;
 
-    /// A parameter whose numbers all robots share.
+    /// Adds a parameter whose numbers are the same for all robots.
     fn shared(&mut self, numbers: &[f64]) -> Self::Array;
 }
 
-/// Declares the parameters of a program.
+/// Declares an array of the program for each parameter.
 impl<R: Real> Road for Program<R> {
     type Number = R;
     type Array = Array;
@@ -73,7 +75,7 @@ impl<R: Real> Road for Program<R> {
     }
 }
 
-/// Collects the numbers of the parameters, in the order of declaration. Each parameter has one list of numbers per
+/// The numbers of the parameters, collected in the order of declaration. Each parameter has one list of numbers per
 /// robot, or one list that all robots share.
 pub(super) struct Filled<'a, R> {
     pub(super) bodies: &'a [Body<R>],

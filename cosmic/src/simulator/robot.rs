@@ -1,4 +1,4 @@
-//! One step of the robot, recorded as operations on arrays.
+//! One step of a robot, recorded as operations on arrays.
 
 use std::sync::Arc;
 
@@ -15,25 +15,25 @@ use crate::policy::{
 };
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// The robot as a [`Model`] of `autodiff`. Its layout:
+/// The robot as a [`Model`] of `autodiff`. The arrays of the model are, in this order:
 ///
-/// - Parameters: those of [`Parameters`], then those of the policy.
+/// - Parameters: the fields of [`Parameters`], then the parameters of the policy.
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
 /// - Inputs: `sin(omega t)`, `cos(omega t)`, and `t` if a force reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
-    /// The slots whose edge has an output of the policy, ascending.
+    /// The slots of the graph whose edges get an activation from the policy, ascending.
     actuated: Vec<usize>,
     /// The rest length of the edge in every slot, m.
     rest_length: Vec<f64>,
     pub(super) drive: Drive,
     /// The scene's section `controller`.
     pub(super) settings: ControllerSettings,
-    /// True if the bodies have a presence: a number for each node that says how much it belongs to the robot.
+    /// True if bodies have a presence: for each node, how much it belongs to the robot.
     weighs: bool,
-    /// The state that the policy sees in place of the current one, for a robot without feedback: x, y, x velocity,
-    /// y velocity of all nodes.
+    /// For a robot without feedback, the state that the policy sees in place of the current one: x, y, x velocity and y
+    /// velocity of all nodes.
     seen: Option<Arc<[f64]>>,
     pub(super) mechanics: Mechanics,
 }
@@ -41,18 +41,18 @@ pub(super) struct Robot {
 /// The source of a robot's activations.
 #[derive(Clone, Debug)]
 pub(super) enum Drive {
-    /// A policy.
+    /// A policy, which computes the activations in every step.
     Policy(Driver),
     /// Activations that stay constant, one per slot of the graph.
     Held,
 }
 
-/// A policy, and what a rollout needs to know about it.
+/// A policy, with the blocks of numbers of a controller and the parameters that the policy declares.
 #[derive(Clone, Debug)]
 pub(super) struct Driver {
     policy: Arc<dyn Policy>,
     pub(super) blocks: Arc<[Block]>,
-    /// The parameters that the policy declares.
+    /// The parameters that the policy declares when it is recorded.
     given: Arc<[Given]>,
 }
 
@@ -108,8 +108,8 @@ impl Robot {
         driver
     }
 
-    /// The same robot without the parts that none of these bodies needs: edges without stiffness, which never pull, and
-    /// outputs of the policy for edges that are missing or whose strain is zero.
+    /// A copy of this robot without the parts that none of these bodies needs. It leaves out edges without stiffness,
+    /// which never pull. It also leaves out the outputs of the policy for those edges and for edges whose strain is 0.
     pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         let mut robot = self.for_all_edges(bodies);
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
@@ -125,7 +125,7 @@ impl Robot {
         robot
     }
 
-    /// The same robot with all of its edges, adapted to whether these bodies have a presence.
+    /// A copy of this robot with all of its edges. Its steps use the presence of nodes if one of these bodies has it.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),
@@ -133,7 +133,7 @@ impl Robot {
         }
     }
 
-    /// This robot with a policy that sees this flat state in place of the current one.
+    /// A copy of this robot whose policy sees the flat state `seen` in every step, in place of the current state.
     pub(super) fn without_feedback(&self, seen: &[f64]) -> Self {
         Self {
             seen: Some(seen.into()),
@@ -141,7 +141,7 @@ impl Robot {
         }
     }
 
-    /// This robot with constant activations in place of a policy.
+    /// A copy of this robot with constant activations in place of a policy.
     pub(super) fn held(&self) -> Self {
         Self {
             drive: Drive::Held,
@@ -149,7 +149,7 @@ impl Robot {
         }
     }
 
-    /// Declares the state.
+    /// Declares the state of the nodes.
     fn state<R: Real>(&self, p: &mut Program<R>) -> Particle<Array> {
         Particle::new([(); 4].map(|()| p.state(self.graph.nodes())))
     }
@@ -161,8 +161,8 @@ impl Robot {
         }
     }
 
-    /// Describes the parameters of the robot to `p`, in the order of declaration. The parameters of the policy, which
-    /// come after them, are not included.
+    /// Lists the parameters of the robot in `p`, in the order of declaration. The parameters of the policy are not
+    /// included; they come after these.
     pub(super) fn parameters<P: Road>(&self, p: &mut P) -> Parameters<P::Array> {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
@@ -182,7 +182,7 @@ impl Robot {
         }
     }
 
-    /// The numbers of the policy's parameters. All bodies share them.
+    /// The numbers of the policy's parameters, which are the same for all bodies.
     pub(super) fn policy_numbers<R: Real>(
         &self,
         controller: &Controller<R>,
@@ -208,8 +208,8 @@ impl Robot {
             .collect()
     }
 
-    /// Records the activation of every slot, from the state and the clock. Without actuators the activation has no
-    /// effect, so the policy is not recorded and any array of the right length is returned.
+    /// Records the activation of every slot as a function of the state and the clock. If the robot has no actuators,
+    /// activations have no effect. The policy is then not recorded, and the result is any array of the right length.
     pub(super) fn activation<R: Real>(
         &self,
         p: &mut Program<R>,
@@ -272,7 +272,8 @@ impl Model for Robot {
         }
     }
 
-    // These two are not generic, so that they are compiled once, in this crate, for all crates that run robots.
+    // These two methods are not generic. They are therefore compiled once, in this crate, and not again in every crate
+    // that runs robots.
     fn record_f64(&self, p: &mut Program<f64>) {
         self.record(p);
     }
@@ -281,8 +282,9 @@ impl Model for Robot {
     }
 }
 
-/// A model that only evaluates the policy. Its state is that of the nodes, the clock, and a number for every slot. A
-/// step replaces the numbers of the slots by their activations and changes nothing else.
+/// A model that only evaluates the policy. Its state consists of the state of the nodes, the clock, and a number for
+/// every slot of the graph. A step replaces the numbers of the slots by their activations; everything else stays the
+/// same.
 #[derive(Clone, Debug)]
 pub(super) struct Activations(pub(super) Robot);
 

@@ -17,21 +17,22 @@ use crate::scene::{ControllerSettings, PhysicsSettings};
 /// The steps of a rollout, and the states that are observed.
 #[derive(Clone, Debug)]
 pub struct Span {
-    /// The number of steps before the start state: after `n` steps the time of the clock is `(first + n) dt`.
+    /// The number of steps that the clock has made before the start: after `n` steps of the span, the time is
+    /// `(first + n) dt`.
     pub first: usize,
     /// The numbers of steps after which the state is observed, ascending. The rollout ends at the last one.
     pub observed: Vec<usize>,
-    /// The number of observed nodes, at least one. Observed states contain only the first `nodes` nodes.
+    /// The number of nodes in an observed state, at least one: it contains only the first `nodes` nodes.
     pub nodes: usize,
-    /// If true, every state after the start is checked cheaply, and all observations become NaN if a state is absurd or
-    /// too fast, or nearly so. [`Simulator::guarded`] relies on this.
+    /// If true, a cheap check of every state after the start finds out whether it is absurd or too fast, or nearly so.
+    /// If the check finds such a state, all observations become NaN. [`Simulator::guarded`] relies on this.
     pub watched: bool,
-    /// Limits the cotangent in the reverse sweep; `None` gives the exact gradient.
+    /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
 impl Span {
-    /// A span from time 0 that observes all nodes, is not watched, and has exact gradients.
+    /// A span that begins at time 0, observes all nodes, is not watched, and has exact gradients.
     pub fn from_start(observed: Vec<usize>) -> Self {
         Self {
             first: 0,
@@ -42,7 +43,7 @@ impl Span {
         }
     }
 
-    /// The number of steps.
+    /// The number of steps of the rollout.
     pub(crate) fn steps(&self) -> usize {
         self.observed.last().copied().unwrap_or(0)
     }
@@ -53,26 +54,27 @@ impl Span {
 pub struct Simulator {
     pub(super) lattice: Lattice,
     pub(super) robot: Robot,
-    /// Length of a step, s.
+    /// Duration of a step, s.
     pub(super) dt: f64,
     pub(super) ground: Ground,
-    /// A guarded rollout counts as diverged if a node is faster than this, m/s; `None` if there is no bound.
+    /// The largest allowed speed of a node, m/s: a guarded rollout with a faster node counts as diverged. `None` if
+    /// there is no bound.
     pub(super) speed_bound: Option<f64>,
-    /// For each step, the sine and cosine of the clock's phase, then the time if a force reads it.
+    /// For each step, the sine and the cosine of the clock's phase, and then the time if a force reads it.
     clock: Arc<[f64]>,
-    /// The memory budget for what a rollout stores for its reverse sweep.
+    /// The memory that a rollout may use to store states for its reverse sweep.
     pub(crate) memory: Memory,
 }
 
 impl Simulator {
-    /// Prepares rollouts of at most `physics.steps` steps.
+    /// Prepares a simulator for rollouts of at most `physics.steps` steps.
     pub fn new(
         lattice: &Lattice,
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
         let robot = Robot::new(lattice, physics, controller);
-        // The time is a product and not a running sum, whose rounding errors would grow: the phase reaches 164 rad.
+        // Each time is a product. A running sum would have growing rounding errors, and the phase reaches 164 rad.
         let time = |step: usize| step as f64 * physics.dt;
         let timed = robot.mechanics.needs_time();
         let inputs = |step: usize| {
@@ -91,13 +93,15 @@ impl Simulator {
         }
     }
 
-    /// This simulator with a memory budget for gradients of rollouts. The gradient does not depend on the budget.
+    /// A copy of this simulator with this memory budget for the gradients of rollouts. The gradient does not depend on
+    /// the budget.
     #[must_use]
     pub fn with_memory(self, memory: Memory) -> Self {
         Self { memory, ..self }
     }
 
-    /// This simulator with another coefficient of friction. It has no effect if the contact law has no friction.
+    /// A copy of this simulator with another coefficient of friction, which has no effect if the contact law has no
+    /// friction.
     #[must_use]
     pub fn with_friction(&self, friction: f64) -> Self {
         let mut other = self.clone();
@@ -105,8 +109,8 @@ impl Simulator {
         other
     }
 
-    /// This simulator for robots without feedback: in every step, the policy sees the state `seen` instead of the
-    /// current one. Only its clock advances.
+    /// A copy of this simulator for robots without feedback: in every step, the policy sees the state `seen` instead of
+    /// the current one. Only the clock that it sees advances.
     ///
     /// # Panics
     /// If the state does not fit the lattice.
@@ -119,7 +123,7 @@ impl Simulator {
         }
     }
 
-    /// This simulator for robots whose activations are given, in place of a controller.
+    /// A copy of this simulator for robots whose activations are given, in place of a controller.
     pub(super) fn driven(&self) -> Self {
         Self {
             robot: self.robot.held(),
@@ -127,7 +131,7 @@ impl Simulator {
         }
     }
 
-    /// This simulator with the goal in the opposite direction.
+    /// A copy of this simulator in which the controller sees the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         let mut other = self.clone();
@@ -135,7 +139,7 @@ impl Simulator {
         other
     }
 
-    /// The surroundings of the scene, as constants: gravity, friction and the settings of its laws.
+    /// The surroundings of the scene, whose numbers are constants: gravity, friction and the settings of the laws.
     pub fn surroundings<R: Real>(&self) -> Surroundings<R> {
         Surroundings::of_scene(&self.robot.mechanics.inputs)
     }
@@ -143,8 +147,8 @@ impl Simulator {
     /// Simulates a robot from the state `start` and returns the observed states. States are in the world's frame.
     ///
     /// # Panics
-    /// If body, controller or state do not fit the lattice, if the span goes beyond `physics.steps` of
-    /// [`new`](Self::new), or if it observes no node.
+    /// If body, controller or state do not fit the lattice, if the span ends after the `physics.steps` that were given
+    /// to [`new`](Self::new), or if the span observes no node.
     pub fn rollout<R: Real>(
         &self,
         body: &Body<R>,
@@ -176,11 +180,11 @@ impl Simulator {
     }
 
     /// Simulates robots with one controller from several starts. `bodies` has one body for all starts, or one for each
-    /// start. The result is bit-identical to single [rollouts](Simulator::rollout), but faster: the robots run in SIMD
-    /// lanes and share each read of a weight.
+    /// start. The result has the same bits as single [rollouts](Simulator::rollout). It takes less time, because the
+    /// robots run in SIMD lanes and share each read of a weight.
     ///
     /// # Panics
-    /// Like [`rollout`](Simulator::rollout), and if there are several bodies but not one for each start.
+    /// Like [`rollout`](Simulator::rollout), and if the number of bodies is neither one nor the number of starts.
     pub fn rollout_many<R: Real>(
         &self,
         bodies: &[Body<R>],
@@ -191,12 +195,12 @@ impl Simulator {
         self.rollout_many_in(&[self.surroundings()], bodies, controller, starts, span)
     }
 
-    /// Like [`rollout_many`](Simulator::rollout_many), in other surroundings: one for all starts, or one for each
-    /// start.
+    /// Like [`rollout_many`](Simulator::rollout_many), in other surroundings. `surroundings` has one entry for all
+    /// starts, or one for each start.
     ///
     /// # Panics
-    /// Like [`rollout_many`](Simulator::rollout_many); if there are several surroundings but not one for each start;
-    /// and if they are from a simulator with other laws.
+    /// Like [`rollout_many`](Simulator::rollout_many); if the number of surroundings is neither one nor the number of
+    /// starts; and if they are from a simulator with other laws.
     pub fn rollout_many_in<R: Real>(
         &self,
         surroundings: &[Surroundings<R>],
@@ -216,8 +220,8 @@ impl Simulator {
         self.in_lanes(model, bodies, &numbers, &starts, span)
     }
 
-    /// Simulates robots in SIMD lanes, given the numbers of their parameters. `bodies` has one body for all starts, or
-    /// one for each start.
+    /// Simulates robots in SIMD lanes. `numbers` has the numbers of their parameters; `bodies` has one body for all
+    /// starts, or one for each start.
     pub(super) fn in_lanes<R: Real>(
         &self,
         model: Robot,
@@ -240,7 +244,7 @@ impl Simulator {
             .collect()
     }
 
-    /// The activation of every edge in several states. `moments` has each state with its time (s).
+    /// Computes the activation of every edge in several states. `moments` has each state with its time (s).
     pub(crate) fn activations(
         &self,
         body: &Body<f64>,
@@ -269,9 +273,9 @@ impl Simulator {
         seen.into_iter().map(of_edges).collect()
     }
 
-    /// Like [`rollout`](Simulator::rollout), but without checkpoints and SIMD lanes: with variables, every operation of
-    /// every step becomes an entry of the tape, and cotangents are not limited. Tests and benchmarks compare gradients
-    /// and their cost with it.
+    /// Like [`rollout`](Simulator::rollout), but without checkpoints and SIMD lanes. If the numbers are variables,
+    /// every operation of every step becomes an entry of the tape, and cotangents are not limited. Tests and benchmarks
+    /// compare the gradients of `rollout`, and their cost, with this method.
     ///
     /// # Panics
     /// Like [`rollout`](Simulator::rollout).
@@ -289,8 +293,8 @@ impl Simulator {
         self.trajectory(&seen, span, &Still::of(body, start))
     }
 
-    /// Panics unless bodies and starts fit this lattice. Without the check, the longer arrays of a larger lattice would
-    /// be misread silently.
+    /// Panics unless bodies and starts fit this lattice. Without this check, arrays for a larger lattice would be
+    /// misread silently.
     pub(super) fn check<R: Real>(&self, bodies: &[Body<R>], starts: &[&State<R>]) {
         let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
         let fits = |what: &str, found: usize, expected: usize| self.fits(what, found, expected);
@@ -322,21 +326,21 @@ impl Simulator {
         }
     }
 
-    /// Panics unless `found`, the number of `what`, is the number that this lattice needs.
+    /// Panics unless `found` is `expected`: the number of `what` (such as masses) that this lattice needs.
     #[track_caller]
     pub(super) fn fits(&self, what: &str, found: usize, expected: usize) {
         let nodes = self.lattice.nodes();
         assert_eq!(found, expected, "{what} of a robot of {nodes} nodes");
     }
 
-    /// The rollout of a robot over a span, for `autodiff`.
+    /// Describes the rollout of a robot over a span to `autodiff`.
     pub(super) fn plan(&self, model: Robot, span: &Span) -> Rollout<Robot> {
         assert!(
             span.nodes > 0,
             "`nodes` of a span is 0; it must be 1 or more"
         );
         let steps = span.steps();
-        // A span from the start shares the whole clock; a later span copies its part.
+        // A span that begins at the start shares the whole clock; a later span copies its part of the clock.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => {
@@ -358,7 +362,8 @@ impl Simulator {
         }
     }
 
-    /// The robot without the parts that this body does not need, and the numbers of its parameters.
+    /// Prepares a robot for a body: leaves out the parts that the body does not need, and collects the numbers of the
+    /// parameters.
     pub(super) fn planned<R: Real>(
         &self,
         surroundings: &Surroundings<R>,
@@ -407,7 +412,7 @@ impl Simulator {
         filled.numbers.into_iter().chain(of_policy).collect()
     }
 
-    /// The trajectory of the observed states, which are flat arrays in `seen`, one after the other.
+    /// Converts the observed states to a trajectory. `seen` has the states as flat arrays, one after the other.
     fn trajectory<R: Real>(&self, seen: &[R], span: &Span, still: &Still<R>) -> Trajectory<R> {
         let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
         Trajectory {
@@ -416,19 +421,20 @@ impl Simulator {
         }
     }
 
-    /// Converts a state in the world's frame to flat arrays in the ground's frame.
+    /// Converts a state in the world's frame to one flat array in the ground's frame.
     pub(super) fn flatten<R: Real>(&self, state: &State<R>) -> Vec<R> {
         state.to_ground(&self.ground).to_columns()
     }
 
-    /// Converts flat arrays in the ground's frame, of all nodes or of the first nodes, to a state in the world's frame.
+    /// Converts a flat array in the ground's frame to a state in the world's frame. The array has all nodes, or only
+    /// the first nodes.
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
         State::from_columns(state).to_world(&self.ground)
     }
 }
 
-/// The nodes that do not belong to a robot, with the positions where they stay. No bar pulls on them, and the
-/// controller does not see them. They would fall otherwise.
+/// The nodes that do not belong to a robot, with the positions at which they stay. No bar pulls on them, and the
+/// controller does not see them. In the simulation they fall, so they are put back at these positions afterwards.
 pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
 
 impl<R: Real> Still<R> {
@@ -438,7 +444,7 @@ impl<R: Real> Still<R> {
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
-    /// Puts these nodes back at rest in a state of all nodes or of the first nodes.
+    /// Puts these nodes back to their positions, at rest. The state has all nodes, or only the first nodes.
     pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {
             if node < state.x.len() {
@@ -451,9 +457,9 @@ impl<R: Real> Still<R> {
 
 /// The source of the activations in a rollout.
 pub(super) enum Driving<'a, R> {
-    /// The policy, with the parameters of this controller.
+    /// A policy, whose parameters are in this controller.
     By(&'a Controller<R>),
-    /// Constant activations: for each start, one per slot of the graph.
+    /// Constant activations: for each start, a list with one activation per slot of the graph.
     Held(Vec<Vec<R>>),
 }
 
@@ -472,14 +478,14 @@ fn run_together<M: Model, R: Real>(
     rollout.run_batch(starts, &given.collect::<Vec<_>>())
 }
 
-/// A robot prepared for rollouts, and the numbers of its parameters.
+/// A robot that is prepared for rollouts, with the numbers of its parameters.
 pub(super) struct Planned<R> {
     pub(super) model: Robot,
     pub(super) parameters: Vec<Vec<R>>,
 }
 
 impl<R: Real> Planned<R> {
-    /// Simulates from a flat start state and returns the observed states, one after the other.
+    /// Simulates from a flat start state and returns the observed states as one list, one state after the other.
     pub(super) fn run(&self, start: &[R], simulator: &Simulator, span: &Span) -> Vec<R> {
         let rollout = simulator.plan(self.model.clone(), span);
         rollout.run(start, &slices(&self.parameters))

@@ -1,5 +1,5 @@
-//! Checks whether the time step of a scene is stable for a body: first with a cheap bound on its frequencies and, only
-//! if that fails, with the largest frequency itself.
+//! Checks whether the time step of a scene is stable for a body. A cheap bound on the frequencies of the body is tried
+//! first; only if the time step is beyond it, the largest frequency itself is computed.
 
 use std::fmt;
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::keys::keys;
 use crate::scene::{PhysicsSettings, UnstableStep};
 
-/// The most substeps that a remedy suggests: the largest value that a scene allows.
+/// The largest number of substeps that a message advises: the largest number that a scene allows.
 const SUBSTEPS: f64 = 64.0;
 
 keys! {
@@ -37,21 +37,22 @@ impl StepLimit {
         }
     }
 
-    /// The time step `dt` divided by this limit; a ratio of 1 or more is unstable.
+    /// The quotient of the time step `dt` and this limit; with a quotient of 1 or more, the vibration grows.
     pub fn share(&self, dt: f64) -> f64 {
         self.dt.map_or(0.0, |limit| dt / limit)
     }
 }
 
-/// The rating of a time step.
+/// How safe a time step is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// The time step is below the limit of the bound: no vibration about the checked positions grows.
+    /// The time step is below the limit that follows from the bound: no vibration about the checked positions grows.
     Safe,
-    /// The time step is beyond the limit of the bound, but below the limit of the largest frequency.
+    /// The time step is beyond the limit that follows from the bound, but below the limit that follows from the largest
+    /// frequency.
     Close,
-    /// The fastest vibration grows.
+    /// The time step is beyond the limit of the largest frequency: the fastest vibration grows.
     Unstable,
 }
 
@@ -76,15 +77,16 @@ keys! {
 
 impl StepCheck {
     /// Checks the time step of `physics`. `bound_of_any` is a bound on the angular frequencies of every design of the
-    /// lattice, 1/s. It and the bound for this design are multiplied by `faster`, so that they also hold for the robots
-    /// of domain randomization.
+    /// lattice, 1/s. This bound and the bound for the design in `vibration` are multiplied by `faster`, so that they
+    /// also hold for the robots that domain randomization draws.
     pub fn new(
         vibration: &Vibration,
         bound_of_any: f64,
         faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
-        // A frequency that is larger by a factor belongs to a node that is lighter by the square of that factor.
+        // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
+        // that square.
         let damping = faster * faster * vibration.damping();
         let any_design = stable_step(physics, faster * bound_of_any, damping);
         let frequency = faster * vibration.edge_bound();
@@ -102,7 +104,8 @@ impl StepCheck {
         }
     }
 
-    /// A warning if the time step is safe for this design, but not for every design of the lattice.
+    /// Returns a warning if the time step is safe for this design, but may not be safe for other designs of the
+    /// lattice.
     pub fn of_other_designs(&self) -> Option<String> {
         let any = self.any_design.filter(|any| *any <= self.dt)?;
         (self.grade() == Grade::Safe).then(|| {
@@ -115,7 +118,7 @@ impl StepCheck {
         })
     }
 
-    /// The rating of the time step.
+    /// How safe the time step is.
     pub fn grade(&self) -> Grade {
         match &self.exact {
             None => Grade::Safe,
@@ -138,7 +141,7 @@ impl StepCheck {
         }
     }
 
-    /// Like [`accept`](Self::accept), for the run in the folder `run` after `iteration` iterations. `own_loss` is true
+    /// Like [`accept`](Self::accept), for a run whose folder is `run`, after `iteration` iterations. `own_loss` is true
     /// if the caller supplied the loss.
     ///
     /// # Errors
@@ -170,7 +173,7 @@ impl StepCheck {
         }
     }
 
-    /// The advice in messages: changes of settings that make the time step safe for this and every other design.
+    /// The advice in messages: changes of settings that make the time step safe for this design and every other design.
     fn remedy(&self) -> String {
         let limits = [self.bound.dt, self.any_design];
         let safe = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
@@ -179,7 +182,7 @@ impl StepCheck {
         } else {
             self.dt
         };
-        // The limit is proportional to the number of substeps.
+        // The stable time step is proportional to the number of substeps.
         let substeps = (self.dt / safe * self.substeps as f64).floor() + 1.0;
         let less = format!("set physics.dt to {dt} or less");
         if substeps <= SUBSTEPS {
@@ -190,7 +193,7 @@ impl StepCheck {
     }
 }
 
-/// The warning about the time step; empty if it is safe.
+/// Writes the warning about the time step; writes nothing if the time step is safe.
 impl fmt::Display for StepCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(exact) = self.exact else {
@@ -204,7 +207,8 @@ impl fmt::Display for StepCheck {
                  but below {limit:.3e} s, where vibrations begin to grow; {remedy}",
                 self.bound.node
             ),
-            // The advice to set `unstable_step` is left out, because it is set already.
+            // An unstable time step gets the text of the error, but without the advice to set `unstable_step`, which is
+            // already set.
             _ => write!(out, "{}", self.error(self.remedy())),
         }
     }
@@ -212,7 +216,8 @@ impl fmt::Display for StepCheck {
 
 /// Rounds a positive number `x` down to `digits` significant digits. Infinity stays infinite.
 pub fn rounded_down(x: f64, digits: usize) -> f64 {
-    // Truncates the shortest decimal form. A computed power of ten could have other bits on other systems.
+    // Drops digits of the shortest decimal text of the number. A computed power of ten could have other bits on other
+    // systems.
     let scientific = format!("{x:e}");
     let (significand, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let kept = &significand[..significand.len().min(digits + 1)];

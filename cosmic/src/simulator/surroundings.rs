@@ -6,8 +6,9 @@ use autodiff::Real;
 
 use crate::laws::StepInput;
 
-/// Gravity, friction and the settings of a scene's laws, under their names in the scene, such as `physics.gravity`,
-/// `physics.friction` (Coulomb contact), `physics.stiffening` or `mud.rate`.
+/// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
+/// key in the scene, such as `physics.gravity`, `physics.friction` (with Coulomb contact), `physics.stiffening` or
+/// `mud.rate`.
 ///
 /// [`Simulator::surroundings`](super::Simulator::surroundings) returns the values of the scene, and
 /// [`Simulator::rollout_in`](super::Simulator::rollout_in) accepts other values. If a number is a variable, the rollout
@@ -40,14 +41,14 @@ use crate::laws::StepInput;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings<R> {
-    /// The names, and the values in the scene.
+    /// The name of each number, and its value in the scene.
     inputs: Arc<[StepInput]>,
     /// The current values, in the order of `inputs`.
     pub(super) numbers: Vec<R>,
 }
 
 impl<R: Real> Surroundings<R> {
-    /// The values of a scene, as constants.
+    /// The surroundings with the values of a scene, which are constants.
     pub(super) fn of_scene(inputs: &Arc<[StepInput]>) -> Self {
         Self {
             inputs: Arc::clone(inputs),
@@ -61,10 +62,10 @@ impl<R: Real> Surroundings<R> {
         names.zip(self.numbers.iter().copied())
     }
 
-    /// These surroundings with another value for the number `name`, in the unit of that key.
+    /// These surroundings with the value `value` for the number `name`. The value has the unit of the key of that name.
     ///
     /// # Panics
-    /// If there is no number of this name, because no law of the scene has it.
+    /// If no law of the scene has a number of this name.
     #[must_use]
     pub fn with(mut self, name: &str, value: R) -> Self {
         let Some(place) = self.iter().position(|(other, _)| other == name) else {
@@ -78,7 +79,7 @@ impl<R: Real> Surroundings<R> {
         self
     }
 
-    /// True if both surroundings have the same names.
+    /// True if `other` has the same names.
     pub(super) fn fits<S>(&self, other: &Surroundings<S>) -> bool {
         let names =
             |inputs: &[StepInput]| inputs.iter().map(|i| i.name.clone()).collect::<Vec<_>>();

@@ -1,20 +1,21 @@
-//! [`Trajectory`], the observed states of a rollout, and the test whether a state is absurd.
+//! The type [`Trajectory`], which has the observed states of a rollout, and the test whether a state is absurd.
 
 use crate::geometry::Vector;
 use crate::lattice::State;
 
-/// A state is absurd if a component of a position (m) or velocity (m/s) has this magnitude or more.
+/// The smallest absurd value: a state is absurd if a component of a position (m) or of a velocity (m/s) has this
+/// absolute value or more.
 pub(super) const ABSURD: f64 = 1e6;
-/// The limit for the states of a watched rollout. It is smaller than [`ABSURD`] because these states are checked in the
-/// ground's frame, which may be rotated relative to the world's frame.
+/// The limit on the components of states in a watched rollout. It is smaller than [`ABSURD`], because these states are
+/// checked in the ground's frame, which may be rotated relative to the world's frame.
 pub(super) const WATCHED: f64 = 0.5 * ABSURD;
 
 /// The observed states of a rollout, in the world's frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory<R> {
-    /// The number of steps before each state, ascending; 0 is the start.
+    /// The number of steps before each state, ascending. A state with 0 steps before it is the start.
     pub steps: Vec<usize>,
-    /// The states, one for each of `steps`.
+    /// The states: one for each entry of `steps`.
     pub states: Vec<State<R>>,
 }
 
@@ -30,7 +31,7 @@ impl<R> Trajectory<R> {
             .expect("a trajectory must have at least one state")
     }
 
-    /// The state after this number of steps.
+    /// The observed state after this number of steps.
     ///
     /// # Panics
     /// If that state was not observed. A loss declares beforehand which states it observes.
@@ -46,8 +47,8 @@ impl<R> Trajectory<R> {
 }
 
 impl State<f64> {
-    /// The first absurd node: with a coordinate (m) or a component of its velocity (m/s) that is NaN or at least 1e6 in
-    /// absolute value.
+    /// The first node that is absurd: one of its coordinates (m) or velocity components (m/s) is NaN, or has an
+    /// absolute value of at least 1e6.
     pub fn absurd_node(&self) -> Option<usize> {
         // Comparisons with NaN are false, so a NaN is absurd too.
         let sane = |vector: &Vector<f64>| vector.iter().all(|c| c.abs() < ABSURD);
@@ -60,13 +61,13 @@ impl State<f64> {
         self.v.iter().map(|v| v.norm())
     }
 
-    /// The first node that is faster than `bound` (m/s), and its speed.
+    /// The first node whose speed is above `bound` (m/s), with its speed (m/s).
     pub(super) fn too_fast(&self, bound: f64) -> Option<(usize, f64)> {
         let mut speeds = self.speeds().enumerate();
         speeds.find(|(_, speed)| *speed > bound)
     }
 
-    /// True if there is an [absurd node](State::absurd_node).
+    /// True if a node of this state is [absurd](State::absurd_node).
     pub fn is_absurd(&self) -> bool {
         self.absurd_node().is_some()
     }

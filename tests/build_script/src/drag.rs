@@ -1,8 +1,8 @@
-//! The formula of a kernel. Both the program and its build script include this file.
+//! The formula of a kernel, in a file that both the program and its build script include.
 
 use autodiff::{Real, lit};
 
-/// A kernel: one step of a body that falls in air.
+/// A kernel for one step of a body that falls through air.
 #[derive(Clone)]
 pub(crate) struct Drag {
     pub(crate) dt: f64,

@@ -1,4 +1,4 @@
-//! The method of moving asymptotes reproduces recorded runs: single updates, and whole runs.
+//! The method of moving asymptotes reproduces recorded results: those of single updates, and those of whole runs.
 
 mod problems;
 
@@ -9,7 +9,7 @@ use problems::Problem;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A recorded run. Fields that no test uses are not read.
+/// A recorded run of the method. The fields of the file that no test uses are not read.
 #[derive(Deserialize)]
 struct Case {
     name: String,
@@ -46,7 +46,7 @@ struct End {
     f0: f64,
 }
 
-/// One recorded iteration. Long runs have the vectors of the first iterations only.
+/// One iteration of a recorded run. In long runs, only the first iterations have vectors.
 #[derive(Deserialize)]
 struct Iteration {
     f0: f64,
@@ -60,7 +60,7 @@ struct Iteration {
     lam_exact: Option<Vec<f64>>,
 }
 
-/// The cases in the folder `mma` of the reference cases.
+/// The recorded runs in the folder `mma` of the reference cases.
 fn cases() -> Vec<Case> {
     let case = |reference: &Reference| {
         serde_json::from_str(&reference.text)
@@ -70,7 +70,7 @@ fn cases() -> Vec<Case> {
     references.iter().map(case).collect()
 }
 
-/// The value that all entries of a list have. Returns `otherwise` for an empty list.
+/// The common value of all entries of a list, or `otherwise` for an empty list. Panics if the entries are not equal.
 fn uniform(what: &str, list: &[f64], otherwise: f64) -> f64 {
     let first = list.first().copied().unwrap_or(otherwise);
     let is_uniform = list.iter().all(|&entry| entry == first);
@@ -126,7 +126,7 @@ impl Case {
         }
     }
 
-    /// Asserts that each variable agrees to `tolerance` times its range.
+    /// Asserts that each variable differs from the expected one by at most `tolerance` times the range of the variable.
     fn assert_close(&self, what: &str, (found, expected): (&[f64], &[f64]), tolerance: f64) {
         assert_eq!(found.len(), expected.len(), "{}: {what}", self.name);
         for (j, (found, expected)) in found.iter().zip(expected).enumerate() {
@@ -152,7 +152,8 @@ fn update(mma: &mut Mma, state: &mut MmaState, problem: &dyn Problem, x: &[f64])
     mma.update(state, &at).expect("finite input")
 }
 
-/// Asserts that two numbers agree to `tolerance` times the expected number, or times 1 if that is larger.
+/// Asserts that two numbers differ by at most `tolerance` times the expected number, or by `tolerance` if that is
+/// larger.
 fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
     let off = (found - expected).abs() / expected.abs().max(1.0);
     assert!(
@@ -167,7 +168,8 @@ fn kept(vector: &Option<Vec<f64>>) -> &[f64] {
         .expect("the vectors of an iteration are kept together")
 }
 
-/// The problems' functions have the recorded values. Without this test, a wrong problem would look like a wrong method.
+/// The functions of the problems have the recorded values. Without this test, an error in a problem would look like an
+/// error in the method.
 #[test]
 fn problems_have_the_recorded_values() {
     for case in cases() {
@@ -184,8 +186,8 @@ fn problems_have_the_recorded_values() {
     }
 }
 
-/// Each update from a recorded state gives the recorded asymptotes and the recorded new point. Every update starts from
-/// the record, so that errors do not add up.
+/// From each recorded state, the update gives the recorded asymptotes and the recorded new point. Every update starts
+/// from the record, so that errors do not add up.
 #[test]
 fn each_update_is_the_recorded_one() {
     for case in cases() {
@@ -194,10 +196,11 @@ fn each_update_is_the_recorded_one() {
             let mut state = case.state(k);
             let update = update(&mut mma, &mut state, &*problem, kept(&iteration.x));
             let at = |what: &str| format!("iteration {}: {what}", k + 1);
-            // Both compute the same few operations on the same numbers, so only rounding differs.
+            // The update and the record do the same few operations on the same numbers, so they differ only by
+            // rounding.
             case.assert_close(&at("low"), (&state.low, kept(&iteration.low)), 1e-12);
             case.assert_close(&at("upp"), (&state.upp, kept(&iteration.upp)), 1e-12);
-            // The record solves its subproblem to about 1e-13; the conditioning of the problem magnifies that.
+            // The record solves its subproblem to about 1e-13; the condition of the problem amplifies this error.
             let points = (&update.point[..], kept(&iteration.x_next_exact));
             case.assert_close(&at("x_next"), points, 1e-8);
             compare_duals(&case.name, &update, iteration);
@@ -205,16 +208,17 @@ fn each_update_is_the_recorded_one() {
     }
 }
 
-/// Compares the elastic variables, and the multipliers if they are unique.
+/// Compares the elastic variables of an update with the record. Also compares the multipliers, if they are unique.
 fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
     let (elastic, exact) = (kept(&iteration.y_exact), kept(&iteration.lam_exact));
     assert_eq!(update.diagnostics.elastic.len(), elastic.len(), "{name}");
     for i in 0..elastic.len() {
         let what = |what: &str| format!("{name}: {what}[{i}]");
-        // y = (lam - c) / d is rounded like c = 1000; 1e-10 leaves room for larger c.
+        // The elastic variable y = (lam - c) / d has the rounding error of c = 1000. The tolerance 1e-10 leaves room
+        // for larger c.
         assert_near(&what("y"), update.diagnostics.elastic[i], elastic[i], 1e-10);
-        // If there are many solutions, two solvers find different ones. So if the two solvers of the record agree to
-        // the accuracy of the interior point method, the solution is unique.
+        // The record has the multipliers of two solvers. If the subproblem had many solutions, the two solvers would
+        // find different ones. So the solution is unique if they agree to the accuracy of the interior point method.
         let unique = (iteration.lam[i] - exact[i]).abs() <= 1e-5 * exact[i].abs().max(1.0);
         if unique {
             assert_near(&what("lam"), update.multipliers[i], exact[i], 1e-8);
@@ -222,7 +226,7 @@ fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
     }
 }
 
-/// A run from the start with the recorded number of iterations ends where the recorded run ends.
+/// A run from the start, with as many iterations as the recorded run, ends at the same point.
 #[test]
 fn whole_runs_end_where_the_recorded_ones_do() {
     for case in cases() {
@@ -231,7 +235,8 @@ fn whole_runs_end_where_the_recorded_ones_do() {
         let mut state = mma.init(&x);
         for _ in 0..case.iterations {
             let update = update(&mut mma, &mut state, &*problem, &x);
-            // The constraints are sums of terms up to 1e3, so allow for a few roundings of that size.
+            // The constraints are sums of terms up to 1e3; the tolerance allows a few roundings of numbers of that
+            // size.
             assert!(
                 update.diagnostics.residual <= 1e-10,
                 "{}: {update:?}",
@@ -251,9 +256,9 @@ fn whole_runs_end_where_the_recorded_ones_do() {
 }
 
 impl Case {
-    /// The tolerance for the end of a run. The record solves its subproblems only to 1e-7, which moves points by up to
-    /// 4e-2. A converged run ends at the same point in spite of that, to 1e-5. For other runs, the tolerance is the
-    /// distance that the recorded run moves in its last ten iterations.
+    /// The tolerance for the last point of a run. The record solves its subproblems only to 1e-7, which moves points by
+    /// up to 4e-2. A converged run ends at the same point in spite of that, to 1e-5. For a run that has not converged,
+    /// the tolerance is the distance that the recorded run moves in its last ten iterations.
     fn run_tolerance(&self) -> f64 {
         let last = self
             .trace

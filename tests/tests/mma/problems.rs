@@ -1,19 +1,19 @@
-//! The problems of the reference files, written once over `Real`.
+//! The optimisation problems of the reference files. Each is written once, for all number types `Real`.
 //!
-//! The beginning of a file's `statement` determines the problem; everything else is read from its `data`. A new
-//! kind of problem is a function and a row in `KINDS`.
+//! The beginning of a file's `statement` determines the problem; everything else is read from its `data`. A new kind of
+//! problem is a function and a row in `KINDS`.
 
 use autodiff::{Real, jacobian};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A problem: the objective `f_0` and the constraints `f_1, ... f_m`, with their derivatives.
+/// An optimisation problem: the objective `f_0`, the constraints `f_1, ... f_m`, and their derivatives.
 pub(crate) trait Problem {
-    /// Returns the values of all functions at `x`, and their gradients, one row for each function.
+    /// Returns the values of all functions at `x`, and their gradients as the rows of a matrix.
     fn linearise(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
 }
 
-/// A vector function of a vector, generic over its numbers.
+/// The functions of a problem, `f_0` to `f_m`, for all number types.
 trait Values {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
 }
@@ -27,7 +27,7 @@ impl<F: Values> Problem for F {
 
 type Build = fn(Value) -> Result<Box<dyn Problem>, serde_json::Error>;
 
-/// How each problem's statement begins, and how it is built from the data.
+/// For each kind of problem: how its statement begins, and the function that builds it from the data.
 const KINDS: [(&str, Build); 7] = [
     (
         "min C1*sum_j x_j ; g = sum_j A_j/x_j^3",
@@ -63,7 +63,7 @@ where
     Ok(Box::new(serde_json::from_value::<F>(data)?))
 }
 
-/// `sum_j term(j)`.
+/// The sum of `term(j)` over `j` from 0 to `count - 1`.
 fn sum<R: Real>(count: usize, term: impl Fn(usize) -> R) -> R {
     (0..count).fold(R::zero(), |sum, j| sum + term(j))
 }
@@ -86,7 +86,7 @@ impl Values for Cantilever {
     }
 }
 
-/// The squared distance to a target, with slightly curved constraints.
+/// A problem that minimises the squared distance to a target, with slightly curved constraints.
 #[derive(Deserialize)]
 struct Distance {
     #[serde(rename = "t")]
@@ -195,7 +195,7 @@ impl Values for TwoBar {
     }
 }
 
-/// The four volume constraints of the design problem.
+/// A problem with the four volume constraints of the design problem.
 #[derive(Deserialize)]
 struct Volume {
     w: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-//! Checks of lattices over many steps: their stable time steps, their energy, and how they come to rest.
+//! Checks of lattices over many steps: the stable time step, the energy, and the way in which they come to rest.
 
 use super::StabilityCase;
 use cosmic::design::{Design, Material};
@@ -41,7 +41,7 @@ pub(super) fn every_step(
     }
 }
 
-/// Checks that the energy of an undamped lattice, all skeleton, swings in a band and does not drift.
+/// Checks that the energy of a lattice of skeleton without damping oscillates within a band and does not drift.
 pub(super) fn keeps_its_energy(case: &StabilityCase) {
     let [columns, rows] = ["columns", "rows"].map(|key| case.number(key) as usize);
     let material = &case.case["material"];
@@ -91,7 +91,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
             momentum = momentum.max(sum.abs());
         }
     });
-    // The bounds are those of the file. Small motions are nearly periodic; large ones are chaotic, so that only their
+    // The bounds are in the file. Small motions are nearly periodic. Large motions are chaotic, so that only their
     // statistics can be compared.
     let expect = &case.file["expect"];
     let small = case.number("amplitude_of_spacing") < 0.01;
@@ -101,14 +101,14 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
         assert_near(*mean, *expected, spread * expected, &"mean");
     }
     for (got, key) in [(least, "E_min_over_E0"), (most, "E_max_over_E0")] {
-        // Extremes over a million steps scatter more than means do.
+        // The extreme values over a million steps vary more than the means.
         case.near(key, got, 2.0 * spread * case.number(key));
     }
     assert_near(momentum, 0.0, number(expect, "momentum_abs"), &"momentum");
 }
 
 /// Checks that a dropped lattice with one material per edge and idle actuators comes to rest on the ground within a
-/// hundred thousand steps, or slides.
+/// hundred thousand steps. If friction is too weak to hold it, checks how it slides.
 pub(super) fn comes_to_rest(case: &StabilityCase) {
     let physics = case.world();
     let lattice = Lattice::between(case.points("x0"), case.edges());
@@ -124,7 +124,7 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
     let observed = (0..20_000).chain((20_000..=100_000).step_by(100));
     let seen = bare.run(&start, observed.collect());
     let physics = &bare.physics;
-    // Friction may hold the lattice forever.
+    // True if friction holds the lattice, so that it comes to rest.
     let slope = physics.incline_deg.to_radians().tan();
     let rests = physics.contact == ContactLaw::infinite() || physics.friction > slope;
     for step in [20_000, 100_000] {
@@ -140,8 +140,8 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
     let ground = Ground::from(physics);
     if rests {
         let moved = largest_difference(&seen.at(20_000).x, &seen.at(100_000).x);
-        // After 20 000 steps all motion has decayed, and roundings of 1e-17 cancel. The bound would reveal a creep of a
-        // micrometre in hours.
+        // After 20 000 steps, all motion has decayed, and rounding errors of 1e-17 do not add up. The bound would
+        // reveal a creep of a micrometre in hours.
         assert!(moved < 1e-8, "it creeps: {moved:e}");
         stands_still(seen.at(100_000), &ground);
     }
@@ -153,12 +153,12 @@ fn largest_difference(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
-/// Asserts that nodes on the ground stand still, and that other nodes almost do, within the bounds of the file.
+/// Asserts that nodes on the ground stand still and that other nodes almost stand still, within the bounds of the file.
 fn stands_still(state: &State<f64>, ground: &Ground) {
     let mut contacts = 0;
     for (x, v) in state.to_ground(ground).x.iter().zip(&state.v) {
         let speed = v.norm();
-        // A node on the ground is on the line up to rounding.
+        // The height of a node on the ground is zero except for rounding.
         if x[1] < 1e-12 {
             contacts += 1;
             assert_eq!(speed, 0.0);
@@ -174,7 +174,7 @@ fn sinks_nowhere(seen: &Trajectory<f64>, ground: &Ground) {
         let size = coordinates.fold(1.0, |m: f64, x| m.max(x.abs()));
         let points = state.to_ground(ground).x;
         let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
-        // The bound of the file, plus the rounding of coordinates of a hundred metres when they are rotated.
+        // The bound of the file, plus the rounding error of coordinates of a hundred metres in a rotation.
         assert!(lowest >= -1e-12 * size, "step {step}: {lowest:e}");
     }
 }

@@ -1,4 +1,5 @@
-//! All cases in the files of the folder `stability` hold. Each kind of case has a check, and one test runs all cases.
+//! Checks all cases in the files of the folder `stability`. Each kind of case has its own check, and one test runs all
+//! cases.
 
 mod lattices;
 mod nodes;
@@ -17,7 +18,7 @@ use serde_json::{Value, from_value};
 
 type Check = fn(&StabilityCase);
 
-/// The kinds of cases: for each, a key by which it is recognised, and its check.
+/// The kinds of cases. Each kind has a key that only its cases have, and a check.
 static KINDS: [(&str, Check); 14] = [
     ("terminal_velocity_discrete", nodes::flies),
     ("first_touches_step_tau", nodes::lands),
@@ -35,7 +36,7 @@ static KINDS: [(&str, Check); 14] = [
     ("x_100000", lattices::comes_to_rest),
 ];
 
-/// A case, and the file that it comes from.
+/// A case, with the file that contains it.
 #[derive(Clone, Debug)]
 struct StabilityCase {
     file: Value,
@@ -55,7 +56,8 @@ fn cases(file: &Reference) -> Vec<StabilityCase> {
     found
 }
 
-/// Every case of the reference folder holds. For kinds that are missing there, the project's own cases are checked.
+/// Every case of the reference folder passes its check. If the folder has no cases of a kind, the cases of this project
+/// are checked.
 #[test]
 fn every_case_of_every_kind_holds() {
     let own = own_reference_folder().join("stability");
@@ -88,7 +90,7 @@ impl StabilityCase {
         number(&self.case, key)
     }
 
-    /// All numbers of a value of the case, which may be nested lists.
+    /// All numbers in a value of the case, which may be a nested list.
     fn numbers(&self, key: &str) -> Vec<f64> {
         numbers(&self.case[key])
     }
@@ -128,7 +130,7 @@ impl StabilityCase {
         self.near(key, got, bound);
     }
 
-    /// The regular lattice of the case, but with these edges.
+    /// The regular lattice of the case with these edges in place of its own.
     fn lattice(&self, edges: Vec<[usize; 2]>) -> Lattice {
         let [columns, rows] = ["columns", "rows"].map(|key| self.number(key) as usize);
         let spacing = self.number("spacing");
@@ -139,7 +141,7 @@ impl StabilityCase {
         )
     }
 
-    /// The case's edges: pairs of nodes.
+    /// The edges of the case as pairs of nodes.
     fn edges(&self) -> Vec<[usize; 2]> {
         from_value(self.case["edges"].clone()).expect("pairs")
     }
@@ -150,13 +152,13 @@ impl StabilityCase {
             from_value(self.case["state"].clone()).expect("a material for each edge");
         let usual = MaterialSettings::default();
         let body = Body::new(&Design::Layout(materials), lattice, &usual, &self.world());
-        // The tolerance is for a dozen roundings.
+        // The tolerance is for about a dozen rounding errors.
         assert!(relative_error(&body.mass, &self.numbers("node_mass")) < 1e-14);
         body
     }
 
-    /// The world of the case. By default it is flat, frictionless, undamped and without gravity. If the case has no
-    /// height of the ground, there is no ground.
+    /// The physics of the case. By default, the ground is flat, and there is no friction, no damping and no gravity. If
+    /// the case does not give the height of the ground, there is no ground.
     fn world(&self) -> PhysicsSettings {
         let case = &self.case;
         let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);

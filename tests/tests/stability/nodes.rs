@@ -9,7 +9,7 @@ use cosmic::laws::ContactLaw;
 use cosmic::scene::PhysicsSettings;
 use cosmic_tests::{Bare, assert_near, number};
 
-/// The state of [`Bare::free_node`], whose two nodes both have this position and velocity.
+/// A state of [`Bare::free_node`] in which both nodes have this position and this velocity.
 fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     State {
         x: vec![x.into(); 2],
@@ -17,7 +17,7 @@ fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     }
 }
 
-/// The number of steps after which damping has reduced a velocity to exp(-40) = 4e-18 of its start.
+/// The number of steps after which damping has reduced a velocity by the factor exp(-40) = 4e-18.
 fn forty_decays(physics: &PhysicsSettings) -> usize {
     (40.0 / (physics.damping * physics.dt)).ceil() as usize
 }
@@ -32,12 +32,12 @@ pub(super) fn flies(case: &StabilityCase) {
     let ([x, v], expected) = ([end.x[0], end.v[0]], case.vector("v"));
     let at = [case.number("x"), case.number("y")];
     for (got, expected) in x.into_iter().chain(v).zip(at.into_iter().chain(expected)) {
-        // A velocity that has decayed is compared relative to its original size.
+        // A velocity that has almost decayed is compared with a bound relative to its original size.
         let bound = tolerance * expected.abs().max(1e-3);
         assert_near(got, expected, bound, &case.case);
     }
-    // The distance from the exact parabola is of first order in dt and has a known sign. The tolerance is for the
-    // rounding of numbers as large as the length of the flight.
+    // The distance from the exact parabola is of first order in dt, and the file has its value. The tolerance is for
+    // the rounding errors of numbers that are as large as the length of the flight.
     let (continuous, error) = (case.numbers("continuous"), case.numbers("error"));
     let size = continuous
         .iter()
@@ -71,12 +71,13 @@ pub(super) fn lands(case: &StabilityCase) {
         .vector_to_ground(Vector::new([0.0, -physics.gravity]))
         .up();
     let decay = (-physics.damping * physics.dt).exp();
-    // The time of impact if the node touches in this step, which is counted from 1. Until the impact, the node moves
-    // with its speed towards the ground; it then loses this speed.
+    // Returns the number of a step, counted from 1, and the time of impact in this step; `None` if the node does not
+    // touch the ground in it. Until the impact, the node moves towards the ground at constant speed; then it loses this
+    // speed.
     let time_of_impact = |step: usize| {
         let [before, after] = [step - 1, step].map(|s| seen.at(s).to_ground(&ground));
         let towards = decay * before.v[0][1] + pull * physics.dt;
-        // Speeds are of order one, and are rounded by the rotation of the incline.
+        // Speeds are of order one, and the rotation of the incline rounds them.
         let touches = towards < -1e-14 && after.v[0][1].abs() < 1e-14;
         touches.then(|| (step, (after.x[0][1] - before.x[0][1]) / towards))
     };
@@ -84,11 +85,12 @@ pub(super) fn lands(case: &StabilityCase) {
     let listed = case.numbers("first_touches_step_tau");
     for ([step, time], (got_step, got_time)) in listed.as_chunks::<2>().0.iter().zip(&touches) {
         assert_eq!(*got_step, *step as usize, "{}", case.case);
-        // A height is rounded at 1e-16, and the node falls at 0.02 m/s or more.
+        // Heights are rounded at 1e-16, and the node falls at 0.02 m/s or more, so the time of impact is exact to about
+        // 1e-14 s.
         assert_near(*got_time, *time, 1e-13, &case.case);
     }
     assert!(touches.len() >= listed.len() / 2, "{}", case.case);
-    // If the node stops at the beginning of the first step, its position keeps its bits.
+    // If the node stops at the beginning of the first step, the bits of its position do not change.
     let stops_at_once = listed[..2] == [1.0, 0.0] && physics.contact == ContactLaw::infinite();
     if stops_at_once && physics.incline_deg == 0.0 {
         let stays = |state: &State<f64>| state.x[0] == start.x[0];
@@ -96,7 +98,7 @@ pub(super) fn lands(case: &StabilityCase) {
     }
 }
 
-/// The world of a case, with ground at height zero and this contact law.
+/// The physics of a case, with ground at height zero and this contact law.
 fn on_ground(case: &StabilityCase, contact: ContactLaw) -> PhysicsSettings {
     PhysicsSettings {
         contact,
@@ -105,7 +107,7 @@ fn on_ground(case: &StabilityCase, contact: ContactLaw) -> PhysicsSettings {
     }
 }
 
-/// Checks that a node on an incline slides only if the slope exceeds the coefficient of friction.
+/// Checks that a node on an incline slides if and only if the slope is larger than the coefficient of friction.
 pub(super) fn slides(case: &StabilityCase) {
     let physics = on_ground(case, ContactLaw::coulomb());
     let ground = Ground::from(&physics);
@@ -133,7 +135,8 @@ pub(super) fn brakes(case: &StabilityCase) {
     case.absolute("distance", seen.at(stop + 9).x[0][0]);
 }
 
-/// Checks the end of a bounce of a node that moves sideways, and its derivative with respect to the drop height.
+/// Checks the end of the bounce of a node that moves sideways, and the derivative of this end with respect to the drop
+/// height.
 pub(super) fn bounces(case: &StabilityCase) {
     fn end<R: Real>(case: &StabilityCase, contact: ContactLaw, height: R) -> R {
         let physics = on_ground(case, contact);

@@ -1,5 +1,5 @@
-//! Checks of single edges and chains of edges. `tanh`, the softmax and the force have right values and derivatives for
-//! extreme inputs; oscillators and chains follow their exact maps.
+//! Checks of single edges and chains of edges. The function `tanh`, the softmax and the force have the right values and
+//! derivatives for extreme inputs. Oscillators and chains move as the exact formulas for their steps say.
 
 use super::StabilityCase;
 use super::lattices::every_step;
@@ -46,7 +46,7 @@ pub(super) fn projects(case: &StabilityCase) {
         let (_, reverse) = vjp(|x| function.eval(x), &z, &row);
         for k in 0..3 {
             for got in [forward[i][k], reverse[k]] {
-                // The bound of the file: shares are rounded at 1e-16, and beta multiplies that.
+                // The bound of the file: shares are rounded at 1e-16, and the sharpness beta multiplies the error.
                 assert_near(got, expected[k], 1e-12 * beta, &case.case);
             }
         }
@@ -60,12 +60,13 @@ pub(super) fn pulls(case: &StabilityCase) {
     let (mass, dt) = (number(kick, "m"), number(kick, "dt"));
     let mut bare = Bare::new(&[([0, 1], case.number("l0"), case.number("k"))], &[mass; 2]);
     bare.physics.dt = dt;
-    // The force moves one of the nodes down, so there must be no ground. Heights are relative to the ground's height,
-    // which is 0 here, because vectors of 1e-7 m are exact only near the origin.
+    // The force moves one of the nodes down, so there must be no ground. Heights are computed relative to the ground's
+    // height. It is 0 here, because vectors of 1e-7 m are exact only near the origin.
     (bare.physics.contact, bare.physics.ground_height) = (ContactLaw::none(), 0.0);
     let d = case.vector("d");
     let got = force(&bare, d);
-    // The tolerance of the file, plus the digits that the difference of two lengths loses near the rest length.
+    // The bound is the tolerance of the file, plus the error from the difference of two almost equal lengths near the
+    // rest length.
     let tolerance = case.of_file("tolerance_rel");
     let lost = 1e-13 * case.number("k") * case.number("l0");
     let (expected, velocity) = (case.vector("force_on_i"), numbers(&kick["v"]));
@@ -98,8 +99,8 @@ pub(super) fn pulls(case: &StabilityCase) {
     }
 }
 
-/// The force of an edge on the node at its tail, as a function of the vector `d` from tail to head. It is half the
-/// difference of both nodes' momenta after a step, divided by the time step.
+/// The force of an edge on its first node, as a function of the vector `d` from the first node to the second. It is
+/// computed as half the difference of the momenta of the nodes after a step, divided by the time step.
 fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     let start = State {
         x: vec![Vector::zero(), d.into()],
@@ -110,16 +111,16 @@ fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     ((v[0] - v[1]) * R::lit(0.5) * per_kick).array()
 }
 
-/// The length of an oscillator's spring, m. It is long enough for the softening to be almost linear, and short enough
-/// for a small rounding of positions.
+/// The rest length of an oscillator's spring, m. It is so long that the softening is almost linear, and so short that
+/// the rounding errors of positions are small.
 const LENGTH: f64 = 4.0;
 
 /// Two nodes of unit mass, one on each side of the origin. The extension of the spring between them oscillates with the
 /// frequency of the case.
 fn oscillator(case: &StabilityCase) -> Bare {
     let omega = case.number("omega");
-    // Relative motion of two masses m has omega^2 = 2 k / m. The softening of the length (D4)
-    // changes the rest length and the slope of the force by some 1e-12, which is undone here.
+    // The relative motion of two masses m has omega^2 = 2 k / m. The softening of the length (D4) changes the rest
+    // length and the slope of the force by about 1e-12. The numbers here undo this change.
     let squared = LENGTH * LENGTH + 1e-12;
     let k = 0.5 * omega * omega * squared / (LENGTH * LENGTH);
     let mut bare = Bare::new(&[([0, 1], squared.sqrt(), k)], &[1.0, 1.0]);
@@ -128,7 +129,7 @@ fn oscillator(case: &StabilityCase) -> Bare {
     bare
 }
 
-/// The state of an oscillator with extension `x`, which changes at speed `v`.
+/// The state of an oscillator whose extension is `x` and changes at the speed `v`.
 fn extended([x, v]: [f64; 2]) -> State<f64> {
     let half = 0.5 * (LENGTH + x);
     State {
@@ -151,11 +152,12 @@ pub(super) fn oscillates(case: &StabilityCase) {
     let steps = rows.iter().map(|row| row[0] as usize).collect();
     let seen = bare.run(&extended(start), steps).states;
     let limit = phase_limit(bare.physics.damping, bare.physics.dt);
-    // Both limits are roots of a sum of order one.
+    // Both the limit in the file and the computed limit are square roots of sums of order one.
     case.near("limit_dt_omega", limit, 1e-14);
     let stable = bare.physics.dt * omega < limit;
     assert_eq!(case.case["stable"], stable, "{}", case.case);
-    // Errors are relative to the largest amplitude, not to the decayed one, because positions are rounded at 1e-17.
+    // The bound is relative to the largest amplitude and not to the amplitude after the decay, because positions are
+    // rounded at 1e-17.
     let peak = rows.iter().fold(start[0], |m, row| m.max(row[1].abs()));
     let bound = case.of_file("tolerance_rel") * peak;
     for (state, [_, x, v]) in seen.iter().zip(rows).filter(|_| stable) {
@@ -167,7 +169,7 @@ pub(super) fn oscillates(case: &StabilityCase) {
         let last = seen.last().expect("a case lists states");
         assert!(extension(last)[0].abs() > 10.0 * start[0], "{}", case.case);
     }
-    // Compute the matrix of a step, and from it the spectral radius.
+    // The columns of the matrix of a step are the results of two steps. The spectral radius follows from the matrix.
     let amplitude = 1e-3;
     let column = |start| extension(&bare.run_to_end(&extended(start), 1)).map(|c| c / amplitude);
     let ([a, c], [b, d]) = (column([amplitude, 0.0]), column([0.0, amplitude]));
@@ -177,13 +179,13 @@ pub(super) fn oscillates(case: &StabilityCase) {
         true => determinant.sqrt(),
         false => 0.5 * trace.abs() + discriminant.sqrt(),
     };
-    // If two eigenvalues are nearly equal, their distance is the root of a small difference of entries, which are
-    // rounded at 1e-13 of the amplitude. The root is then right to 1e-6.
+    // If two eigenvalues are nearly equal, their distance is the root of a small difference of entries. The entries are
+    // rounded at 1e-13 of the amplitude, so the root has an error of about 1e-6.
     case.near("spectral_radius", radius, 1e-6);
 }
 
-/// Checks that `v^2 + omega^2 x^2 - dt omega^2 x v` of an oscillator is constant, and that its energy stays in the band
-/// that follows from this.
+/// Checks that `v^2 + omega^2 x^2 - dt omega^2 x v` of an oscillator is constant. From this follows a band for the
+/// energy; checks that the energy stays in this band and fills it.
 pub(super) fn keeps_its_invariant(case: &StabilityCase) {
     let (omega, dt) = (case.number("omega"), case.number("dt"));
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
@@ -202,16 +204,17 @@ pub(super) fn keeps_its_invariant(case: &StabilityCase) {
             (least, most) = (least.min(energy), most.max(energy));
         },
     );
-    // An extension of 1e-3 is randomly rounded at 4e-16 in each of a million steps: 1e-9 of the extension.
+    // An extension of 1e-3 is rounded at 4e-16 in each of a million steps. These random errors add up to about 1e-9 of
+    // the extension.
     assert!(furthest < 1e-8, "the invariant is off by {furthest:e}");
     let (band, seen) = (case.number("relative_band_max_over_min"), most / least);
     assert!(seen <= band * (1.0 + 1e-8), "{seen} above {band}");
-    // Almost all phases occur, so the energy must also fill the band.
+    // Almost all phases of the oscillation occur, so the energy also reaches both ends of the band.
     assert!(seen > 1.0 + 0.99 * (band - 1.0));
 }
 
-/// Checks chains along the x axis with extreme stiffness and mass: the limits of their time step, and their motion with
-/// steps below and above them.
+/// Checks chains of nodes along the x axis with extreme stiffness and mass: the limit of the time step, and the motion
+/// with time steps below and above the limit.
 pub(super) fn vibrates(case: &StabilityCase) {
     let (k, rest, mass) = (case.numbers("k"), case.numbers("rest"), case.numbers("m"));
     let springs: Vec<_> = (0..k.len()).map(|e| ([e, e + 1], rest[e], k[e])).collect();
@@ -222,14 +225,14 @@ pub(super) fn vibrates(case: &StabilityCase) {
             .map(|x| Vector::new([x, 0.0]))
             .collect::<Vec<_>>()
     };
-    // The positions at which every spring is at rest.
+    // At these positions, every spring is at rest.
     let places = (0..mass.len()).map(|node| rest[..node].iter().sum());
     let at_rest = on_axis(places.collect());
     let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &at_rest);
-    // The softening is 1e-12 of a length squared of 1e-2.
+    // The tolerance is for the softening, which adds 1e-12 to squared lengths of 1e-2.
     let fastest = case.number("omega_max");
     case.near("omega_max", vibration.largest_frequency(), 1e-9 * fastest);
-    // The limit in the file is for the damping of a step with the case's time step.
+    // The limit in the file assumes the damping of a step with the time step of the case.
     let limit = phase_limit(case.number("gamma"), case.number("dt")) / fastest;
     case.near("limit_dt", limit, 1e-14 * limit);
 

@@ -7,16 +7,17 @@ use crate::lattice::{Body, Lattice};
 use crate::laws::{Force, Pose, Stiffness};
 use crate::scene::{MaterialSettings, PhysicsSettings};
 
-/// The number of intervals into which the share of actuator in a mixture, from 0 to 1, is divided.
+/// The number of intervals into which the range of a share is divided: the share of the actuator material in a mixture,
+/// from 0 to 1.
 const PARTS: usize = 16;
 
-/// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, layouts and
-/// mixtures alike.
+/// A bound on the angular frequencies, 1/s, with which a lattice at rest vibrates. It holds for every design of the
+/// lattice, whether a layout or mixtures.
 ///
 /// A node carries half of the mass of each of its edges. So `mu_i` of
 /// [`Vibration::edge_bound`](super::Vibration::edge_bound) is at most the largest `2 k / (density l)` of the edges at
-/// node `i`, and at most the sum of their stiffnesses divided by `physics.node_mass`. Other forces add
-/// [their own bound](Force::any_design).
+/// node `i`, and at most the sum of their stiffnesses divided by `physics.node_mass`. Other forces add [their own
+/// bound](Force::any_design).
 pub fn bound_of_any_design(
     lattice: &Lattice,
     materials: &MaterialSettings,
@@ -43,8 +44,8 @@ pub fn bound_of_any_design(
     (of_edges + others.sum::<f64>() + of_nodes(lattice, physics, &forces)).sqrt()
 }
 
-/// A bound on what forces on single nodes add to the square of a frequency at rest, 1/s^2. It does not depend on the
-/// bars.
+/// A bound on what the forces on single nodes add to the square of a frequency at rest, 1/s^2. It is the same for all
+/// designs, because it does not depend on the bars.
 fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Force>]) -> f64 {
     let edges = lattice.edges.len();
     let body = Body {
@@ -62,7 +63,7 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
     stiffness.of_nodes(physics.node_mass)
 }
 
-/// The largest values that an edge can have, over all mixtures.
+/// Bounds on the numbers of an edge that hold for every mixture.
 #[derive(Default)]
 struct Most {
     /// Stiffness, N/m.
@@ -71,7 +72,8 @@ struct Most {
     ratio: f64,
 }
 
-/// The largest values that an edge of this length can have, over all mixtures.
+/// Computes bounds on the stiffness of an edge of this length, and on its stiffness divided by its density. The bounds
+/// hold for every mixture.
 fn most_of_any_mixture(
     materials: &MaterialSettings,
     forces: &[Arc<dyn Force>],
@@ -80,8 +82,8 @@ fn most_of_any_mixture(
     let stroke = Material::Actuator.of(&materials.max_strain) * length;
     let mut most = Most::default();
     for other in Material::ALL {
-        // Between two shares of actuator the ratio is between the ratios at both shares, and a spring
-        // is at most as stiff as at the larger share.
+        // If the share of actuator is between two values, the ratio of stiffness and density is between the ratios at
+        // these values, and a spring is at most as stiff as at the larger value.
         for part in 1..=PARTS {
             let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
             for share in [less, more] {

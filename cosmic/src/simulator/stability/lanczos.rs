@@ -7,26 +7,27 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// An eigenvalue is accepted if its residual is at most this fraction of it. Eigenvalues that differ by more than this
-/// fraction are told apart.
+/// The relative accuracy: an eigenvalue is accepted if its residual is at most this fraction of it. Two eigenvalues
+/// that differ by more than this fraction are told apart.
 const ACCURACY: f64 = 1e-12;
 
-/// The largest eigenvalue and its eigenvector; `None` if a product is not finite. `product` multiplies the matrix by a
-/// vector. `start` must have a component along every eigenvector. The returned eigenvalue is never too small, because
-/// the residual, which bounds its error, is added to it.
+/// Computes the largest eigenvalue of a matrix and its eigenvector; `None` if a product is not finite. `product`
+/// multiplies the matrix by a vector. `start` must have a component along every eigenvector. The residual bounds the
+/// error of the eigenvalue and is added to it, so the result is never too small.
 pub(super) fn largest_eigenpair(
     start: &DVector<f64>,
     product: impl Fn(&DVector<f64>) -> DVector<f64>,
 ) -> Option<(f64, DVector<f64>)> {
     let mut basis = vec![start.normalize()];
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
-    // The eigenvalues of the tridiagonal matrix are computed when the basis has this size, then at growing intervals.
+    // The eigenvalues of the tridiagonal matrix are computed when the basis has this many vectors. The intervals
+    // between these computations grow.
     let mut next_solve = 8;
     loop {
         let size = basis.len();
         let mut rest = product(&basis[size - 1]);
         diagonal.push(basis[size - 1].dot(&rest));
-        // Two passes are needed: the rounding errors of a single pass would grow into copies of earlier vectors.
+        // Orthogonalises twice: after a single pass, rounding errors would grow into copies of earlier vectors.
         for _ in 0..2 {
             for known in &basis {
                 rest.axpy(-known.dot(&rest), known, 1.0);
@@ -60,7 +61,7 @@ pub(super) fn largest_eigenpair(
     }
 }
 
-/// The symmetric tridiagonal matrix with the diagonal `diagonal` and the entries `beside` next to it.
+/// The symmetric tridiagonal matrix with the entries `diagonal` on the diagonal and the entries `beside` next to it.
 fn tridiagonal(diagonal: &[f64], beside: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(diagonal.len(), diagonal.len(), |row, column| {
         match row.abs_diff(column) {

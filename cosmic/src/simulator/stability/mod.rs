@@ -1,8 +1,8 @@
 //! The largest time step with which a robot's vibrations stay bounded.
 //!
-//! [`Vibration`] computes the largest frequency of a body about a state, and cheap bounds on it.
-//! [`bound_of_any_design`] is a bound for every design of a lattice. [`stable_step`] is the largest stable time step of
-//! an integrator for a given frequency.
+//! [`Vibration`] computes the largest frequency at which a body vibrates about a state, and cheap bounds on this
+//! frequency. [`bound_of_any_design`] computes a bound that holds for every design of a lattice. [`stable_step`]
+//! computes the largest stable time step of an integrator for a given frequency.
 
 mod lanczos;
 mod limit;

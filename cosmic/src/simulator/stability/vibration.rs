@@ -2,8 +2,9 @@
 //!
 //! The angular frequencies of a lattice are the square roots of the eigenvalues of `M^-1 K`, with the masses `M` and
 //! the stiffness matrix `K`. An edge of stiffness `k`, direction `n`, length `l` and target length `l0` adds `k (n n^T
-//! + (1 - l0 / l) (I - n n^T))` to `K`. The second part is the pull across a stretched edge; it is negative for a
-//! compressed edge. Each [force](crate::laws::Force) adds its own part.
+//! + (1 - l0 / l) (I - n n^T))` to `K`. The second part comes from the tension of the edge, which acts against
+//! displacements across a stretched edge; it is negative for a compressed edge. Each [force](crate::laws::Force) adds
+//! its own part.
 
 use nalgebra::DVector;
 
@@ -13,7 +14,7 @@ use crate::lattice::{Body, EdgeVector, Lattice, State};
 use crate::laws::{Angle, Pose, Stiffness};
 use crate::scene::PhysicsSettings;
 
-/// A robot, linearised about a state.
+/// A robot whose forces are linearised about a state.
 #[derive(Clone, Debug)]
 pub struct Vibration<'a> {
     lattice: &'a Lattice,
@@ -22,13 +23,13 @@ pub struct Vibration<'a> {
     along: Vec<Matrix>,
     /// For each edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), which may be negative.
     across: Vec<Matrix>,
-    /// The sum of the parts of all forces.
+    /// The sum of the stiffness and damping of all forces.
     stiffness: Stiffness,
 }
 
 impl<'a> Vibration<'a> {
-    /// Linearises a body with idle actuators whose nodes are at `positions`, in the world's frame (m). Of `physics`,
-    /// only the forces are used.
+    /// Linearises the forces on a body with idle actuators. `positions` are those of the nodes in the world's frame
+    /// (m). From `physics`, only the forces are used.
     pub fn new(
         lattice: &'a Lattice,
         body: &'a Body<f64>,
@@ -63,15 +64,17 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// A bound on the largest angular frequency, 1/s: `omega^2 <= max over edges (mu_i + mu_j)`, where `i` and `j` are
-    /// the nodes of an edge. `mu_i` is the square of the largest frequency of node `i` if all other nodes are fixed,
-    /// without the destabilising push of compressed edges. Bars that resist bending add at most the largest `nu_i`, to
-    /// which each angle at node `i` contributes `c |g_i| (|g_i| + |g_j| + |g_k|)`.
+    /// A bound on the largest angular frequency `omega`, 1/s. Without bars that resist bending, `omega^2` is at most
+    /// the largest `mu_i + mu_j` of an edge, where `i` and `j` are its nodes. `mu_i` is the square of the largest
+    /// frequency at which node `i` vibrates if all other nodes are fixed; the destabilising push of compressed edges is
+    /// left out. Bars that resist bending add at most the largest `nu_i`. To `nu_i`, each angle at node `i` contributes
+    /// `c |g_i| (|g_i| + |g_j| + |g_k|)`.
     pub fn edge_bound(&self) -> f64 {
         self.with_bars(self.over_edges(&self.node_frequencies()))
     }
 
-    /// The node that determines the [bound](Vibration::edge_bound): the faster node of the edge with the largest sum.
+    /// The node that determines the [bound](Vibration::edge_bound). If edges determine it, this is the node with the
+    /// larger `mu_i` of the edge with the largest sum.
     pub fn bounding_node(&self) -> usize {
         let mu = self.node_frequencies();
         let (of_bars, node) = self.of_bars();
@@ -93,7 +96,8 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// A coarser bound, 1/s, from single nodes: `omega^2 <= 2 max over nodes mu_i`, plus the part of bending.
+    /// A coarser bound on the largest angular frequency, 1/s, from single nodes: `omega^2` is at most twice the largest
+    /// `mu_i`, plus the part of bars that resist bending.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies();
         self.with_bars((2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt())
@@ -109,8 +113,8 @@ impl<'a> Vibration<'a> {
     pub fn fastest(&self) -> (f64, usize) {
         let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
         let size = 2 * root.len();
-        // The start must not be orthogonal to the eigenvector. Two irrational angles per node break the symmetries of
-        // lattices.
+        // The start vector must not be orthogonal to the eigenvector. Two angles per node with irrational steps break
+        // the symmetries of lattices.
         let entry = |k: usize, _| match ((k / 2) as f64, k % 2) {
             (node, 0) => (1.1 + 2.3 * node).sin(),
             (node, _) => (0.7 + 3.1 * node).cos(),
@@ -126,7 +130,7 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// `M^-1/2 K M^-1/2 v`, with two entries per node.
+    /// Computes `M^-1/2 K M^-1/2 v`. `v` has two entries per node, and `root` has the entries of `M^-1/2`.
     fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
         let mut product = DVector::zeros(v.len());
         let at = |node: usize| of_node(v, node) * root[node];
@@ -153,12 +157,12 @@ impl<'a> Vibration<'a> {
         product
     }
 
-    /// Adds the part of bending to a bound from the edges, 1/s.
+    /// Adds the part of bars that resist bending to a bound from the edges, 1/s.
     fn with_bars(&self, of_edges: f64) -> f64 {
         of_edges.hypot(self.of_bars().0)
     }
 
-    /// A bound on the frequencies that bending alone causes, 1/s, and the node that determines the bound.
+    /// A bound on the frequencies that the bending of bars alone causes, 1/s, and the node that determines the bound.
     fn of_bars(&self) -> (f64, usize) {
         let mut sums = vec![Matrix::zero(); self.lattice.nodes()];
         for Angle { nodes, by } in &self.stiffness.angles {
@@ -173,8 +177,9 @@ impl<'a> Vibration<'a> {
         (square.sqrt(), node)
     }
 
-    /// `mu_i` for each node: the largest eigenvalue of the sum of its own stiffness and that of its edges, divided by
-    /// its mass. Compressed edges count only with their stiffness along the edge.
+    /// Computes `mu_i` for each node: the largest eigenvalue of a matrix, divided by the node's mass. The matrix is the
+    /// sum of the stiffness of the node and of its edges. Of compressed edges, only the stiffness along the edge
+    /// counts.
     fn node_frequencies(&self) -> Vec<f64> {
         let mut sums = self.stiffness.nodes.clone();
         let parts = self.along.iter().zip(&self.across);
@@ -194,8 +199,8 @@ impl<'a> Vibration<'a> {
             .collect()
     }
 
-    /// A bound on the rate, 1/s, at which forces that depend on velocity dampen a vibration, in addition to
-    /// `physics.damping`; 0 without such forces.
+    /// A bound on the rate, 1/s, at which forces that depend on velocities dampen a vibration; 0 without such forces.
+    /// The damping by `physics.damping` is not included.
     pub fn damping(&self) -> f64 {
         let mut sums = vec![0.0; self.lattice.nodes()];
         for (&[i, j], damping) in self.lattice.edges.iter().zip(&self.stiffness.bar_damping) {
@@ -209,21 +214,21 @@ impl<'a> Vibration<'a> {
         rates.fold(0.0, f64::max)
     }
 
-    /// The square root of the largest `mu_i + mu_j` over all edges with stiffness, 1/s.
+    /// The square root of the largest `mu_i + mu_j` over all edges whose stiffness is not 0, 1/s.
     fn over_edges(&self, mu: &[f64]) -> f64 {
         let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
-        // A node without bars may still vibrate, by forces on single nodes.
+        // A node without bars may still vibrate because of forces on single nodes.
         mu.iter().copied().chain(sums).fold(0.0, f64::max).sqrt()
     }
 
-    /// The nodes of each edge whose stiffness is not 0.
+    /// The two nodes of each edge whose stiffness is not 0.
     fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
         let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
         edges.filter(|(_, k)| **k != 0.0).map(|(nodes, _)| nodes)
     }
 }
 
-/// The two entries of one node in a vector with two entries per node.
+/// The two entries that belong to `node`, in a vector with two entries per node.
 fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
     Vector::from_fn(|k| vector[2 * node + k])
 }
