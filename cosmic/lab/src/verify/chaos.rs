@@ -73,8 +73,8 @@ impl Chaos {
         }
     }
 
-    /// The factor by which a perturbation may have grown after `steps` steps. This is the measured growth; after the
-    /// last measurement, growth at the mean rate is assumed.
+    /// The factor by which a perturbation may have grown after `steps` steps. It is the growth at the last measurement
+    /// until then, continued at the mean rate.
     pub(super) fn growth(&self, steps: usize) -> f64 {
         let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
         let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
@@ -191,8 +191,7 @@ mod tests {
         assert!(chaos.note().contains("do not double"));
         // The payload moves only a few micrometres, because the robot sags.
         assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
-        // Between measurements, growth is the last measured one; after the last measurement it continues at the mean
-        // rate.
+        // From the last measurement before a step, growth continues at the mean rate.
         (chaos.doubling, chaos.grown) = (10.0, vec![(0, 1.0), (8, 4.0), (16, 8.0)]);
         assert_eq!(chaos.growth(12), 4.0 * 0.4f64.exp2());
         assert_eq!(chaos.growth(36), 8.0 * 4.0);
