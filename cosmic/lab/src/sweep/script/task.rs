@@ -73,7 +73,7 @@ fn label(name: &str) -> String {
     name.trim_end_matches('-').to_owned()
 }
 
-/// The comment in the first line of a script: the sweep, and the counts of runs and tasks.
+/// The comment at the top of a script: the sweep, and the counts of runs and tasks.
 pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let HandOver { runs, left, .. } = hand_over;
     let sweep: String = hand_over.sweep.display().to_string();
