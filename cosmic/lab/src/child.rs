@@ -7,7 +7,7 @@ use std::thread::sleep;
 use std::time::Duration;
 use tempfile::tempfile;
 
-/// How often a running child is checked.
+/// How long the program waits between two checks of a running child process.
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// Runs a command to its end and returns its standard output; `None` if the command was stopped because
@@ -44,7 +44,7 @@ fn run(
     };
     Ok(match status.success() {
         true => Ok(Some(content(out)?)),
-        // An interrupt from the keyboard reaches the child as well.
+        // Ctrl-C also interrupts the child. So its failure counts as a stop, not as an error.
         false if is_stopped() => Ok(None),
         false => Err(reason(&content(error)?)),
     })

@@ -1,4 +1,5 @@
-//! Domain randomization: rollouts of finished designs in randomly drawn domains, the same domains for all designs.
+//! Domain randomization: simulates finished designs in randomly drawn domains, that is, with random changes of start,
+//! friction, stiffness and masses. All designs get the same draws.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -28,7 +29,7 @@ const FORMAT: Format = Format {
 /// The results of several designs in drawn domains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
-    /// The largest departures of the drawn domains from the nominal domain.
+    /// The number of draws, and the largest random changes of the nominal domain.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
@@ -85,21 +86,21 @@ impl Robustness {
 pub struct RobustRun {
     /// The run's folder.
     pub run: String,
-    /// Displacement of the nominal robot in one rollout; `None` if the rollout diverged.
+    /// The displacement without random changes, from a single rollout; `None` if the rollout diverged.
     pub nominal: Option<f64>,
-    /// The least displacement over the drawn domains; `None` if a rollout diverged.
+    /// The smallest displacement over the drawn domains; `None` if a rollout diverged.
     pub least: Option<f64>,
-    /// 10 % quantile over the drawn domains; `None` if it depends on a diverged rollout.
+    /// The 10 % quantile of the displacement over the drawn domains; `None` if it depends on a diverged rollout.
     pub p10: Option<f64>,
-    /// Median over the drawn domains.
+    /// The median displacement over the drawn domains.
     pub p50: Option<f64>,
-    /// 90 % quantile over the drawn domains.
+    /// The 90 % quantile of the displacement over the drawn domains.
     pub p90: Option<f64>,
-    /// Median over the drawn domains in open loop, without feedback.
+    /// The median displacement over the drawn domains if the controller gets no feedback (open loop).
     pub clock_p50: Option<f64>,
-    /// The median loss over the drawn domains, if the scene's task is not distance.
+    /// The median loss over the drawn domains, if the scene's task is another than distance.
     pub loss: Option<f64>,
-    /// The divergence of the nominal rollout, if any.
+    /// Describes how the rollout without random changes diverged; `None` if it did not.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
 }
@@ -107,11 +108,11 @@ pub struct RobustRun {
 /// The domains in which all designs are tried.
 #[derive(Clone, Debug)]
 pub struct DrawnDomains {
-    /// The largest departures from the nominal domain, and the number of draws.
+    /// The number of draws, and the largest random changes of the nominal domain.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
-    /// The scene for all designs; if `None`, each design has its own scene.
+    /// The scene in which all designs are simulated; if `None`, each design is simulated in its own scene.
     pub scene: Option<Scene>,
     /// The laws and losses that the scenes of the designs may name.
     pub registry: Registry,
@@ -131,7 +132,8 @@ pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
 }
 
 fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
-    // The design is read first: for a folder that is not a run, its absence is the error to report, not the scene's.
+    // The design is read before the scene. If a folder is not a run, both are missing, and the error should name the
+    // design.
     let file = result_of(folder, run::DESIGN)?;
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),

@@ -4,23 +4,24 @@ use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
 
-/// The number of resamples for the error of a median.
+/// The number of resamples from which the standard error of a median is estimated.
 const RESAMPLES: usize = 1000;
 
 /// The statistics of a sample. A number that depends on a diverged run is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Statistics {
-    /// The largest number.
+    /// The largest number of the sample.
     pub(crate) best: Option<f64>,
     pub(crate) p10: Option<f64>,
     pub(crate) median: Option<f64>,
     pub(crate) p90: Option<f64>,
-    /// The standard error of the median, by the bootstrap; `None` for a single number.
+    /// The standard error of the median, estimated by the bootstrap; `None` for a sample of one number.
     pub(crate) standard_error: Option<f64>,
 }
 
 impl Statistics {
-    /// The statistics of a sample. A diverged run is NaN in the sample, and counts as lowest.
+    /// Computes the statistics of a sample. In the sample, NaN stands for a diverged run and counts as the lowest
+    /// number.
     pub(crate) fn of(sample: &[f64]) -> Self {
         if sample.is_empty() {
             return Self::default();
@@ -40,7 +41,7 @@ fn finite(x: f64) -> Option<f64> {
     Some(x).filter(|x| x.is_finite())
 }
 
-/// The mean of a sample, and its estimate of the population's variance.
+/// Returns the mean of a sample, and the estimate of the population's variance from the sample.
 fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
     let count = sample.len() as f64;
     let mean = sample.iter().sum::<f64>() / count;
@@ -48,14 +49,14 @@ fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
     [mean, squares / (count - 1.0)]
 }
 
-/// The mean of a sample and its standard error; `None` for a single number.
+/// Returns the mean of a sample and the standard error of the mean; `None` for a sample of one number.
 pub(crate) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
     let [mean, variance] = mean_and_variance(sample);
     (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
 
-/// The standard deviation of the medians of resamples, drawn with replacement. The random stream is fixed, so that the
-/// result depends only on the sample.
+/// Returns the bootstrap estimate of the median's standard error: the standard deviation of the medians of resamples,
+/// which are drawn with replacement. The random stream is fixed, so the result depends only on the sample.
 fn standard_error(sample: &[f64]) -> f64 {
     let mut stream = stream(0, Purpose::Bootstrap);
     let mut again = vec![0.0; sample.len()];
@@ -87,8 +88,8 @@ mod tests {
         let mut stream = stream(7, Purpose::Weights);
         let sample: Vec<f64> = (0..400).map(|_| stream.random()).collect();
         let error = Statistics::of(&sample).standard_error.unwrap();
-        // The exact error is 1 / (2 f sqrt(n)) = 0.025, because the density f is 1. The bootstrap estimates it from a
-        // single sample, so a factor of two is allowed.
+        // The exact standard error of the median is 1 / (2 f sqrt(n)) = 0.025, where the density f is 1. The bootstrap
+        // estimates it from one sample, so the test allows a factor of two.
         assert!((0.0125..0.05).contains(&error), "{error}");
         let error = |sample: &[f64]| Statistics::of(sample).standard_error;
         assert_eq!([error(&[3.0; 9]), error(&[3.0])], [Some(0.0), None]);

@@ -1,4 +1,4 @@
-//! An objective: robots that carry their payload high.
+//! An objective of its own: robots that carry their payload high.
 //!
 //! `cargo run --release -p cosmic-program --example lift -- optimize --iterations 8 --out runs/lift`
 
@@ -9,7 +9,7 @@ use cosmic::objective::Loss;
 use cosmic::simulator::Trajectory;
 use cosmic_program::Program;
 
-/// Minus the payload's mean height over the second half of the rollout, m.
+/// The loss: minus the payload's mean height over the second half of the rollout, in metres.
 struct Lift;
 
 impl Loss for Lift {

@@ -1,4 +1,5 @@
-//! Viscous ground: while a node touches the mud, its velocity decays gradually. Friction would reduce it at once.
+//! Viscous ground: while a node touches the mud, its velocity decays gradually. Friction would reduce the velocity at
+//! once.
 //!
 //! `cargo run --release -p cosmic-program --example mud -- optimize --iterations 8 --out runs/mud`
 

@@ -1,4 +1,4 @@
-//! A policy in open loop: every bar has its own rhythm.
+//! A policy without feedback (open loop): every bar has its own rhythm.
 //!
 //! `cargo run --release -p cosmic-program --example rhythm -- optimize --iterations 8 --out runs/rhythm`
 
@@ -8,7 +8,8 @@ use autodiff::{Array, Kernel, Real};
 use cosmic::policy::{Block, Policy, PolicyStep, Sizes};
 use cosmic_program::Program;
 
-/// The activation `tanh(a sin(omega t) + b cos(omega t) + c)` with three numbers for every edge.
+/// The policy: every edge has the activation `tanh(a sin(omega t) + b cos(omega t) + c)` with its own numbers `a`, `b`
+/// and `c`.
 #[derive(Debug)]
 struct Rhythm;
 

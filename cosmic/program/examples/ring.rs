@@ -1,4 +1,4 @@
-//! A lattice that the program builds: a ring of triangles that rolls.
+//! A lattice that the program builds itself: a ring of triangles that rolls.
 //!
 //! `cargo run --release -p cosmic-program --example ring -- optimize --iterations 8 --out runs/ring`
 
@@ -16,8 +16,8 @@ const OUTER: f64 = 0.3;
 /// Radius of the inner circle, m.
 const INNER: f64 = 0.2;
 
-/// Two circles of nodes. Edges join each node to its neighbours on both circles. The payload is at the bottom, and
-/// the edges of the outer circle are always solid.
+/// Builds two circles of nodes. Edges join each node to its neighbours on both circles. The payload is at the bottom,
+/// and the edges of the outer circle are always solid.
 fn ring() -> Truss {
     let node = |k: usize| {
         // Node 0 is the lowest outer node. The inner nodes are turned by half the angle between neighbours.

@@ -1,5 +1,5 @@
-//! A force along bars: a piece of rubber beside every bar. It resists stretching and goes slack when the bar is
-//! shortened, or the other way round.
+//! A force along bars, as from a piece of rubber beside every bar. Depending on a setting, the rubber resists the bar's
+//! stretching and goes slack when the bar is shortened, or the other way round.
 //!
 //! The law is added to the bar's spring; it does not replace the spring.
 //!
@@ -41,11 +41,12 @@ impl Law for Tendon {
 impl BarForce for Tendon {
     #[inline(always)]
     fn tension<R: Real>(tendon: &Tendon<R>, bar: Bar<R>) -> R {
-        // A void bar has almost no stiffness, so this factor is close to 0 and it gets no rubber.
+        // For a void bar, which has almost no stiffness, this factor is close to 0. So a void bar gets no rubber.
         let share = bar.stiffness / (bar.stiffness + R::lit(1.0));
         let change = bar.length - bar.rest_length;
         let slack = tendon.slack * bar.rest_length;
-        // Branching on a setting is allowed. A choice that depends on a `Real` must use a selection such as `max`.
+        // A law may branch on its settings. A choice that depends on a `Real` must use a selection such as `max`
+        // instead.
         let pulled = match tendon.side {
             Side::Stretched => (change - slack).max(R::zero()),
             Side::Shortened => -(-change - slack).max(R::zero()),

@@ -10,7 +10,7 @@ use std::num::NonZeroUsize;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// The maximum number of threads; starting more takes longer than a run.
+/// The largest number of threads that the user may ask for. To start more would take longer than a run.
 const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 
 /// Returns a parser for arguments: it accepts whole numbers in the range `allowed`.
@@ -30,18 +30,18 @@ where
     }
 }
 
-/// Reads a seed of the random generator.
+/// Parses a seed of the random generator.
 pub(super) fn seed(text: &str) -> std::result::Result<u64, String> {
     whole(0..=u64::MAX)(text)
 }
 
-/// Reads a count of 1 or more.
+/// Parses a count of 1 or more.
 pub(super) fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
     let expected = |_| "expected a whole number, 1 or more".to_owned();
     text.parse().map_err(expected)
 }
 
-/// Reads a number for which `allows` returns true; `expected` describes the allowed numbers.
+/// Parses a number for which `allows` returns true. `expected` describes the allowed numbers in the error.
 pub(super) fn number(
     text: &str,
     allows: impl Fn(f64) -> bool,
@@ -77,7 +77,8 @@ impl Settings {
         scene.set(&self.set)
     }
 
-    /// Returns an error that contains `reason` if there is a `--set`. For sources that have no scene to change.
+    /// Refuses `--set` for sources that have no scene to change. If `--set` is given, returns an error that contains
+    /// `reason`.
     pub(super) fn refuse(&self, reason: &str) -> Result<()> {
         match self.set.first() {
             None => Ok(()),

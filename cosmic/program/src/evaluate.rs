@@ -83,14 +83,14 @@ impl Arguments {
         let path = self.beside(DIVERGED);
         match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
             Ok(()) => note(&see_again(&path)),
-            // Only a note, because the error that is returned is the divergence.
+            // This is only a note, because the command returns the error about the divergence.
             Err(error) => note(&format!("the last states could not be written: {error}")),
         }
         Err(Error::from(divergence))
     }
 
-    /// The path of the file `name` beside the file of `--out`. It is in the current folder if the results go to
-    /// standard output, a pipe or a device.
+    /// The path for a file `name` in the folder of the `--out` file. If the results go to standard output, a pipe or a
+    /// device, the path is in the current folder.
     fn beside(&self, name: &str) -> PathBuf {
         let file = self.out.as_deref().filter(|out| out.is_file());
         let folder = file.and_then(Path::parent);

@@ -59,13 +59,14 @@ impl Arguments {
 /// The largest stable time steps of the starting design at rest, s.
 #[derive(Serialize)]
 struct StableStep {
-    /// The limit that follows from the largest frequency.
+    /// The limit for the starting design. It follows from the design's largest frequency.
     exact: f64,
-    /// The limit that follows from a cheap upper bound on the largest frequency.
+    /// A lower limit for the starting design. It follows from an upper bound on the frequency, which is cheap to
+    /// compute.
     bound: f64,
-    /// The limit below which every design of the lattice is stable.
+    /// The limit for any design: below it, every design of the lattice is stable.
     any_design: f64,
-    /// Largest angular frequency, 1/s.
+    /// The largest angular frequency of the starting design, in 1/s.
     largest_frequency: f64,
 }
 
@@ -94,7 +95,8 @@ impl StableStep {
     }
 }
 
-/// The counts of observed numbers, hidden units and activations of a controller. Only networks have hidden units.
+/// The sizes of a controller: how many numbers it observes, how many hidden units it has (`None` if it is not a
+/// network), and how many activations it returns.
 fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     let (settings, lattice) = (&case.observation, &case.lattice);
     let sight = policy::of_settings(settings).observe();
@@ -104,9 +106,9 @@ fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     (inputs, hidden, lattice.edges.len())
 }
 
-/// Describes a rollout as JSON. `friction` is null unless the contact law is Coulomb's. `controller` has the counts of
-/// observed numbers, hidden units (null without a network) and activations. `layout` is true if every edge has exactly
-/// one material.
+/// Describes a rollout as JSON. `friction` is null unless the contact law is Coulomb's. `controller` has the number of
+/// observed numbers, of hidden units (null without a network) and of activations. `layout` is true if every edge has
+/// exactly one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
     let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";
@@ -177,7 +179,7 @@ fn contact_text(physics: &PhysicsSettings) -> String {
     }
 }
 
-/// A sentence without its capital letter and full stop, for use inside another sentence.
+/// Removes the capital letter and the full stop of a sentence, so that it can stand inside another sentence.
 fn within_a_sentence(sentence: &str) -> String {
     let mut rest = sentence.trim_end_matches('.').chars();
     let first = rest.next().map(|c| c.to_lowercase().to_string());
@@ -195,7 +197,7 @@ fn integrator_text(physics: &PhysicsSettings) -> String {
     }
 }
 
-/// The terms that a step computes, then the terms that it skips.
+/// Lists the terms that a step computes, then the terms that it skips.
 fn plan_text(plan: &Plan) -> String {
     let row = |term: &Term| {
         let percent = 100.0 * term.share.unwrap_or(f64::NAN);

@@ -70,7 +70,7 @@ struct Sizes {
     radius: f64,
 }
 
-/// Reads a size in millimetres, from a micrometre to a kilometre.
+/// Parses a size in millimetres, from a micrometre to a kilometre.
 fn size(text: &str) -> std::result::Result<f64, String> {
     let expected = "expected a number of millimetres from 0.001 to 1000000";
     number(text, |x| (1e-3..=1e6).contains(&x), expected.to_owned())
@@ -105,7 +105,8 @@ impl Arguments {
         mujoco::write(&case, &self.of_mujoco.settings(), folder)
     }
 
-    /// The files for the workshop. If a kind cannot be made, its option and error are added to `failed`.
+    /// Writes the files for the workshop. If one kind of file cannot be made, its option and the error are added to
+    /// `failed`.
     fn for_workshop(
         &self,
         registry: &Registry,
@@ -150,16 +151,16 @@ impl Arguments {
     }
 }
 
-/// The files that an export wrote, and the options that failed.
+/// The outcome of an export: the files that it wrote, and the options that failed.
 #[derive(Default)]
 struct Made {
     written: Vec<PathBuf>,
-    /// The options whose files were not written, with the errors.
+    /// The options whose files could not be written, each with its error.
     failed: Vec<(&'static str, Error)>,
 }
 
 impl Made {
-    /// Returns an error if options failed. It prints the errors of all failed options but the last, and returns that one.
+    /// Returns an error if an option failed. If several failed, returns the last error and prints the others.
     fn judge(self) -> Result<()> {
         let is_alone = self.written.is_empty() && self.failed.len() == 1;
         let named = |(option, error): (&str, Error)| match error {

@@ -39,7 +39,8 @@ impl Arguments {
         let options = Options {
             directions: self.directions.into(),
             seed: self.seed,
-            // Near a contact, the slope is constant over less than a nanometre, so steps must be shorter.
+            // Near a contact, the slope is constant only over less than a nanometre, so differences need such short
+            // steps.
             smallest_step: 1e-12,
             ..Options::default()
         };

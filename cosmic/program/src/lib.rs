@@ -1,4 +1,4 @@
-//! The command line: one file per command, each with a struct of arguments and a method `run`.
+//! The command line. Each command has a file, with a struct of its arguments and a method `run`.
 //!
 //! The order of the modules is the architecture: each module uses only those above it.
 
@@ -82,7 +82,8 @@ impl Command {
     }
 }
 
-/// The parser of the command line. Arguments that name a scene default to the default scene of the registry.
+/// The parser of the command line. An argument that names a scene has the registry's default scene as its default
+/// value.
 fn command(registry: &Registry) -> clap::Command {
     let default = registry.default_scene().name;
     let with_default = |command: clap::Command, argument| {
@@ -209,7 +210,8 @@ impl Program {
     }
 }
 
-/// Prints help or the version (exit code 0), or the mistake in the arguments (exit code 2).
+/// Prints the text of a command line that is not run: help or the version (exit code 0), or the mistake in the
+/// arguments (exit code 2).
 fn refuse(request: &clap::Error) -> ExitCode {
     let shown = request.print();
     if request.use_stderr() {
@@ -227,7 +229,7 @@ fn exit_code(done: Result<()>) -> ExitCode {
     ExitCode::from(error.exit_code())
 }
 
-/// Makes the code blocks of README.md doc-tests of this crate.
+/// Makes the code blocks of README.md doc tests of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -41,7 +41,7 @@ impl MujocoOptions {
     }
 }
 
-/// Reads a number above 0 and up to `most`.
+/// Makes a parser for numbers above 0 and up to `most`.
 fn above_zero(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| {
         let expected = format!("expected a number above 0, at most {most}");

@@ -56,7 +56,8 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
-/// One line that describes the world, and warnings about settings that are probably a mistake.
+/// Returns the lines to print before a run: one line that describes the world, and warnings about settings that are
+/// probably a mistake.
 fn introduction(plan: &RunPlan) -> Vec<String> {
     let world = format!("world: {}", plan.scene.world());
     let doubts = plan.scene.doubts().into_iter();
@@ -71,12 +72,12 @@ fn introduction(plan: &RunPlan) -> Vec<String> {
     [world].into_iter().chain(doubts).chain(unread).collect()
 }
 
-/// The scene in which the robot is optimised.
+/// The scene in which the robot is optimised, and where it comes from.
 struct Origin {
     scene: Scene,
-    /// The name in the summary and in the name of the run's folder.
+    /// The scene's name. It appears in the summary and in the name of the run's folder.
     name: String,
-    /// The built-in name or the path of the scene, for messages.
+    /// For messages: the name of a built-in scene, or the path of the scene's file.
     source: String,
 }
 
@@ -119,7 +120,8 @@ impl Arguments {
         .map_err(|error| self.with_place(error, &origin.source, registry))
     }
 
-    /// The scene given on the command line, else the scene beside the design of `--from`, else the default scene.
+    /// Chooses the scene: the one given on the command line, otherwise the one beside the design of `--from`, otherwise
+    /// the default scene.
     fn origin(&self, registry: &Registry) -> Result<Origin> {
         let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
@@ -141,7 +143,8 @@ impl Arguments {
         })
     }
 
-    /// The default name of the run's folder: scene and seed, or the name of the run that `--from` continues.
+    /// The default name of the run's folder. It consists of scene and seed. If `--from` is given without a scene, it is
+    /// the name of the design's folder with `-on` at the end.
     fn folder_name(&self, plan: &RunPlan) -> OsString {
         let Some(mut name) = self.folder_before().filter(|_| self.scene.is_none()) else {
             return format!("{}-{}", plan.name, plan.seed).into();
@@ -155,12 +158,12 @@ impl Arguments {
         let design = design_of(self.from.as_deref()?);
         let folder = design.parent()?;
         let name = |path: &Path| path.file_name().map(OsStr::to_owned);
-        // `.` and `..` have no name before they are resolved.
+        // The paths `.` and `..` have no name until they are resolved.
         name(folder).or_else(|| name(&Path::new(".").join(folder).canonicalize().ok()?))
     }
 
-    /// Completes an error about an unstable time step with the place in the scene that sets the step, and with the
-    /// option `--allow-unstable`. Other errors stay as they are.
+    /// Adds advice to an error about an unstable time step: the place in the scene that sets the step, and the option
+    /// `--allow-unstable`. Other errors stay as they are.
     fn with_place(&self, mut error: Error, source: &str, registry: &Registry) -> Error {
         if let Error::UnstableStep { remedy, .. } = &mut error {
             remedy.push_str(" or add --allow-unstable");

@@ -6,7 +6,8 @@ use cosmic::error::{Error, Result, in_shell};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Prints an error to standard error. Some errors about files already begin with "error:", so it is removed first.
+/// Prints an error to standard error, after "error: ". Some errors about files already begin with this word, which is
+/// then not repeated.
 pub(super) fn complain(error: &Error) {
     note(&format!("error: {}", error.within()));
 }
@@ -17,8 +18,8 @@ pub(super) fn print(text: &str) -> Result<()> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// Converts the result of writing to standard output. It is not an error if the reader stops early, as in
-/// `cosmic scene default | head`.
+/// Converts the result of writing to standard output. If the reader stops early, as in `cosmic scene default | head`,
+/// this is not an error.
 pub(super) fn written(text: io::Result<()>) -> Result<()> {
     match text {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
@@ -30,11 +31,11 @@ pub(super) fn written(text: io::Result<()>) -> Result<()> {
 
 /// Prints a line to standard error.
 pub(super) fn note(text: &str) {
-    // If the terminal is gone, there is nobody to tell.
+    // If the terminal is gone, nobody can read the line, so errors are ignored.
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// A count with its noun, such as "1 run" or "2 runs".
+/// Formats a count with its noun, such as "1 run" or "2 runs".
 pub(super) fn counted(count: usize, thing: &str) -> String {
     match count {
         1 => format!("1 {thing}"),
@@ -42,12 +43,12 @@ pub(super) fn counted(count: usize, thing: &str) -> String {
     }
 }
 
-/// A displacement as text, or "diverged" if there is none.
+/// Formats a displacement in metres; "diverged" if there is none.
 pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
 }
 
-/// The text that follows the displacement of an unreliable robot; empty for other robots.
+/// The remark that follows the displacement of an unreliable robot; empty for other robots.
 pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     match verdict {
         Some(Reliability::Unreliable { .. }) => ", unreliable",
@@ -55,13 +56,13 @@ pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     }
 }
 
-/// A message that says where the last states of a diverged rollout are, and which command replays them.
+/// The message that says where the last states of a diverged rollout are, and which command replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
     format!("the last states are in {file}; replay them with: cosmic evaluate {word}")
 }
 
-/// Paths as JSON strings; bytes that are not Unicode are replaced.
+/// Converts paths to texts for JSON. Bytes that are not Unicode are replaced.
 pub(super) fn in_json<P: AsRef<Path>>(paths: &[P]) -> Vec<String> {
     let shown = |path: &P| path.as_ref().display().to_string();
     paths.iter().map(shown).collect()

@@ -1,4 +1,4 @@
-//! Shows the progress of runs: bars in a terminal, occasional lines in a pipe.
+//! Shows the progress of runs: as bars in a terminal, and as occasional lines in a pipe or a file.
 
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
@@ -13,13 +13,14 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// The number of iterations between two lines when there is no bar.
+/// Without bars, a line is printed whenever this many iterations are done.
 const LINE_EVERY: usize = 10;
 
-/// Shows the active runs on standard error and passes on the user's request to stop. Standard output is for results.
+/// Shows the active runs on standard error, because standard output is for results. Also passes on the user's request
+/// to stop.
 pub(super) struct Progress {
     quiet: bool,
-    /// Hidden with `--quiet` and without a terminal that can redraw lines.
+    /// The progress bars. They are hidden with `--quiet`, and if there is no terminal that can redraw lines.
     bars: MultiProgress,
     interrupt: Interrupt,
     /// The lines to print when the first run begins.
@@ -28,13 +29,13 @@ pub(super) struct Progress {
     runs: BTreeMap<u64, Shown>,
 }
 
-/// The display of a run.
+/// What is shown of an active run.
 struct Shown {
-    /// The progress bar. Its prefix is the scene and the seed; its length is the number of the last iteration.
+    /// The progress bar. Its prefix names the scene and the seed; its length is the number of the last iteration.
     bar: ProgressBar,
     last: usize,
     pace: Pace,
-    /// The most recent displacement, m.
+    /// The displacement that was measured most recently, in metres.
     displacement: Option<f64>,
     skipped: usize,
 }
@@ -69,7 +70,7 @@ impl Shown {
         }
     }
 
-    /// Shows an iteration. For output without bars, it also returns a line at every tenth and the last iteration.
+    /// Shows an iteration on the bar. If there is no bar, returns a line at every tenth iteration and at the last one.
     fn iteration(&mut self, record: &Record) -> Option<String> {
         self.displacement = record.displacement.or(self.displacement);
         self.skipped += record.skipped;
@@ -81,7 +82,7 @@ impl Shown {
         (iteration.is_multiple_of(LINE_EVERY) || iteration == last).then_some(line)
     }
 
-    /// The phase, the last displacement, the volumes and the remaining time, as one line.
+    /// Describes an iteration in one line: the phase, the last displacement, the volumes and the remaining time.
     fn describe(&self, record: &Record) -> String {
         let phase = record.phase.name().replace('_', " ");
         let displacement = match self.displacement {
@@ -139,9 +140,9 @@ impl Observer for Progress {
     }
 }
 
-/// The speed of this process, for estimates of the remaining time.
+/// The speed of this process, from which the remaining time is estimated.
 struct Pace {
-    /// The number of iterations, or of runs, that were done before this process began.
+    /// The number of iterations (or of runs) that were done before this process began.
     before: usize,
     since: Instant,
 }
@@ -154,7 +155,7 @@ impl Pace {
         }
     }
 
-    /// The remaining time when `done` of `total` are done.
+    /// Estimates the remaining time, if `done` of `total` iterations or runs are done.
     fn left(&self, done: usize, total: usize) -> String {
         let each = self.since.elapsed().as_secs_f64() / (done - self.before) as f64;
         clock(each * total.saturating_sub(done) as f64)
@@ -165,14 +166,14 @@ impl Pace {
 pub(super) struct Many {
     quiet: bool,
     interrupt: Interrupt,
-    /// Scene and seed of every run.
+    /// The titles of all runs: their scenes and seeds.
     titles: Vec<String>,
     done: AtomicUsize,
     pace: Pace,
 }
 
 impl Many {
-    /// The display of the runs of `plan`, of which `over` are already finished.
+    /// Begins to show the runs of `plan`. Of these, `over` runs are already finished.
     pub(super) fn new(
         output: &Output,
         interrupt: Interrupt,
@@ -212,13 +213,13 @@ impl Overseer for Many {
     }
 }
 
-/// Scene and seed of a run.
+/// The title of a run: its scene and its seed.
 pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
     let (scene, seed) = plan.parts(index);
     format!("{} seed {seed}", scene.name)
 }
 
-/// The outcome of a run, in a few words.
+/// Describes the outcome of a run in a few words.
 pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {
@@ -233,7 +234,7 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
 }
 
 impl Drop for Shown {
-    /// Clears the bar.
+    /// Removes the bar from the terminal.
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -32,7 +32,7 @@ impl Arguments {
             resume(&self.run, registry, observer)
         });
         match done {
-            // The finished run already reported that its median diverged, so this is not an error now.
+            // A finished run already reported that its median diverged. This is no error when it is resumed.
             Err(Error::NoFigure(_)) if is_finished => Ok(()),
             done => done,
         }

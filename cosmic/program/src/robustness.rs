@@ -48,10 +48,10 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// The largest relative change. Below 1, so that positive numbers stay positive.
+/// The largest relative change that the user may ask for. It is below 1, so that positive numbers stay positive.
 const MOST: f64 = 0.99;
 
-/// Reads a number from 0 to `most`.
+/// Makes a parser for numbers from 0 to `most`.
 fn up_to(most: f64) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone {
     move |text| {
         let expected = format!("expected a number from 0 to {most}");
@@ -87,7 +87,7 @@ impl Arguments {
     }
 }
 
-/// Returns an error with one line for each nominal robot that diverges.
+/// Returns an error if robots diverge even without random changes. It has one line for each of them.
 fn judge(runs: &[RobustRun]) -> Result<()> {
     let place = |run: &RobustRun| {
         let place = Error::from(run.divergence.as_ref()?);

@@ -1,4 +1,4 @@
-//! One run, for `optimize` and `resume`: threads, signals, progress, and a summary in a few lines.
+//! Does one run, for `optimize` and `resume`: sets up threads, signals and progress, and prints a short summary.
 
 use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
@@ -60,7 +60,7 @@ fn is_full(error: &Error) -> bool {
     matches!(error, Error::Write { source, .. } if matches!(source.kind(), StorageFull | QuotaExceeded))
 }
 
-/// A pool of threads, by default one per core.
+/// Makes a pool of threads; by default one thread per core.
 pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
     // For rayon, 0 means one thread per core.
     let threads = threads.map_or(0, NonZeroUsize::get);
@@ -84,7 +84,8 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
     print(&describe(folder, summary))
 }
 
-/// One line each about the connections of the bars, about their loads, and about the robot in open loop.
+/// Describes the robot in up to three lines: how its bars are connected, how they are loaded, and how far the robot
+/// walks without feedback.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
     if summary.is_undecided() {
@@ -126,7 +127,7 @@ fn robot(summary: &Summary) -> String {
     text
 }
 
-/// The summary of a run as text: its folder first, and in the last line displacement, volumes and time.
+/// Formats the summary of a run. The first line names its folder; the last line has displacement, volumes and time.
 fn describe(folder: &Path, summary: &Summary) -> String {
     let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {

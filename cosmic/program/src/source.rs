@@ -1,4 +1,4 @@
-//! Reads a robot from a case, a design or a scene, for the commands that roll out one robot.
+//! Reads a robot from a reference case, a design or a scene, for the commands that roll out one robot.
 
 use crate::arguments::Settings;
 use clap::Args;
@@ -14,7 +14,7 @@ use cosmic::record::{DesignFile, design_file};
 use cosmic::scene::{BUILTIN, Scene};
 use std::path::{Path, PathBuf};
 
-/// The seed of the initial weights of a controller, because a scene has no trained controller.
+/// The seed for the weights of a robot that is read from a scene, because a scene has no trained controller.
 const SEED: u64 = 0;
 
 /// The arguments that name a robot to roll out and change settings of its scene.
@@ -36,17 +36,18 @@ impl SourceArguments {
 /// A robot to roll out.
 pub(super) struct Source {
     pub(super) case: Case,
-    /// `None` if the robot comes from a reference case.
+    /// The robot's scene; `None` if the robot comes from a reference case.
     pub(super) scene: Option<Scene>,
 }
 
 impl Source {
-    /// Reads the robot that `name` stands for: a built-in scene, the folder of a run, or a file, whose content shows
-    /// whether it is a scene, a design or a case. A file is read only once, because it may be a pipe.
+    /// Reads the robot that `name` stands for: a built-in scene, the folder of a run, or a file. The content of the
+    /// file shows whether it is a scene, a design or a case. A file is read only once, because it may be a pipe.
     pub(super) fn read(name: &str, settings: &Settings, registry: &Registry) -> Result<Self> {
         let path = Path::new(name);
         let is_builtin = registry.scene(name).is_some();
-        // A name that is not a file may be a misspelt scene. The reader of scenes then suggests the right name.
+        // If there is no such file, the name may be that of a misspelt scene. The reader of scenes then suggests the
+        // right name.
         if is_builtin || !is_json(path) && !path.exists() {
             return Self::of_scene(settings.load(name, registry)?);
         }
@@ -71,7 +72,8 @@ impl Source {
             }
             return Self::of_scene(settings.apply(registry.scene_of_bytes(path, bytes)?)?);
         }
-        // The text is not parsed here, because the reader of designs has a better error for a truncated design.
+        // The text is not parsed as JSON here. It may be a truncated design, for which the reader of designs has a
+        // better error.
         let format = format_of(&text).unwrap_or_default();
         if format == design_file::FORMAT.name {
             return Self::of_design(path, bytes, settings, registry);
@@ -95,7 +97,7 @@ impl Source {
         })
     }
 
-    /// The robot of a design file, in the scene beside the file.
+    /// Reads the robot of a design file, and the scene beside that file.
     fn of_design(
         path: &Path,
         bytes: &[u8],
@@ -128,7 +130,7 @@ const OTHERS: [(&str, &str); 12] = [
     ("cosmic-mujoco", "a controller for MuJoCo"),
 ];
 
-/// The kind of a result file (table, page or picture), according to its file extension.
+/// Names the kind of a result file (table, page or picture) by its file extension; `None` for other files.
 fn kind_of_result(path: &Path) -> Option<&'static str> {
     Some(match path.extension()?.to_str()? {
         "csv" => "a table",
@@ -138,7 +140,8 @@ fn kind_of_result(path: &Path) -> Option<&'static str> {
     })
 }
 
-/// The error for a file that contains no robot. If the folder is a run, the error names the folder.
+/// Makes the error for a file that contains no robot. If the file is in the folder of a run, the error names that
+/// folder.
 fn no_robot(path: &Path, kind: &str) -> Error {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));
@@ -153,7 +156,7 @@ fn no_robot(path: &Path, kind: &str) -> Error {
     ))
 }
 
-/// The value of the first key `format` in a JSON text, which may be truncated.
+/// Finds the first key `format` in a JSON text and returns its value. The text may be truncated.
 fn format_of(text: &str) -> Option<&str> {
     text.split("\"format\"").skip(1).find_map(|after| {
         let value = after.trim_start().strip_prefix(':')?;
@@ -162,7 +165,8 @@ fn format_of(text: &str) -> Option<&str> {
     })
 }
 
-/// Calls `make` with the name of a design file. An error about a key of the design then shows its place in the file.
+/// Calls `make` with the name of a design file. If `make` returns an error about a key of the design, adds the key's
+/// place in the file.
 fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
     let file = &path.display().to_string();
     let text = String::from_utf8_lossy(bytes);

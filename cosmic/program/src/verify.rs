@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// A function that does one part of the verification.
+/// A function that does one part of the verification and returns its section of the report.
 type Part = fn(&Case) -> Section;
 
 impl Arguments {
@@ -57,7 +57,7 @@ impl Arguments {
         sheet.judge()
     }
 
-    /// The requested parts, or all parts.
+    /// The parts that the user asks for, or all parts if there is no such option.
     fn parts(&self) -> Vec<Part> {
         let parts: [(bool, Part); 3] = [
             (self.accuracy, accuracy),
@@ -70,7 +70,7 @@ impl Arguments {
     }
 }
 
-/// The size of the case in words.
+/// Describes the size of the case in words.
 fn subject(case: &Case) -> String {
     let (lattice, physics) = (&case.lattice, &case.physics);
     format!(

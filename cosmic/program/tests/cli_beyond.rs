@@ -1,4 +1,4 @@
-//! Options beyond the paper from the command line: robust designs, other tasks, richer physics.
+//! Options that go beyond the paper: robust designs, other tasks and richer physics.
 
 use crate::common::{Bench, scene};
 use crate::program::has;
@@ -6,12 +6,12 @@ use cosmic::scene::{Named, TaskKind};
 use serde_json::Value;
 use std::fs;
 
-/// A bench with the small scene, more keys in `[physics]` and more sections.
+/// Makes a bench with the small scene. `physics` has more keys of `[physics]`, and `more` has more sections.
 fn bench(physics: &str, more: &str) -> Bench {
     Bench::with(&(scene(24, 64, physics) + more))
 }
 
-/// `cosmic robustness` as JSON.
+/// Runs `cosmic robustness` and returns its JSON.
 fn robustness(bench: &Bench, line: &str) -> Value {
     bench.cosmic(&format!("robustness --json {line}")).json()
 }
@@ -39,7 +39,7 @@ fn robustness_compares_runs_under_the_same_random_draws() {
     assert!(least.as_f64().unwrap() < p50.as_f64().unwrap());
     let along = &bench.json("a/summary.json")["displacement_along"];
     assert_eq!(runs[0]["nominal"], *along);
-    // The results of run `b` do not depend on run `a`.
+    // The results of run `b` are the same without run `a`.
     let second = robustness(&bench, "b --samples 8");
     assert_eq!(second["runs"][0], runs[1]);
     let other = robustness(&bench, "a b --samples 8 --seed 1");
@@ -78,7 +78,8 @@ fn every_task_runs_and_reports_its_loss() {
         assert!(summary["loss_p50"].is_number());
         assert!(summary["departures"].to_string().contains("objective.task"));
         assert_ne!(bench.json("a/design.json"), plain.json("a/design.json"));
-        // Both designs are simulated with this task. The losses differ.
+        // Both designs are simulated with this scene's task. Only one of them was optimised for it, so the losses
+        // differ.
         let other = plain.path("a").display().to_string();
         let both = robustness(&bench, &format!("{other} a --scene tiny.toml --samples 8"));
         let loss = |k: usize| both["runs"][k]["loss"].as_f64().unwrap();
@@ -97,8 +98,9 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 
-/// A scene whose robot rests with an unstable time step. In eight steps, perturbations of a millimetre diverge, but
-/// rounding errors only grow to a millimetre. So perturbed starts diverge and the exact start does not.
+/// A scene whose robot rests although its time step is unstable. Within eight steps, perturbations of a millimetre
+/// diverge, but rounding errors grow only to a millimetre. So the rollouts from perturbed starts diverge, and the
+/// rollout from the exact start does not.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
     let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";
@@ -122,7 +124,7 @@ fn a_run_whose_median_diverged_says_so_and_exits_with_3() {
         assert!(summary["displacement_along"].is_number());
         assert!(!said.out.is_empty());
     }
-    // A finished run does not change.
+    // The run is finished, so `resume` leaves it as it is.
     let said = bench.ok("resume a");
     has(&said.out, &["displacement diverged"]);
     bench.remove("a/summary.json");

@@ -1,4 +1,4 @@
-//! `cosmic evaluate` of rollouts and gradients that are not finite: messages and files.
+//! `cosmic evaluate` with results that are not finite: its messages and files.
 
 use crate::cli_evaluate::{evaluate, folder};
 use crate::common::Bench;
@@ -6,10 +6,10 @@ use crate::program::{Told, has};
 use serde_json::{Value, json};
 use std::fs;
 
-/// A time step that is far too long.
+/// A key of `[physics]`: a time step that is far too long.
 const WILD: &str = "dt = 0.5";
 
-/// The last line on standard error.
+/// The last line on standard error, which has the error.
 fn news(told: &Told) -> &str {
     told.error.lines().last().unwrap()
 }
@@ -71,14 +71,14 @@ fn the_last_states_lie_beside_the_results() {
     assert!(!exists("diverged.json"));
     #[cfg(unix)]
     {
-        // Beside a device no file can be written, so the states are in the current folder.
+        // No file can be written beside a device, so the states are written to the current folder.
         evaluate(&folder, "case.json --out /dev/null").fails(3, &[]);
         assert!(exists("diverged.json"));
         assert!(!std::path::Path::new("/dev/diverged.json").exists());
     }
 }
 
-/// Without damping, small changes grow without bound: all states are finite, but no derivative is.
+/// Without damping, small changes grow without bound. So all states are finite, but the derivatives overflow.
 #[test]
 fn the_error_about_an_overflowing_gradient_names_the_step() {
     let folder = Bench::with("base = \"stability\"\n[physics]\ndamping = 0.0\n");
@@ -89,7 +89,7 @@ fn the_error_about_an_overflowing_gradient_names_the_step() {
     let overflow = "; the reverse sweep overflows in step ";
     let (_, step) = told.error.rsplit_once(overflow).unwrap();
     let step: usize = step.split(',').next().unwrap().parse().unwrap();
-    // A few hundred steps are too few to overflow.
+    // The reverse sweep begins at the last step. It cannot overflow within the first few hundred steps that it takes.
     assert!((1..8192 - 300).contains(&step), "{told:?}");
     assert!(!folder.path("diverged.json").exists());
 }

@@ -19,8 +19,8 @@ fn small_scene(physics: &str) -> Scene {
     Scene::parse("small", &text).unwrap()
 }
 
-/// A folder with a small robot, once as `scene.toml` (with more keys in `[physics]`) and `design.json`, and once as
-/// `case.json`.
+/// Makes a folder with one small robot in two forms: as `design.json` with `scene.toml`, and as `case.json`. `physics`
+/// has more keys of the scene's section `[physics]`.
 pub(crate) fn folder(physics: &str) -> Bench {
     let bench = Bench::default();
     let scene = small_scene(physics);
@@ -57,12 +57,13 @@ fn steps(results: &Value) -> Vec<&String> {
 fn a_case_a_design_and_a_scene_of_one_robot_give_the_same_results() {
     let folder = folder("");
     let case = results(&folder, "case.json --gradient");
-    // The design uses thresholds and zero multipliers of its scene; this case has the same ones.
+    // A design file has no thresholds and no multipliers. It gets the thresholds of its scene, and multipliers of zero.
+    // This case has the same numbers.
     assert_eq!(case, results(&folder, "design.json --gradient"));
     assert_eq!(steps(&case), ["0", "1", "2", "2048", "3"]);
     assert!(case["grad_l_disp"]["x0"].is_array());
     assert!(case.get("augmented_performance_constraints").is_none());
-    // A scene gets the controller of seed 0, but the case has that of seed 7.
+    // A robot that is read from a scene gets the controller of seed 0, but this case has the controller of seed 7.
     let scene = results(&folder, "scene.toml --record 5,1");
     assert_eq!(scene["node_mass"], case["node_mass"]);
     assert_ne!(scene["u0"], case["u0"]);
@@ -90,7 +91,8 @@ fn built_in_scenes_are_run_from_their_start() {
     assert!(soft["z_projected"][0][0].as_f64().unwrap() < 0.5);
 }
 
-/// A snapped design runs with its exact layout. With the softmax, a void edge would keep 2e-9 of its solid material.
+/// A snapped design is run with its exact layout. If the softmax computed its mixtures, a void edge would keep 2e-9 of
+/// its solid material.
 #[test]
 fn a_snapped_design_is_exact() {
     let folder = folder("");
@@ -131,7 +133,7 @@ fn lattices_of_one_row_or_column_are_evaluated() {
     }
 }
 
-/// The tests of the reader of cases cover more errors.
+/// More errors are tested with the reader of cases.
 #[test]
 fn wrong_cases_and_designs_are_refused() {
     let folder = folder("");
@@ -197,7 +199,8 @@ fn wrong_cases_and_designs_are_refused() {
     evaluate(&folder, "design.json").fails(2, &["unknown field `colour`"]);
 }
 
-/// A byte order mark, the name of the file, and a key whose value is another format do not matter.
+/// Three things do not matter: a byte order mark, the name of the file, and another key whose value is the name of a
+/// format.
 #[test]
 fn a_case_is_recognised_by_its_content() {
     let folder = folder("");
@@ -215,7 +218,7 @@ fn a_case_is_recognised_by_its_content() {
 #[test]
 fn missing_and_unwritable_files_exit_with_4() {
     let folder = folder("");
-    // The name of a folder stands for the design in it.
+    // A folder stands for the design in it.
     fs::create_dir(folder.path("empty")).unwrap();
     fs::remove_file(folder.path("scene.toml")).unwrap();
     for (line, says) in [
@@ -251,7 +254,7 @@ fn piped(line: &str, bytes: &[u8]) -> Told {
     Told::of(child.wait_with_output().unwrap())
 }
 
-/// A pipe can be read only once, and its name does not matter.
+/// A pipe can be read only once, and its name says nothing about its content.
 #[cfg(unix)]
 #[test]
 fn scenes_and_cases_come_through_pipes() {

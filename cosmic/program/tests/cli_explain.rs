@@ -27,7 +27,7 @@ fn explain_shows_a_rollout_and_its_stable_step() {
     assert_eq!(term("Coulomb friction")["kept"], true);
     assert_eq!(term("bending of bars")["kept"], false);
     let limit = |key: &str| rollout["stable_dt"][key].as_f64().unwrap();
-    // The scenes are stable with a margin, and the bound is conservative.
+    // The scenes are stable with a margin, and the limit `bound` is no larger than the limit `exact`.
     assert!(limit("bound") > 0.002 && limit("bound") <= limit("exact"));
     assert!(json.get("measured").is_none());
 }

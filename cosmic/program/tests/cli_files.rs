@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A scene whose run takes seconds and has every phase. Its starts are ranked by the loss of the task.
+/// A scene whose run takes seconds and goes through every phase. A search ranks its starts by the loss of the task.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -34,19 +34,19 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
-/// The headings of the generated parts. Each part reaches to the end of its page.
+/// The headings of the generated parts. Each generated part reaches from its heading to the end of the page.
 const KEYS: &str = "## Keys\n\n";
 const COLUMNS: &str = "## Columns of the tables\n\n";
 
-/// The path of a page. It is a link to the page in `docs`, so that the package contains the page too.
+/// The path of a page. The file there is a link to the page in `docs`, so that the package contains the page too.
 fn page(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests")
         .join(name)
 }
 
-/// The names that the pages do not describe: those that do not appear in backticks before the generated list of
-/// columns.
+/// Returns the names that the pages do not describe. A name counts as described if it appears in backticks before the
+/// generated list of columns.
 fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     let pages = ["files.md", "scene.md"].map(|name| fs::read_to_string(page(name)).unwrap());
     let pages = pages
@@ -56,7 +56,7 @@ fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     names.iter().filter(is_missing).collect()
 }
 
-/// Asserts that the end of a page, from a heading on, is up to date. `EMIT=1` writes it.
+/// Asserts that the part of a page from a heading to its end equals `text`. With `EMIT=1`, writes that part instead.
 #[track_caller]
 fn is_fresh(name: &str, heading: &str, text: &str) {
     let now = fs::read_to_string(page(name)).unwrap();
@@ -77,8 +77,8 @@ fn is_fresh(name: &str, heading: &str, text: &str) {
     }
 }
 
-/// Collects the keys and the format of a JSON value and of all values in it, except for numbers of steps, which are the
-/// keys of a trajectory.
+/// Collects all keys in a JSON value and the formats that it names. Keys that are numbers are left out: they are the
+/// numbers of steps in a trajectory.
 fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     match value {
         Value::Object(map) => {
@@ -92,14 +92,14 @@ fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// The names of files, keys and columns, and the first line of each table by the name of the table.
+/// The names of files, keys and columns that were found. Also the first line of each table, by the table's name.
 #[derive(Default)]
 struct Found {
     names: BTreeSet<String>,
     tables: BTreeMap<String, String>,
 }
 
-/// Collects the names in a folder and its subfolders, but only the outermost keys of a snapshot.
+/// Collects the names in a folder and in its subfolders. Of a snapshot, collects only the outermost keys.
 fn of_folder(folder: &Path, found: &mut Found) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -110,7 +110,7 @@ fn of_folder(folder: &Path, found: &mut Found) {
             }
             continue;
         }
-        // Solids are not text and contain no names.
+        // A file with a solid is not text and contains no names.
         let bytes = fs::read(&path).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         let json = |text: &str| serde_json::from_str::<Value>(text).unwrap();
@@ -124,7 +124,7 @@ fn of_folder(folder: &Path, found: &mut Found) {
             "jsonl" => text.lines().for_each(|line| of_json(&json(line), names)),
             "csv" => {
                 let head = text.lines().next().unwrap();
-                // One description covers these eight columns.
+                // The page describes the eight columns with this part in their names only once, as `elastic`.
                 let one = |name: &str| {
                     if name.contains("_elastic_") {
                         "elastic"
@@ -162,7 +162,7 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
     let mut found = Found::default();
     of_folder(&bench.path("runs"), &mut found);
     let Found { mut names, tables } = found;
-    // The user chooses the name of this file, so the page cannot contain it.
+    // The page cannot contain this file name, because the user chooses it.
     names.remove("robustness.csv");
     let table = tables.iter().map(|(name, columns)| match &name[..] {
         "ablation.csv" => format!("| `NAME.csv` of a study | {columns} |\n"),
@@ -194,11 +194,11 @@ fn the_page_describes_the_results_of_a_case() {
     assert_eq!(missing(&names), [""; 0]);
 }
 
-/// The known keys come from the errors of the reader of cases, which list them.
+/// The reader of cases lists all known keys in its errors. The test takes them from there.
 #[test]
 fn the_page_describes_every_key_of_a_case() {
     let mut names = BTreeSet::new();
-    // Names of laws are looked up last, in a case that is otherwise whole.
+    // The reader looks up the names of laws last, so the rest of the case must be complete.
     let whole = Case::of_scene(&Scene::parse("tiny", SCENE).unwrap(), 0).unwrap();
     let mut whole: Value = serde_json::from_str(&whole.to_json()).unwrap();
     whole["scene"]["contact"] = "?".into();

@@ -18,7 +18,7 @@ fn gradcheck_prints_a_row_per_group_and_a_negative_control() {
     );
     let groups = ["z", "w1", "b1", "w2", "b2", "x0", "v0"];
     for (line, name) in lines[2..9].iter().zip(groups) {
-        // At the start the robot stands on the ground, which is a kink for its positions.
+        // The robot starts on the ground, so the loss has a kink with respect to its positions.
         let verdict = if name == "x0" { "kink" } else { "smooth" };
         assert!(line.starts_with(&format!("{name} ")), "{told}");
         assert!(line.ends_with(&format!(" {verdict}")), "{told}");
@@ -30,7 +30,7 @@ fn gradcheck_prints_a_row_per_group_and_a_negative_control() {
     assert!(!told.contains("zero"), "{told}");
 }
 
-/// In these scenes the terrain begins below the lattice, and the robot falls on it.
+/// In these scenes the terrain begins below the lattice, and the robot falls onto it.
 #[test]
 fn the_gradients_of_robots_on_terrain_are_checked() {
     let settings = [
@@ -58,7 +58,8 @@ fn the_gradients_of_robots_on_terrain_are_checked() {
     }
 }
 
-/// The actuators have no stroke, so the robot does not move, and design and controller have no effect on the loss.
+/// The actuators have no stroke, so the robot does not move. Therefore the loss depends on neither design nor
+/// controller.
 #[test]
 fn groups_that_the_loss_does_not_depend_on_are_named() {
     let still = format!("{CHECK} --set materials.max_strain=[0,0,0]");
@@ -70,7 +71,7 @@ fn groups_that_the_loss_does_not_depend_on_are_named() {
     has(&told, &[says]);
 }
 
-/// `gradcheck` checks the loss of the scene's task, so the tables of all tasks differ.
+/// `gradcheck` checks the gradient of the loss of the scene's task. So every task has another table.
 #[test]
 fn the_gradient_of_every_task_is_checked() {
     let table = |(task, _): &(&str, TaskKind)| {

@@ -17,7 +17,7 @@ fn slow() -> Bench {
     Bench::new(ITERATIONS, 512)
 }
 
-/// The results of the run of [`slow`] without interruptions.
+/// The results of the run of [`slow`] if nothing interrupts it.
 static WHOLE: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     let bench = slow();
     bench.run("whole", "");
@@ -29,8 +29,8 @@ fn await_rows(bench: &Bench, run: &str, wanted: usize) {
     bench.await_lines(&format!("{run}/history.jsonl"), wanted);
 }
 
-/// Starts a run, sends it a signal once it has the wanted rows, and returns its output. A run that finished before the
-/// signal is started again.
+/// Starts a run and sends it a signal once its history has `wanted` rows. Returns the output of the stopped run. If the
+/// run finishes before the signal, starts it again.
 fn caught(bench: &Bench, run: &str, wanted: usize, name: &str) -> Output {
     for _ in 0..20 {
         let child = bench.start(&format!("optimize tiny.toml --out {run}"));
@@ -57,7 +57,7 @@ fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
         assert_eq!((output.status.code(), output.stdout.len()), (Some(75), 0));
         let snapshot = bench.json(&format!("{name}/snapshot.json"));
         let done = snapshot["progress"]["iteration"].as_u64().unwrap();
-        // It finishes the current iteration and loses nothing.
+        // The run finishes its current iteration and loses nothing.
         assert!((20..=ITERATIONS as u64).contains(&done));
         let rows = bench.lines(&format!("{name}/history.jsonl")) as u64;
         assert_eq!(rows, done);
@@ -72,7 +72,8 @@ fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
 #[test]
 fn a_run_killed_at_any_moment_resumes_to_the_same_bytes() {
     let bench = slow();
-    // The kills come before the first snapshot, between snapshots, at one, in the last phase, and around the delivery.
+    // The run is killed before its first snapshot, between two snapshots, at a snapshot, in the last phase, and around
+    // the delivery.
     for wanted in [0, 13, 60, 87, ITERATIONS] {
         let run = wanted.to_string();
         if wanted < ITERATIONS {
@@ -97,7 +98,7 @@ fn a_run_with_gradients_in_f32_resumes_to_the_same_bytes() {
     let summary = bench.json("whole/summary.json");
     let departures = summary["departures"].to_string();
     has(&departures, &["gradient.precision"]);
-    // The final figures come from a rollout in f64, as in every other command.
+    // The numbers in the summary come from a rollout in f64, as in every other command.
     bench.evaluated("whole");
     caught(&bench, "a", 60, "KILL");
     resume(&bench, "a").ok();
@@ -114,7 +115,7 @@ fn a_run_killed_several_times_resumes_to_the_same_bytes() {
         await_rows(&bench, "a", wanted);
         child.kill().unwrap();
         child.wait().unwrap();
-        // A process that is killed during a write leaves such a file.
+        // A process that is killed while it writes leaves a file of this name.
         if !bench.path("a/summary.json").exists() {
             bench.write("a/.cosmic-half", "{");
         }
@@ -152,12 +153,13 @@ fn snapshots_are_never_far_behind() {
     let mut child = bench.start("optimize tiny.toml --out a");
     let mut checked = 0;
     while child.try_wait().unwrap().is_none() {
-        // The history is read first, because the snapshot may be replaced in between.
+        // The history is read before the snapshot. Otherwise a newer snapshot and a longer history could appear in
+        // between.
         let rows = bench.lines("a/history.jsonl") as u64;
         if rows > 0 {
             let snapshot = bench.json("a/snapshot.json");
             let saved = snapshot["progress"]["iteration"].as_u64().unwrap();
-            // The tenth iteration is in the history slightly before it is in the snapshot.
+            // A snapshot is written at every tenth iteration, slightly later than the row of the history.
             assert!(saved + 10 >= rows, "{saved} saved, {rows} done");
             checked += 1;
         }
@@ -190,7 +192,7 @@ fn resume_does_not_change_a_finished_run() {
     }
 }
 
-/// A run that lacks only its summary.
+/// A bench with a run that is complete except for its summary.
 fn nearly_finished() -> Bench {
     let bench = Bench::finished();
     bench.remove("a/summary.json");
@@ -269,7 +271,7 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
 #[test]
 fn resume_refuses_a_run_whose_history_is_missing() {
     let bench = nearly_finished();
-    // Every unfinished run has this file.
+    // Every unfinished run has a file of this name.
     bench.write("a/.cosmic-lock", "");
     for name in ["history.jsonl", "history.csv", "designs.jsonl"] {
         let file = format!("a/{name}");

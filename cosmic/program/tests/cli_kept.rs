@@ -1,9 +1,9 @@
-//! Every command reads the scene in a run's folder in the same way.
+//! Tests that every command reads the scene in a run's folder in the same way.
 
 use crate::common::Bench;
 use std::fs;
 
-/// Every command that reads a finished run and its scene.
+/// The commands that read a finished run and its scene.
 const READERS: [&str; 7] = [
     "report a",
     "compare a a",
@@ -14,7 +14,7 @@ const READERS: [&str; 7] = [
     "optimize --from a --iterations 1 --out on",
 ];
 
-/// Asserts that each command refuses the run `a` with this scene file, for the same reason.
+/// Asserts that each command refuses the run `a` with this text as its scene file, for the same reason `says`.
 #[track_caller]
 fn refused(bench: &Bench, scene: &str, says: &str) {
     bench.write("a/scene.toml", scene);
@@ -37,12 +37,13 @@ fn every_command_refuses_a_scene_that_differs_from_the_run() {
     );
     let edited = whole.replace("gravity = 4.8", "gravity = 9.81");
     refused(&bench, &edited, "not the scene that the run began with");
-    // Without the file, commands use the scene of the snapshot.
+    // If the scene file is missing, commands use the scene in the snapshot.
     bench.remove("a/scene.toml");
     for line in READERS.iter().filter(|line| !line.contains("--from")) {
         bench.ok(line);
     }
-    // A design may be put beside any complete scene. Changes of comments and of the base are allowed in a run.
+    // A design alone may be put beside any complete scene. In the scene file of a run, comments and the base may be
+    // changed.
     fs::create_dir(bench.path("b")).unwrap();
     fs::copy(bench.path("a/design.json"), bench.path("b/design.json")).unwrap();
     bench.write("b/scene.toml", edited);

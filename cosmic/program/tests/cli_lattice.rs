@@ -1,4 +1,4 @@
-//! Lattices other than the rectangular one: triangles, and nodes and edges from a file.
+//! Lattices other than the rectangular one: the triangular lattice, and lattices whose nodes and edges are in a file.
 
 use crate::common::{Bench, scene};
 use crate::program::{Told, has};
@@ -14,11 +14,12 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
-/// The kinds of lattices with columns and rows, and the numbers of their edges with 4 x 3 and with 3 x 3 nodes.
+/// The kinds of lattices that have columns and rows. Each has two numbers of edges: with 4 x 3 nodes and with 3 x 3
+/// nodes.
 const KINDS: [(&str, usize, usize); 2] = [("rectangular", 29, 20), ("triangular", 23, 16)];
 
-/// A gate: two legs of crossed cells under a beam, symmetric about its middle. The payload is the middle
-/// of the beam, with a second one at its right end; node 0 is the left foot.
+/// A gate: two legs of crossed cells under a beam, symmetric about its middle. One payload is the middle of the beam,
+/// and a second payload is at its right end. Node 0 is the left foot.
 const GATE: &str = r#"{
   "format": "cosmic-truss", "version": 1,
   "nodes": [[0.1, 0.0], [0.2, 0.0], [0.5, 0.0], [0.6, 0.0],
@@ -34,7 +35,7 @@ const GATE: &str = r#"{
   "tie": [[1, 7], [8, 2], [3, 9], [16, 21], [19, 4, 10]]
 }"#;
 
-/// The small scene of the other tests on the lattice of [`GATE`].
+/// The small scene of the other tests, but on the lattice [`GATE`].
 fn of_gate(iterations: usize) -> String {
     scene(iterations, 64, "").replace("columns = 3\nrows = 3\n", "file = \"shapes/gate.json\"\n")
 }
@@ -72,7 +73,7 @@ fn assert_rules_hold(design: &Value) {
     }
 }
 
-/// The rules hold before and after the snap, for several seeds, and with tight volume bounds.
+/// The rules of the lattice hold before and after the snap, for several seeds, and with tight volume bounds.
 #[test]
 fn a_delivered_design_obeys_the_rules_of_its_lattice() {
     let bench = bench();
@@ -85,11 +86,11 @@ fn a_delivered_design_obeys_the_rules_of_its_lattice() {
             assert_rules_hold(&design);
         }
     }
-    // Half of the edges are void, as far as the rules allow: 12 or 13 of 25, plus or minus a tied pair.
+    // As far as the rules allow, half of the edges are void: 12 or 13 of 25, plus or minus a pair of tied edges.
     let summary = bench.json("0-24/summary.json");
     let volume = summary["V"].as_f64().unwrap();
     assert!((0.4..0.6).contains(&volume), "{volume}");
-    // Tight bounds flip edges at the snap; other layouts are tried and polished.
+    // Under tight bounds, the snap changes the materials of some edges; then other layouts are tried and polished.
     bench.run(
         "few",
         "--set volume.solid=[0.3,0.3] --set schedule.polish_trials=40",
@@ -109,7 +110,7 @@ fn a_delivered_design_obeys_the_rules_of_its_lattice() {
     legs.fails(2, &["6x6 nodes, not", "gate.json"]);
 }
 
-/// The folder of a run can be moved and its run resumed, because it contains a copy of the truss file.
+/// A run on a truss file can be resumed after its folder was moved, because the folder contains a copy of the file.
 #[test]
 fn a_run_on_a_truss_file_resumes_in_another_folder() {
     let bench = bench();
@@ -134,7 +135,7 @@ fn a_run_on_a_truss_file_resumes_in_another_folder() {
     bench.ok("gradcheck elsewhere/b --steps 32");
     bench.ok("optimize --from elsewhere/b --out c");
     assert_rules_hold(&bench.json("c/design.json"));
-    // The payload is node 0 of the robot, whatever its number in the truss file.
+    // The payload is node 0 of the robot, whatever number it has in the truss file.
     let design = bench.json("c/design.json");
     assert_eq!(design["edges"][15], serde_json::json!([6, 0]));
 }
@@ -152,7 +153,7 @@ fn a_sweep_and_a_search_contain_a_copy_of_their_lattice() {
     bench.ok("report starts");
 }
 
-/// Gradients agree with finite differences and forward mode, for tied edges and for every kind of lattice.
+/// The gradients agree with finite differences and with forward mode, for tied edges and for every kind of lattice.
 #[test]
 fn gradients_on_other_lattices_agree_with_differences() {
     let bench = bench();
@@ -181,7 +182,7 @@ fn every_kind_of_lattice_goes_through_all_phases() {
     }
 }
 
-/// An error in a file shows its place; a missing file has exit code 4.
+/// An error in a truss file shows its place. If the file is missing, the exit code is 4.
 #[test]
 fn an_invalid_truss_file_is_refused_with_the_place_of_the_error() {
     let bench = bench();
@@ -263,7 +264,7 @@ fn a_design_that_violates_the_rules_cannot_be_a_start() {
     );
 }
 
-/// Only this program has the lattice, but its run contains a copy, so every program can resume the run.
+/// The lattice is known only to this program, but its run contains a copy. So every program can resume the run.
 #[test]
 fn a_lattice_of_a_program_is_copied_into_its_runs() {
     let registry = Registry::default().with_lattice("gate", Truss::parse("gate", GATE).unwrap());
@@ -280,7 +281,7 @@ fn a_lattice_of_a_program_is_copied_into_its_runs() {
     bench.optimize("b", "").fails(4, &["gate"]);
 }
 
-/// Cases contain everything for a rollout and its gradients, including the rules of edges.
+/// A case contains everything that a rollout and its gradients need, including the rules of the edges.
 #[test]
 fn a_case_of_any_lattice_reads_back_to_the_same_results() {
     let bench = bench();
@@ -296,7 +297,7 @@ fn a_case_of_any_lattice_reads_back_to_the_same_results() {
         let read = Case::parse("case.json", &json).unwrap();
         assert_eq!(read.to_json(), json);
         let results = |case: &Case| case.evaluate(true, &[]).unwrap().to_json();
-        // `assert_eq!` would print too many numbers.
+        // A failed `assert_eq!` would print too many numbers.
         assert!(results(&read) == results(&case), "{}", scene.lattice.name());
         let wrong = json.replace("\"forbid\":[0,6]", "\"forbid\":[0,60]");
         if wrong != json {
@@ -306,7 +307,7 @@ fn a_case_of_any_lattice_reads_back_to_the_same_results() {
     }
 }
 
-/// The example `ring` builds its lattice itself. The program `cosmic` can read its runs.
+/// The example `ring` builds its lattice in its code. The program `cosmic` can read the runs of `ring`.
 #[test]
 fn runs_of_the_example_ring_are_read_by_cosmic() {
     let folder = Path::new(env!("CARGO_BIN_EXE_cosmic")).parent().unwrap();

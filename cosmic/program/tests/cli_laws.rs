@@ -7,7 +7,7 @@ use crate::program::has;
 use std::path::Path;
 use std::process::Command;
 
-/// The folder of the programs that were built for this test.
+/// The folder with the example programs that were built for this test.
 fn built() -> &'static Path {
     let cosmic = Path::new(env!("CARGO_BIN_EXE_cosmic"));
     cosmic.parent().expect("a folder")
@@ -73,8 +73,8 @@ fn works_with_its_program(name: &str, sets: &str) -> Bench {
     bench
 }
 
-/// Asserts what the program `cosmic` does with the runs `a` and `b`, whose law or loss it lacks: commands that simulate
-/// report this in one error, and other commands still show the runs.
+/// Asserts what the program `cosmic`, which lacks a law or loss, does with the runs `a` and `b` that use it. Commands
+/// that simulate report this in a single error. Other commands still show the runs.
 fn without_it(bench: &Bench, sets: &str) {
     let name = sets.split('"').nth(1).expect("a name in quotes");
     for line in ["evaluate a/design.json", "scene check a/scene.toml"] {
@@ -88,7 +88,7 @@ fn without_it(bench: &Bench, sets: &str) {
     assert!(by_its_program.contains(energies) && !by_its_program.contains("are left out"));
     bench.ok("report a");
     let page = bench.read("a/report.html");
-    // The page shows the scene of the run, including the law.
+    // The page shows the run's scene, which names the law.
     assert!(page.contains(&sets.replace('"', "&quot;")) || page.contains(sets));
     assert_eq!(page.contains(energies), !is_law);
     let says = format!("because this program does not have the law `{name}`");
@@ -119,7 +119,8 @@ fn without_it(bench: &Bench, sets: &str) {
     }
 }
 
-/// One fault gives one error. If the choice of laws is wrong, the sections of the laws give no further errors.
+/// One mistake gives one error: if the choice of laws is wrong, there are no further errors about the sections of the
+/// laws.
 #[test]
 fn a_wrong_choice_of_laws_gives_one_error() {
     let bench = Bench::default();
@@ -143,7 +144,7 @@ fn a_wrong_choice_of_laws_gives_one_error() {
         told.fails(2, &[says]);
         assert_eq!(told.error.matches("error: ").count(), 1, "{}", told.error);
     }
-    // A section with its own fault still gives a second error.
+    // If a section has a mistake of its own, there is a second error.
     bench.write("own.toml", "[physics]\ncontact = 'mud'\n[wool]\nat = 0.3\n");
     let told = bench.cosmic("scene check own.toml");
     assert_eq!(told.error.matches("error: ").count(), 2, "{}", told.error);
@@ -169,7 +170,7 @@ fn tendon_pulls_along_bars() {
     works("tendon", "forces = [\"tendon\"]");
 }
 
-/// The parameters of the policy are keys of the design file. A program without the policy refuses its runs.
+/// The parameters of the policy are keys of the design file. A program without the policy refuses the policy's runs.
 #[test]
 fn rhythm_is_a_policy() {
     let bench = works_with_its_program("rhythm", "policy = \"rhythm\"");
@@ -189,8 +190,8 @@ fn lift_is_an_objective() {
     works("lift", "own_loss = \"lift\"");
 }
 
-/// An interrupted run with a law ends with the same bytes as an uninterrupted one. A program without the law reports
-/// that the law is missing.
+/// An interrupted run with a law of the program is resumed and ends with the same bytes as an uninterrupted run. A
+/// program without the law reports that the law is missing.
 #[cfg(unix)]
 #[test]
 fn a_run_with_a_law_is_resumed() {

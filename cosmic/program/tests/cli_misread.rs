@@ -1,10 +1,10 @@
-//! Files, folders and numbers that a command does not expect: each error says what is wrong and what to do.
+//! Files, folders and numbers that a command cannot use. Each error says what is wrong and what to do.
 
 use crate::common::{Bench, scene};
 use cosmic::case::Case;
 use std::fs;
 
-/// A finished run of a few iterations in `run`.
+/// A bench with a finished run of a few iterations in the folder `run`.
 fn finished() -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     bench.run("run", "--iterations 3 --quiet");
@@ -91,7 +91,7 @@ fn a_folder_that_is_not_a_run_is_refused() {
     bench.fails("resume tiny.toml", 4, &[says]);
 }
 
-/// This holds for designs and for cases.
+/// Tests truncated designs and truncated cases.
 #[test]
 fn a_truncated_file_is_refused_with_its_place() {
     let bench = finished();
@@ -127,7 +127,7 @@ fn a_truncated_snapshot_is_refused_with_a_remedy() {
     bench.ok("resume run --quiet");
 }
 
-/// The error names NaN, which Python's `json` writes, in every file of a run that a command reads.
+/// Python's `json` may write NaN. The error names it in every file of a run that a command reads.
 #[test]
 fn a_number_that_is_not_finite_is_named_in_every_file() {
     let bench = finished();
@@ -158,7 +158,7 @@ fn a_number_that_is_not_finite_is_named_in_every_file() {
     told.fails(2, &["-Infinity is not a JSON number", "truss.json:1:56"]);
 }
 
-/// Sweeps make such folders, because their names contain settings.
+/// The folders of sweeps have such paths, because their names contain settings.
 #[test]
 fn a_path_with_an_equals_sign_is_a_path_on_the_command_line() {
     let bench = Bench::default();
@@ -205,11 +205,11 @@ fn a_run_continues_after_a_full_disk() {
     assert_eq!(bench.results("run"), before);
 }
 
-/// Files and pipes get whole lines; only terminals get progress bars.
+/// In files and pipes, the progress consists of whole lines; only terminals get progress bars.
 #[test]
 fn progress_in_a_pipe_has_no_carriage_returns() {
     let bench = Bench::default();
-    // The file of changes for a study must not name a base.
+    // The base file of a study contains changes, and must not name a `base` itself.
     let changes = bench
         .read("tiny.toml")
         .replace("base = \"stability\"\n", "");

@@ -12,10 +12,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The number of steps of a flight. They last more than a second, in which the clock advances by ten radians.
+/// The number of steps of a flight. A flight lasts more than a second, in which the clock advances by ten radians.
 const STEPS: usize = 512;
 
-/// A walk of an exported robot in MuJoCo: the first and last positions of its nodes, along and above the ground.
+/// A walk of an exported robot in MuJoCo: the first and the last positions of its nodes. The coordinates of a position
+/// are the distance along the ground and the height above it.
 struct Walk {
     first: Vec<Vector<f64>>,
     last: Vec<Vector<f64>>,
@@ -32,7 +33,7 @@ impl Walk {
         );
         let mut walk = Command::new(python);
         let walk = walk.arg(player).args(more.split_whitespace()).arg("--path");
-        // MuJoCo writes its warnings to the current folder.
+        // MuJoCo writes its warnings to a file in the current folder.
         let walk = walk.arg(path).current_dir(bench.path(""));
         let told = Told::of(walk.output().unwrap()).ok();
         let rows = bench.read("path.csv");
@@ -48,13 +49,13 @@ impl Walk {
         }
     }
 
-    /// The payload's displacement along the ground, m.
+    /// The payload's displacement along the ground, in metres.
     fn distance(&self) -> f64 {
         self.last[0][0] - self.first[0][0]
     }
 }
 
-/// The largest difference between a coordinate in MuJoCo and in this simulator after a flight, m.
+/// Flies a robot in MuJoCo and in this simulator. Returns the largest difference of a coordinate at the end, in metres.
 fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]) -> f64 {
     let all = [
         &["physics.contact=none", "physics.void_edges=drop"],
@@ -65,7 +66,7 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
         .iter()
         .map(|setting| format!(" --set {setting}"))
         .collect();
-    // Both programs make equally many mechanical steps.
+    // MuJoCo makes as many mechanical steps as this simulator.
     let substeps = settings
         .iter()
         .find_map(|s| s.strip_prefix("physics.substeps="));
@@ -84,7 +85,7 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
         (there.first.len(), there.last.len()),
         (ours.len(), ours.len())
     );
-    // A robot that does not move would agree too.
+    // The robot must move: resting robots would also agree.
     assert!(there.first != there.last);
     let errors = there
         .last
@@ -99,7 +100,7 @@ fn a_flight_in_mujoco_agrees_with_this_simulator() {
     let Some(python) = python() else { return };
     let bench = Bench::default();
     for (source, settings) in [
-        // Layouts: their void edges do not pull in either program.
+        // Scenes with layouts, in which void edges do not pull in either program.
         ("baseline_short", &[][..]),
         (
             "baseline_tall",
@@ -113,7 +114,7 @@ fn a_flight_in_mujoco_agrees_with_this_simulator() {
             "baseline_tall",
             &["physics.substeps=3", "controller.goal_relative=true"],
         ),
-        // Every actuator reaches its stops again and again.
+        // A scene in which every actuator reaches its stops again and again.
         (
             "baseline_short",
             &[
@@ -124,9 +125,9 @@ fn a_flight_in_mujoco_agrees_with_this_simulator() {
                 "physics.damping=0",
             ],
         ),
-        // Mixtures: every edge pulls and is actuated.
+        // A scene with mixtures, in which every edge pulls and is actuated.
         ("stability", &[]),
-        // Nodes without a bar fly and are observed.
+        // A scene in which nodes without a bar fly along and are observed.
         ("baseline_short", &["design.one_piece=false"]),
         (
             "stability",
@@ -138,14 +139,14 @@ fn a_flight_in_mujoco_agrees_with_this_simulator() {
         ),
     ] {
         let error = error_of_flight(python, &bench, source, settings);
-        // The softening of lengths (D4) is matched only at rest. At a strain e, lengths differ by 5e-12 e m and
-        // directions by 1e-10. In 512 steps this becomes 1e-12 to 1e-10 m, and up to 7e-10 m if the motion is
-        // chaotic.
+        // MuJoCo matches the softening of lengths (D4) only at rest. At a strain e, lengths differ by 5e-12 e m and
+        // directions by 1e-10. After 512 steps, positions differ by 1e-12 to 1e-10 m, and by up to 7e-10 m if the
+        // motion is chaotic.
         assert!(error < 1e-9, "{source} {settings:?}: {error:e} m");
     }
 }
 
-/// A small robot on ground of friction 1, with all phases of its optimisation.
+/// A scene with a small robot on ground of friction 1. Its optimisation has all phases.
 const WALKER: &str = "
 base = 'stability'
 [lattice]
@@ -186,14 +187,15 @@ fn walks_in_mujoco_cover_a_similar_distance() {
         let distance = there.distance();
         let says = format!("{distance:.4} m along the ground in 4.096 s\n");
         assert_eq!(there.said, says);
-        // Contact differs: these robots walk 0.98 to 1.00 of the distance. Gaits are chaotic, so another build may
-        // find other robots. Over whole rollouts the medians are 0.97 to 1.00 at equal friction.
+        // Contact differs between the two programs: in MuJoCo, these robots walk 0.98 to 1.00 of the distance. Gaits
+        // are chaotic, so another build may find other robots. Over whole rollouts at equal friction, the medians are
+        // 0.97 to 1.00.
         assert!(ours > 0.1, "the robot walks only {ours} m");
         assert!(
             (0.85..1.1).contains(&(distance / ours)),
             "{distance} of {ours}"
         );
-        // On ice the robot gets nowhere.
+        // On ice, the robot hardly moves forward.
         bench
             .cosmic(&format!("export {run} --mujoco --friction 0.01"))
             .ok();
@@ -219,7 +221,8 @@ fn a_model_has_the_parts_that_move_or_are_observed() {
     let bench = Bench::default();
     for (settings, is_observed) in [
         ("", false),
-        // The layout leaves nodes without a bar, and the first of these controllers observes them.
+        // In the last two cases, the layout leaves nodes without a bar. Only the first of their controllers observes
+        // such nodes.
         (" --set design.one_piece=false", true),
         (
             " --set design.one_piece=false --set controller.offset_scale=0 --set \
@@ -283,7 +286,8 @@ fn settings_that_the_model_cannot_express_are_refused() {
     assert!(!bench.path("export").exists());
 }
 
-/// The model has the friction of the scene, but at most 5. It has 5 also if the friction of the scene is infinite.
+/// The model has the scene's coefficient of friction, but at most 5. If the scene's friction is infinite, the model has
+/// 5.
 #[test]
 fn friction_is_the_scene_s_or_the_largest() {
     let bench = Bench::default();
@@ -308,7 +312,7 @@ fn friction_is_the_scene_s_or_the_largest() {
         .cosmic("export stability --mujoco --out e --set physics.contact=none")
         .ok();
     assert_eq!(bench.read("e/robot.xml").matches("<geom").count(), 1 + 36);
-    // The player is short, because users read it.
+    // The program `walk.py` is short, because users read it.
     assert!(bench.lines("e/walk.py") <= 40);
 }
 
@@ -346,11 +350,11 @@ fn a_study_of_transfer_has_its_table_and_its_figure() {
     let kept = bench.json("r/runs/coulomb-1/transfer.json");
     let walks = |k: usize| kept["walks"][k].as_array().unwrap();
     assert!((0..4).all(|k| walks(k).len() == 8 && walks(k).iter().all(Value::is_number)));
-    // The scene's own world has Coulomb's law at 2.5, so its rollouts are the same.
+    // The scene itself has Coulomb's law with this friction, so the same rollouts gave its median.
     let p50 = bench.json("r/runs/coulomb-1/summary.json")["displacement_p50"].take();
     assert_eq!(kept["own"][1], p50);
     names_are_on_the_page(&bench);
-    // Finished walks are not repeated when a seed is added.
+    // If a seed is added, the finished walks of the other seeds are not repeated.
     let path = "r/runs/coulomb-1/transfer.json";
     bench.write(path, bench.read(path).replace("4.0.", "3.0."));
     study("--seeds 3").ok();

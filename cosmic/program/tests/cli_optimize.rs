@@ -1,4 +1,4 @@
-//! `cosmic optimize`: the run's folder, output and exit codes.
+//! `cosmic optimize`: the run's folder, the output and the exit codes.
 
 use crate::common::Bench;
 use crate::program::has;
@@ -104,17 +104,17 @@ fn the_summary_has_the_promised_keys_and_agrees_with_the_other_files() {
         design.materials.iter().filter(solid).count() as f64 / 20.0
     };
     assert_eq!([volume, actuator_volume], [share(1), share(2)]);
-    // The widened volume bounds are 0.47 to 0.53 and 0.17 to 0.25, up to rounding.
+    // After widening, the volume bounds are 0.47 to 0.53 and 0.17 to 0.25, up to rounding.
     assert!((0.47..=0.53).contains(&volume) && (0.17..=0.25 + 1e-12).contains(&actuator_volume));
 
     let text = bench.read("a/trajectory.json");
     let trajectory: TrajectoryFile = serde_json::from_str(&text).unwrap();
     assert_eq!(trajectory.steps, [0, 16, 32, 48, 64]);
     let moved = |k: usize| trajectory.states[4].x[0][k] - trajectory.states[0].x[0][k];
-    // Displacements are computed in the frame of the ground, which is shifted by 0.1 m. This rounds numbers of about
-    // 0.5 twice.
+    // The summary's displacements are computed in the frame of the ground, which is shifted by 0.1 m. So numbers of
+    // about 0.5 are rounded twice.
     assert!((0..2).all(|k| (moved(k) - displacement[k]).abs() < 4.0 * f64::EPSILON));
-    // The name of a run's folder stands for its design.
+    // The folder of a run stands for the run's design.
     let by_folder = bench.cosmic("evaluate a").json();
     assert_eq!(by_folder["results"], bench.evaluated("a"));
 }
@@ -163,9 +163,9 @@ fn a_limit_of_iterations_ends_the_run_and_does_not_change_the_phases() {
     assert_eq!(summary["stop_reason"], "iteration_limit");
     let [whole, part] = ["whole", "part"].map(|run| bench.results(run));
     assert!(whole["history.jsonl"].starts_with(&part["history.jsonl"]));
-    // The final design is the undecided one of the last iteration.
+    // The run ended before the snap, so its design is the undecided one of the last iteration.
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
-    // Both are means over 20 edges, summed in different orders.
+    // The two volumes are means over 20 edges, which were added in different orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
 
     // The design has no bars yet, so there are no counts and no loads.
@@ -210,7 +210,8 @@ fn of_several_starts_the_best_is_kept() {
         .unwrap();
     assert_eq!(summary["seed"], best["seed"]);
     assert_eq!(summary["displacement_p50"], best["displacement_p50"]);
-    // The perturbed starts that choose the robot differ from those of the published median.
+    // The robot is chosen by its median over some perturbed starts. The published median is over other perturbed
+    // starts.
     assert_ne!(best["displacement_p50"], best["displacement_selection_p50"]);
     let seed = best["seed"].to_string();
     bench.run("alone", &format!("--seed {seed}"));

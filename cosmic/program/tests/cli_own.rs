@@ -1,4 +1,4 @@
-//! Runs that begin with a given robot (`cosmic optimize --from`), and runs with a loss of the user's program.
+//! Runs that begin with a given robot (`cosmic optimize --from`), and runs with a loss that the user's program adds.
 
 use crate::common::{Bench, scene};
 use crate::program::{command, cosmic_in, has};
@@ -40,10 +40,10 @@ fn a_robot_with_one_material_per_edge_starts_after_the_snap() {
     assert_eq!(materials("a").as_array().unwrap().len(), 20);
     // The run can be reported like any other.
     bench.ok("report b");
-    // The limit counts only the iterations of this run.
+    // `--iterations` counts only the iterations of this run.
     bench.run("c", "--from b/design.json --iterations 2");
     assert_eq!(iterations(&bench, "c"), [20, 21]);
-    // Its `start.json` and its scene reproduce the run.
+    // The files `start.json` and `scene.toml` of run `b` reproduce it.
     bench.cosmic("optimize b/scene.toml --from b/start.json --seed 7 --out d");
     let [b, d] = ["b", "d"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_eq!(b, d);
@@ -77,7 +77,7 @@ fn an_undecided_robot_goes_through_the_whole_schedule() {
     assert!(iterations(&bench, "b").into_iter().eq(1..=24));
     assert!(is_the_start(&bench, ["soft", "b"]));
     assert_eq!(bench.json("b/summary.json")["entered"], 0);
-    // This start differs from the scene's start.
+    // The given start differs from the start that the scene describes.
     bench.run("plain", "");
     let [b, plain] = ["b", "plain"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_ne!(b, plain);
@@ -99,7 +99,7 @@ struct StopsAfter(usize);
 
 impl Observer for StopsAfter {
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        // With several starts, other starts may still report iterations.
+        // If there are several starts, others may still report iterations after the first has stopped.
         self.0 = self.0.saturating_sub(1);
         match self.0 {
             0 => ControlFlow::Break(()),
@@ -108,7 +108,7 @@ impl Observer for StopsAfter {
     }
 }
 
-/// This also holds after `resume` refused a snapshot with an impossible `entered`.
+/// A run is also resumed to the same bytes after `resume` has refused a snapshot with an impossible `entered`.
 #[test]
 fn an_interrupted_run_with_a_given_start_resumes_to_the_same_bytes() {
     let bench = Bench::finished();
@@ -139,7 +139,7 @@ fn an_interrupted_run_with_a_given_start_resumes_to_the_same_bytes() {
     }
 }
 
-/// Minus the final height of the payload.
+/// The loss: minus the final height of the payload.
 struct Lift;
 
 impl Loss for Lift {
@@ -152,7 +152,7 @@ impl Loss for Lift {
     }
 }
 
-/// The departures in the summary of a run.
+/// The departures from the paper that the summary of a run lists.
 fn departures(bench: &Bench, run: &str) -> Vec<String> {
     let summary = bench.json(&format!("{run}/summary.json"));
     let departures = summary["departures"].as_array().unwrap().iter();
@@ -181,7 +181,8 @@ fn departures_list_only_options_that_took_effect() {
     assert!(has(&a, "loss.kind") && !has(&own, "loss.kind") && has(&own, "loss"));
 }
 
-/// Without SCENE, a run uses the scene of `--from`, and its folder is beside that run.
+/// If no scene is given, a run uses the scene beside the design of `--from`, and its folder is beside that design's
+/// folder.
 #[test]
 fn from_without_a_scene_uses_the_scene_of_that_run() {
     let bench = Bench::default();
@@ -190,14 +191,14 @@ fn from_without_a_scene_uses_the_scene_of_that_run() {
     has(&said.out, &["run: runs/a-on\n", "tiny, seed 0"]);
     let scene = |run: &str| bench.read(&format!("{run}/scene.toml"));
     assert_eq!(scene("runs/a"), scene("runs/a-on"));
-    // This also works from inside the folder.
+    // It also works from inside the folder of the earlier run.
     let said = cosmic_in(&bench.path("runs/a"), "optimize --from .").ok();
     has(&said.out, &["run: runs/a-on\n"]);
     bench.ok("optimize --from runs/a/design.json --out b");
     assert_eq!(scene("runs/a"), scene("b"));
 }
 
-/// The run has an ordinary folder, but only a program with its loss can resume it.
+/// A run with a program's own loss has an ordinary folder, but only a program with this loss can resume it.
 #[test]
 fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
     let bench = Bench::default();
@@ -233,8 +234,8 @@ fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
     begin_of_the_scene(&bench, &plan);
 }
 
-/// Asserts that a run with the scene's objective cannot be resumed with another loss, and that mismatched arguments are
-/// refused.
+/// Begins a run with the scene's own objective. Asserts that it cannot be resumed with another loss, and that arguments
+/// that do not fit together are refused.
 fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let begin = |plan: &RunPlan, run: &str| {
         let codesign = CoDesign::new(&bench.plan().scene).unwrap();
@@ -268,7 +269,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
         ..plan.clone()
     };
     assert_eq!(begin(&many, "d").unwrap_err().exit_code(), 2);
-    // A search has one optimisation for each start.
+    // A search needs an optimisation for each start, so one optimisation cannot resume it.
     optimise(&bench.path("e"), &many, &mut StopsAfter(3)).unwrap_err();
     let codesign = CoDesign::new(&plan.scene).unwrap();
     let said = resume_with(&bench.path("e"), codesign, &mut StopsAfter(3)).unwrap_err();
@@ -286,7 +287,7 @@ fn unsuitable_starts_are_refused() {
         said.fails(2, says);
         assert!(!bench.path("b").exists());
     };
-    // A design of another lattice: the error shows the place in the file.
+    // This design is of another lattice. The error shows the place in the design file.
     let lattice = ["a/design.json", "`edges`", "110", "20"];
     refused("stability --from a", &lattice);
     refused("tiny.toml --from a --starts 2", &["--starts"]);

@@ -9,7 +9,7 @@ use std::fs;
 fn unsuitable_output_folders_are_refused() {
     let bench = Bench::default();
     fs::create_dir(bench.path("empty")).unwrap();
-    // A run killed during its first write leaves only this file.
+    // A run that is killed during its first write leaves only a file of this name.
     bench.write("empty/.cosmic-half", "{");
     bench.run("empty", "");
     let before = bench.results("empty");
@@ -18,7 +18,7 @@ fn unsuitable_output_folders_are_refused() {
         .optimize("empty", "")
         .fails(2, &["empty: the folder is not empty"]);
     assert_eq!(bench.results("empty"), before);
-    // Root can write anywhere, but nobody can make a folder below a file.
+    // Root can write anywhere, but not even root can make a folder at or below the path of a file.
     for out in ["tiny.toml", "tiny.toml/run"] {
         bench
             .optimize(out, "")
@@ -64,7 +64,8 @@ fn errors_about_numbers_out_of_range_say_what_is_allowed() {
     assert!(!bench.path("runs").exists());
 }
 
-/// The controller of this robot reacts to the slightest velocity. Therefore derivatives overflow, but states do not.
+/// The controller of this robot reacts to the slightest velocity. Therefore derivatives overflow although states do
+/// not.
 #[test]
 fn gradients_that_are_not_finite_are_counted_and_skipped() {
     let chaos = "[controller]\nvelocity_scale = 1000.0\noffset_scale = 100.0\n\
@@ -86,7 +87,7 @@ fn gradients_that_are_not_finite_are_counted_and_skipped() {
 
 #[test]
 fn a_robot_that_flies_apart_gives_an_error_and_its_last_states() {
-    // Explicit steps of 10 ms are unstable for such springs.
+    // Time steps of 10 ms are unstable for such stiff springs.
     let text =
         scene(24, 256, "dt = 0.01\ndamping = 0.0") + "[materials]\nstiffness = [1e-7, 4e3, 30.0]\n";
     let bench = Bench::with(&text);
@@ -98,7 +99,7 @@ fn a_robot_that_flies_apart_gives_an_error_and_its_last_states() {
         "a/diverged.json",
     ];
     said.fails(3, &words);
-    // Every rollout overflows, so the design does not change. The run stops before its 24th iteration.
+    // Every rollout overflows, so the design never changes. The run gives up after 10 of its 24 iterations.
     assert_eq!(bench.lines("a/history.jsonl"), 10);
     for says in [
         "warning: after iteration 1: the loss is NaN",
@@ -112,13 +113,13 @@ fn a_robot_that_flies_apart_gives_an_error_and_its_last_states() {
     again.fails(3, &[&format!("diverged in step {step}:")]);
     assert!(!bench.path("a/summary.json").exists());
     bench.fails("resume a", 3, &[]);
-    // Several such starts fail too.
+    // A run with several such starts fails too.
     bench
         .optimize("b", "--starts 2 --allow-unstable")
         .fails(3, &["b/diverged.json"]);
 }
 
-/// Without stiffness, design and controller cannot move the payload along the ground, so all gradients are zero.
+/// Without stiffness, neither design nor controller can move the payload along the ground. So all gradients are zero.
 #[test]
 fn optimize_warns_if_all_gradients_are_zero() {
     let slack = scene(24, 64, "") + "[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
@@ -129,7 +130,7 @@ fn optimize_warns_if_all_gradients_are_zero() {
     assert!(!said.error.contains("were zero"), "{said:?}");
 }
 
-/// A scene from code is checked like a file; otherwise its run could not be resumed.
+/// A scene that a program builds is checked like a scene file. Otherwise its run could not be resumed.
 #[test]
 fn a_scene_that_could_not_be_read_again_is_refused() {
     let bench = Bench::default();
@@ -142,7 +143,7 @@ fn a_scene_that_could_not_be_read_again_is_refused() {
     assert!(!bench.path("run").exists());
 }
 
-/// A scene with a line that sets a time step that is far too long.
+/// A scene in which one line sets a time step that is far too long.
 fn unstable() -> String {
     scene(4, 32, "dt = 0.05")
 }
@@ -177,7 +178,7 @@ fn an_unstable_time_step_can_be_allowed_and_gives_a_warning() {
     let bench = Bench::with(&unstable());
     let said = bench.optimize("a", "--allow-unstable --iterations 2");
     assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
-    // Each of several starts has its own warning.
+    // If there are several starts, each has its own warning.
     let said = bench.optimize("several", "--allow-unstable --iterations 2 --starts 2");
     for seed in 0..2 {
         let warning = warning.replace("warning: ", &format!("warning: seed {seed}: "));
@@ -193,14 +194,14 @@ fn an_unstable_time_step_can_be_allowed_and_gives_a_warning() {
     has(&head, &[",dt_over_bound,dt_over_limit,"]);
     let quiet = bench.optimize("b", "--allow-unstable --quiet --iterations 2");
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
-    // The scene itself can allow it.
+    // A scene can also allow an unstable time step itself.
     let patient = scene(4, 32, "dt = 0.05\nunstable_step = \"warn\"");
     let bench = Bench::with(&patient);
     let said = bench.optimize("a", "--iterations 2");
     assert!(said.code != 2 && said.error.contains(warning), "{said:?}");
 }
 
-/// In this scene the snap makes every edge skeleton, which is too stiff for the time step.
+/// In this scene the snap makes every edge skeleton. Such a robot is too stiff for the time step.
 #[test]
 fn a_design_that_becomes_unstable_stops_the_run_which_can_be_resumed() {
     let text = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\
@@ -218,11 +219,11 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_be_resumed() {
     refused(said, "a");
     let done = bench.read("a/history.jsonl");
     assert!((1..6).contains(&done.lines().count()), "{done}");
-    // `resume` refuses it too.
+    // `resume` refuses the run for the same reason.
     refused(bench.cosmic("resume a"), "a");
-    // With several starts, the message names the search.
+    // If there are several starts, the message names the folder of the search.
     refused(bench.optimize("several", "--starts 2"), "several");
-    // A search stops at the same iteration each time it is resumed.
+    // If a search with halving is resumed, it stops at the same iteration each time.
     let search = "[search]\nrungs = [5, 6, 6]\nkeep = [0.5, 0.5, 0.5]\nwindow = 2\n";
     bench.write("search.toml", text.to_owned() + search);
     let halving = "optimize search.toml --out halved --starts 2 --search halving --threads 1";

@@ -1,11 +1,11 @@
-//! All commands that show a displacement mark unreliable robots.
+//! Tests that all commands that show a displacement mark unreliable robots.
 
 use crate::common::Bench;
 use crate::program::has;
 use serde_json::Value;
 
-/// Every command that shows a displacement also shows the summary's verdict. Summaries of earlier versions have
-/// no verdict.
+/// Every command that shows a displacement also shows whether the summary calls the robot unreliable. The summaries of
+/// earlier versions do not say.
 #[test]
 fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     let bench = Bench::finished();
@@ -45,7 +45,7 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
             assert!(!text.contains("unreliable"), "{text}");
         }
         assert!(!page.contains("median: unreliable") && !page.contains("Unreliable robot"));
-        // Without feedback the robot walks backwards, so there is no percentage.
+        // This robot walks backwards without feedback, so no percentage of its displacement is shown.
         let (told, page, _) = shown(verdict, -2.74);
         has(&told, &["open loop, without feedback: -2.740 m\n"]);
         assert!(!page.contains("137 %"));

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A scene whose run takes a few seconds and has every phase.
+/// A scene whose run takes a few seconds and goes through every phase.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -60,11 +60,11 @@ fn a_report_is_a_page_two_pictures_and_an_animation() {
     let page = bench.read("run/report.html");
     assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
     fetches_nothing(&page);
-    // The walk lasts 1.024 s, with a frame every 0.08 s from the start on.
+    // The walk lasts 1.024 s. The animation has a frame at its start and one every 0.08 s.
     assert_eq!(pictures(&bench, "run/gait.gif"), 13);
 }
 
-/// Asserts that no element and no script of a page refers to another file.
+/// Asserts that no element and no script of a page loads another file.
 fn fetches_nothing(page: &str) {
     let page = page.replace("href=\"data:,\"", "");
     for reference in ["src=", "href=", "url(", "@import", "fetch("] {
@@ -72,7 +72,7 @@ fn fetches_nothing(page: &str) {
     }
 }
 
-/// The number of frames of an animation. Each must show a robot on its ground.
+/// Returns the number of frames of an animation. Asserts that each shows a robot on its ground.
 fn pictures(bench: &Bench, name: &str) -> usize {
     let animation = fs::File::open(bench.path(name)).unwrap();
     let mut animation = gif::DecodeOptions::new().read_info(animation).unwrap();
@@ -81,7 +81,7 @@ fn pictures(bench: &Bench, name: &str) -> usize {
         let mut colours = frame.buffer.to_vec();
         colours.sort_unstable();
         colours.dedup();
-        // Sky, ground, robot and label need at least four colours.
+        // A frame with sky, ground, robot and label has at least four colours.
         assert!((frame.width, frame.height) == (800, 334) && colours.len() > 3);
         count += 1;
     }
@@ -94,12 +94,13 @@ fn an_evolution_shows_the_robots_of_several_iterations() {
     let told = bench.cosmic("report run --evolution").ok().out;
     let last: Vec<&str> = told.lines().rev().take(2).collect();
     assert_eq!(last, ["run/evolution.gif", "run/gait.gif"]);
-    // The robots of iterations 1 and 10, walking for 1.008 s in steps of 0.084 s, and the delivered one.
+    // Three robots walk, with 13 frames each: the robots of iterations 1 and 10 (1.008 s with a frame every 0.084 s),
+    // and the delivered robot.
     assert_eq!(pictures(&bench, "run/evolution.gif"), 13 + 13 + 13);
     let page = bench.read("run/report.html");
     assert!(page.contains("\"iteration\":10,") && page.matches("\"every\":0.084").count() == 2);
 
-    // Runs of earlier versions kept designs without walks.
+    // Runs of earlier versions kept the designs of iterations, but not their walks.
     let rows = bench.read("run/designs.jsonl");
     let without = rows.lines().map(|row| {
         let (before, _) = row.split_once(",\"walk\"").unwrap();
@@ -112,7 +113,7 @@ fn an_evolution_shows_the_robots_of_several_iterations() {
     told.fails(2, &["run/designs.jsonl", "the run has no recorded walks"]);
 }
 
-/// Before the snap every edge is a mixture. Its bars are drawn too, but faintly.
+/// Before the snap, every edge is a mixture of materials. Its bar is drawn too, but faintly.
 #[test]
 fn a_robot_of_mixtures_is_drawn() {
     let bench = Bench::with(SCENE);
@@ -120,9 +121,9 @@ fn a_robot_of_mixtures_is_drawn() {
     let told = bench.cosmic("report run --evolution").ok().out;
     assert_eq!(told.lines().count(), 5);
     let drawn = bench.read("run/robot.svg").matches("<polyline").count();
-    // The picture shows at least one moment of the walk and six of the gait, with 20 edges each.
+    // The pictures show at least one moment of the walk and six moments of the gait, with 20 edges each.
     assert!(drawn >= 7 * 20, "{drawn} lines");
-    // The animation shows the only kept design and the delivered robot.
+    // The animation shows the only design that the run kept, and the delivered robot.
     assert_eq!(pictures(&bench, "run/evolution.gif"), 13 + 13);
 }
 
@@ -145,7 +146,7 @@ fn a_film_needs_ffmpeg() {
     assert!(both.ends_with("run/gait.gif\nrun/gait.mp4\n"), "{both}");
 }
 
-/// The page lists strains beyond the limit, and pictures draw them in a separate colour.
+/// The page lists the strains beyond the limit, and the pictures draw such bars in a separate colour.
 #[test]
 fn strains_beyond_the_limit_are_named() {
     let bench = Bench::with(&(SCENE.to_owned() + "[materials]\nmax_strain = [0.0, 0.0, 1e-4]\n"));
@@ -169,13 +170,14 @@ fn a_missing_or_truncated_file_is_named() {
     ] {
         let file = format!("run/{name}");
         let whole = bench.read(&file);
-        // A run without a history can still be drawn, see below; the scene is also in the snapshot.
+        // Two files may be missing: a run without a history can still be drawn (see below), and the scene is also in
+        // the snapshot.
         if !["history.jsonl", "scene.toml"].contains(&name) {
             bench.remove(&file);
             report(&bench).fails(4, &[name]);
             bench.write(&file, &whole);
         }
-        // The text is cut inside a line, because fewer complete lines could be valid.
+        // The text ends in the middle of a line, because a smaller number of complete lines could be valid.
         refused(&bench, name, &whole[..whole.len() / 2 + 1], &[name]);
     }
     assert!(!bench.path("run/report.html").exists());
@@ -194,7 +196,7 @@ fn a_run_without_a_history_is_drawn() {
     assert!(page.contains("No history was kept."));
 }
 
-/// Makes a folder with only the design and the scene of the run.
+/// Makes a folder that contains only the design and the scene of the run.
 fn design_alone(bench: &Bench, folder: &str) {
     fs::create_dir(bench.path(folder)).unwrap();
     for name in ["scene.toml", "design.json"] {
@@ -205,7 +207,7 @@ fn design_alone(bench: &Bench, folder: &str) {
     }
 }
 
-/// A report needs no run: a folder with only a design and its scene is enough, or the file of a design beside a scene.
+/// A report needs no run. A folder with only a design and its scene is enough, and so is a design file beside a scene.
 #[test]
 fn a_design_alone_is_drawn() {
     let bench = finished();
@@ -253,7 +255,8 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     of_summary(go_on);
     let of_design = ["evaluate run", "robustness run", "optimize --from run"];
     says(&of_design, "design.json", go_on);
-    // A run with a loss of a program. No file contains such a loss.
+    // Change the run into one with a loss that a program adds. No file contains such a loss, so the advice is not
+    // `cosmic resume`.
     let text = bench.read("run/snapshot.json");
     let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
     bench.write("run/snapshot.json", own);
@@ -268,7 +271,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     bench.optimize("run", "--allow-unstable").fails(3, &[]);
     of_summary("the run diverged; see its last states with: cosmic evaluate run/diverged.json");
 
-    // Without the folder, there is no advice to resume the run.
+    // If the folder is missing, the error must not advise to resume the run.
     fs::remove_dir_all(bench.path("run")).unwrap();
     let told = report(&bench);
     told.fails(4, &[]);
@@ -314,7 +317,7 @@ fn files_of_another_run_or_version_are_refused() {
     ] {
         refused(&bench, name, content, &[name, says]);
     }
-    // A summary of another design or of another rollout.
+    // In each case the summary does not fit one of the other files: it is of another design or of another rollout.
     for (key, other) in [
         ("/V", "design.json"),
         ("/V_act", "design.json"),
@@ -330,7 +333,8 @@ fn files_of_another_run_or_version_are_refused() {
     bench.cosmic("report run --quiet").ok();
 }
 
-/// Reports work for a robot that ends a hundred million lattice widths away, and for a rollout that lasts hours.
+/// A report can be made for a robot that ends a hundred million lattice widths away, and for a rollout that lasts
+/// hours.
 #[test]
 fn a_robot_far_away_and_a_long_rollout_are_drawn() {
     let steep = "incline_deg = 60.0\ncontact = \"coulomb\"\nfriction = 0.0\ngravity = 1000.0\n\
@@ -349,7 +353,7 @@ fn a_robot_far_away_and_a_long_rollout_are_drawn() {
 #[test]
 fn a_page_that_cannot_be_written_exits_with_4() {
     let bench = finished();
-    // A folder at the path of the file prevents writing, even for root.
+    // A folder at the path of the page prevents writing the page, even for root.
     fs::create_dir_all(bench.path("run/report.html/in the way")).unwrap();
     report(&bench).fails(4, &["cannot write", "report.html"]);
 }
@@ -367,7 +371,7 @@ fn compare_has_a_row_for_every_run() {
     assert_eq!(html.matches("<tr>").count(), 3);
     fetches_nothing(&html);
     assert_eq!(html.matches("\"name\":\"run\"").count(), 2);
-    // A run without a trajectory, as `sweep prune` leaves it, is only in the table.
+    // `sweep prune` removes the trajectory of a run. Such a run is only in the table.
     let trajectory = bench.read("run/trajectory.json");
     bench.remove("run/trajectory.json");
     bench.cosmic("compare run --out compare.html").ok();
@@ -380,7 +384,7 @@ fn compare_has_a_row_for_every_run() {
     let compared = &json["runs"][0]["summary"];
     assert_eq!(compared["displacement_p50"], summary["displacement_p50"]);
 
-    // Another run with the same name, for another task.
+    // The other run has the same folder name, but its task has a loss.
     assert!(!rows[0].contains("loss"));
     fs::create_dir_all(bench.path("other/run")).unwrap();
     let text = bench.read("run/summary.json");
@@ -396,19 +400,19 @@ fn compare_has_a_row_for_every_run() {
     bench.cosmic("compare").fails(2, &[]);
 }
 
-/// A browser of the Chromium family, if one is installed.
+/// Finds a browser of the Chromium family; `None` if none is installed.
 fn browser() -> Option<&'static str> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
     names.into_iter().find(runs)
 }
 
-/// The options of the browser: it loads only the page and uses no graphics card.
+/// Options for the browser: it loads nothing but the page and uses no graphics card.
 const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-sync --disable-component-update \
     --virtual-time-budget=1000 --dump-dom";
 
-/// Loads a file in the browser. Returns the document after its scripts ran for a second of virtual time.
+/// Opens a file in the browser. Returns the document after its scripts have run for a second of virtual time.
 fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
     let page = profile.path().join("page.html");
@@ -457,7 +461,7 @@ fn a_browser_draws_the_page_without_errors() {
     ];
     for name in pages {
         let page = document(name);
-        // The script sets `ready` at its end, and `error` if anything is thrown.
+        // The page's script sets `ready` at its end. It sets `error` if anything is thrown.
         assert!(
             page.contains("data-ready=\"true\""),
             "{name}: the script did not end"
@@ -468,7 +472,7 @@ fn a_browser_draws_the_page_without_errors() {
     }
     for name in ["robot.svg", "convergence.svg"] {
         let picture = document(name);
-        // The browser replaces malformed XML by a `parsererror`.
+        // If the XML is malformed, the browser shows a `parsererror` instead.
         assert!(
             picture.contains("</svg>") && !picture.contains("parsererror"),
             "{name}"

@@ -76,7 +76,7 @@ fn check_refuses_what_optimize_refuses() {
     let setting = &json["refusals"][0]["settings"][0];
     assert_eq!(setting["key"], "physics.dt");
     assert_eq!(setting["value"], "0.05");
-    // If none of its keys is in the file, the message lists the settings.
+    // If the file sets none of the keys that determine the time step, the message lists their values.
     let settings = "(physics.dt = 0.002, physics.substeps = 1); set physics.dt to";
     let told = check("[materials]\nstiffness = [1e-7, 1e6, 30]\n");
     told.fails(2, &[settings]);

@@ -1,4 +1,4 @@
-//! `cosmic sweep script`: the scripts are valid and run.
+//! `cosmic sweep script`: tests that the scripts are valid and do the runs.
 #![cfg(unix)]
 
 use crate::background::signal;
@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Output};
 
-/// A sweep of five runs, with run 1 done.
+/// A bench with a sweep of five runs, of which run 1 is done.
 fn bench() -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 5 --iterations 3 --out s";
@@ -18,7 +18,7 @@ fn bench() -> Bench {
     bench
 }
 
-/// A shell in the folder, with the program and the folder's `bin` on the path.
+/// A shell in the bench's folder. Its path has the folder of the program, and the folder `bin` of the bench.
 fn shell(bench: &Bench, arguments: &[&str]) -> Command {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_cosmic"));
     let path = std::env::var("PATH").unwrap();
@@ -69,7 +69,7 @@ fn a_script_for_slurm_is_an_array_over_the_unfinished_runs() {
     }
 }
 
-/// The last task may have fewer runs than the others. A task exits with the code of a run that failed.
+/// The last task may have fewer runs than the others. If a run fails, its task exits with the code of that run.
 #[test]
 fn a_task_does_its_runs_and_exits_with_their_error() {
     let bench = bench();
@@ -129,7 +129,7 @@ fn a_script_for_parallel_does_the_unfinished_runs() {
         (&told["left"], &told["counts"]["done"]),
         (&"".into(), &5.into())
     );
-    // A header and one line per task.
+    // The log has a header and one line per task.
     assert_eq!(bench.lines("s/logs/parallel.tsv"), 5);
     assert!(bench.read("s/logs/2.log").contains("run 2, tiny seed 2: "));
     let nothing = bench.cosmic("sweep script s --parallel");
@@ -166,7 +166,7 @@ fn a_manifest_for_kubernetes_is_a_complete_job() {
         container["name"]
     );
     assert_eq!(container["resources"]["limits"]["cpu"], "2");
-    // The script of the container does the unfinished runs, one in each pod.
+    // The script of the container does the unfinished runs. Each pod does one of them.
     let task = container["args"][0].as_str().unwrap();
     for pod in ["0", "3"] {
         let mut sh = shell(&bench, &["-c", task]);
@@ -210,7 +210,7 @@ fn slurm_log(text: &str, task: &str) -> String {
             (c, _) => word.push(c),
         }
     }
-    // A remaining backslash would prevent Slurm from replacing `%`.
+    // If a backslash remained, Slurm would not replace `%`.
     assert!(quote.is_none() && !word.contains('\\'), "{value}");
     let mut path = String::new();
     let mut rest = word.chars();
@@ -241,7 +241,7 @@ const ODD: [&str; 10] = [
     "\u{e9}t\u{e9}~!",
 ];
 
-/// A sweep of one run in a folder of any name.
+/// A bench with a sweep of one run, whose folder has the given name.
 fn named(name: &str) -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 1 --iterations 2 --out s";
@@ -250,7 +250,8 @@ fn named(name: &str) -> Bench {
     bench
 }
 
-/// The script for the sweep in folder `name`. The name may contain spaces, so it is passed as one argument.
+/// Returns the output of `sweep script` for the sweep in folder `name`. The name may contain spaces, so it is passed as
+/// one argument.
 fn script_of(bench: &Bench, name: &str, kind: &str) -> crate::program::Told {
     let mut command = crate::program::command("sweep script");
     command.args([kind, "--"]).arg(name);
@@ -274,7 +275,7 @@ fn slurm_finds_folders_of_any_name() {
         let text = script_of(&bench, name, "--slurm").ok().out;
         let log = slurm_log(&text, "0");
         let mut task = shell(&bench, &["-c", &text]);
-        // Slurm opens the log for the task.
+        // Slurm itself opens the log before it starts the task.
         if log != "/dev/null" {
             assert_eq!(log.trim_start_matches("./"), format!("{name}/logs/0.log"));
             let log = fs::File::create(bench.path(&log)).unwrap();
@@ -336,7 +337,7 @@ fn kubernetes_finds_folders_of_any_name() {
     }
 }
 
-/// A stand-in for GNU parallel: it runs a command in a shell for each line, as `parallel` does.
+/// A stand-in for GNU parallel: like `parallel`, it runs a command in a shell for each line.
 const STAND_IN: &str = "#!/bin/bash\nwhile [ \"$1\" != task ]; do shift; done\n\
     while read -r line; do bash -c \"task $line\"; done\n";
 

@@ -4,7 +4,7 @@ use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 
-/// Three rungs within 24 iterations: during the co-design, after the snap, and at the end.
+/// A search with three rungs within 24 iterations: during the co-design, after the snap, and at the end.
 const RUNGS: &str = "[search]\nrungs = [8, 20, 24]\nkeep = [0.5, 0.5, 0.5]\nwindow = 4\n";
 
 fn tiny() -> Bench {
@@ -25,7 +25,7 @@ fn weak_starts_stop_at_a_rung_and_the_others_are_whole_runs() {
     let said = bench.run("a", SEARCH);
     let search = bench.json("a/search.json");
     let rungs = search["rungs"].as_array().unwrap();
-    // Five starts, then three, then two. The rung at the last iteration drops none.
+    // The search has five starts, then three, then two. The rung at the last iteration drops none.
     let sizes: Vec<_> = rungs
         .iter()
         .map(|rung| (rung["standings"].as_array().unwrap().len(), &rung["kept"]))
@@ -43,7 +43,7 @@ fn weak_starts_stop_at_a_rung_and_the_others_are_whole_runs() {
     }
     let dropped = |start: &&Value| start["dropped_at"].is_u64();
     assert_eq!(starts.iter().filter(dropped).count(), 3);
-    // A surviving start equals the same run alone.
+    // A start that survives has the same results as a run of its seed alone.
     let best = summary["seed"].to_string();
     bench.run("alone", &format!("--seed {best}"));
     let [all, alone] = ["a", "alone"].map(|run| bench.results(run));
@@ -52,7 +52,8 @@ fn weak_starts_stop_at_a_rung_and_the_others_are_whole_runs() {
     }
 }
 
-/// For this task, starts are ranked by the median merit over the last iterations before the rung, not by displacement.
+/// For this task, starts are not ranked by displacement. They are ranked by the median of their merit over the last
+/// iterations before the rung.
 #[test]
 fn starts_are_ranked_by_the_merit_of_their_task() {
     let bench = Bench::with(&(scene(24, 64, "") + RUNGS + "[objective]\ntask = \"climb\"\n"));
@@ -80,7 +81,7 @@ fn starts_are_ranked_by_the_merit_of_their_task() {
     }
 }
 
-/// The search pauses starts at rungs. A pause does not change the random numbers of later iterations.
+/// The search pauses starts at rungs. This does not change the random numbers of later iterations.
 #[test]
 fn robust_and_tilted_starts_are_paused_without_a_trace() {
     let more = "[robust]\nsamples = 2\n[start]\nkind = \"uniform\"\ntilt = 0.1\n";
@@ -104,7 +105,8 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
     bench.run("a", SEARCH);
     bench.run("b", &format!("{SEARCH} --threads 3"));
     assert_eq!(bench.results("a"), bench.results("b"));
-    // The state after a kill between two rungs: no summary, one start unfinished and one not begun.
+    // Make the state that a kill between two rungs leaves: there is no summary, one start is unfinished and another has
+    // not begun.
     let best = bench.json("a/summary.json")["seed"].as_u64().unwrap();
     let other = (0..5).find(|&seed| seed != best).unwrap();
     let whole = bench.results("a");
@@ -113,7 +115,7 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
     }
     fs::remove_dir_all(bench.path(&format!("a/starts/{other}"))).unwrap();
     bench.remove(&format!("a/starts/{best}/summary.json"));
-    // An incomplete line, as after a full disk.
+    // A full disk may leave such an incomplete line.
     let history = format!("a/starts/{best}/history.jsonl");
     bench.write(&history, bench.read(&history) + "{\"format\":\"cosm");
     bench.ok("resume a");

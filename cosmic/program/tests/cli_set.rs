@@ -3,7 +3,7 @@
 use crate::common::{Bench, scene};
 use crate::program::has;
 
-/// Later settings override earlier ones. How values are read and refused is tested with the reader of scenes.
+/// If two settings change the same key, the later one counts. More about values is tested with the reader of scenes.
 #[test]
 fn settings_apply_in_order_and_all_wrong_ones_are_reported() {
     let bench = Bench::default();
@@ -15,7 +15,7 @@ fn settings_apply_in_order_and_all_wrong_ones_are_reported() {
         .json();
     assert_eq!(scene["physics"]["gravity"], 3.7);
     assert_eq!(scene["physics"]["contact"], "coulomb");
-    // The other settings do not change.
+    // Keys that are not set keep their values.
     let whole = bench.cosmic(show).json();
     assert_eq!(scene["lattice"], whole["lattice"]);
     assert_ne!(scene["physics"], whole["physics"]);
@@ -49,7 +49,7 @@ fn every_command_that_takes_a_scene_takes_settings() {
     bench.run("a", run);
     let kept = bench.read("a/scene.toml");
     has(&kept, &["gravity = 3.7"]);
-    // A design uses the scene beside it.
+    // A design is used with the scene beside it.
     for line in ["evaluate tiny.toml", "evaluate a"] {
         let [earth, mars] = on_earth_or_mars(line).map(|all| all["results"]["trajectory"].clone());
         assert_ne!(earth, mars);
@@ -64,7 +64,8 @@ fn every_command_that_takes_a_scene_takes_settings() {
     has(&plan, &["3.7"]);
 }
 
-/// The error shows the option `--set`, not the line of the scene file that the option overrides.
+/// If `--set` makes the time step unstable, the error shows that option and not the line of the scene file that it
+/// overrides.
 #[test]
 fn an_unstable_step_is_shown_where_it_was_set() {
     let bench = Bench::with(&scene(4, 32, "dt = 0.001"));

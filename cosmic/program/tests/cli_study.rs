@@ -1,4 +1,4 @@
-//! `cosmic study` with small robots: results, interruptions, more seeds, and studies of the user.
+//! `cosmic study` with small robots: results, interruptions, added seeds, and studies that users write.
 #![cfg(unix)]
 
 use crate::background::signal;
@@ -14,18 +14,18 @@ const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
     [schedule]\niterations = 20\nattraction_from = 8\nsnap_at = 14\nhorizon = [32, 64]\n\
     [binarisation]\nthreshold_over = [1, 12]\n[loss]\nwindow = 16\nevery = 4\n";
 
-/// Short runs with the original lattices, which some layouts need.
+/// Settings for short runs. They keep the lattices of the scenes, because some layouts need them.
 const SHORT: &str = "[physics]\nsteps = 64\n[controller]\nhidden = 2\n\
     [schedule]\nhorizon = [16, 32]\n[loss]\nwindow = 16\n";
 
-/// A folder with settings for a study in `base.toml`.
+/// A bench with settings for a study in `base.toml`.
 fn bench(base: &str) -> Bench {
     let bench = Bench::default();
     bench.write("base.toml", base);
     bench
 }
 
-/// The command line of a study with its results in `NAME` and its runs in `NAME-runs`.
+/// The command line of a study that writes its results to the folder `NAME` and its runs to `NAME-runs`.
 fn line(kind: &str, name: &str, more: &str) -> String {
     format!("study {kind} --base base.toml --out {name} --runs {name}-runs {more}")
 }
@@ -34,7 +34,7 @@ fn study(bench: &Bench, kind: &str, name: &str, more: &str) -> Told {
     bench.cosmic(&line(kind, name, more))
 }
 
-/// The number of lines about runs that ended.
+/// Counts the lines that report the end of a run.
 fn ended(said: &Told) -> usize {
     let lines = said.error.lines();
     lines.filter(|line| !line.starts_with("warning: ")).count()
@@ -44,7 +44,7 @@ fn ended(said: &Told) -> usize {
 fn an_ablation_has_its_document_tables_and_figures() {
     let bench = bench(LITTLE);
     let said = study(&bench, "ablation", "a", "--seeds 2").ok();
-    // A line per run, and a line per file: nine figures, a document, two tables.
+    // The program printed a line for each run, and a line for each file: nine figures, a document and two tables.
     let lines = [ended(&said), said.out.lines().count()];
     assert_eq!(lines, [16, 12], "{said:?}");
     let document = bench.read("a/ablation.md");
@@ -71,7 +71,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
     what_is_held_does_not_move(&bench);
 }
 
-/// Asserts that trials do not change the parts that they hold: the initial weights, and the materials of the start.
+/// Asserts that a trial does not change what it holds fixed: the initial weights, or the materials of the start.
 fn what_is_held_does_not_move(bench: &Bench) {
     let design = |trial: &str| bench.json(&format!("a-runs/runs/{trial}-0/design.json"));
     let [none, topology, material, all] =
@@ -90,7 +90,7 @@ fn what_is_held_does_not_move(bench: &Bench) {
     assert!(filled.iter().zip(&held).all(kept), "{held:?}");
     assert!(held.contains(&0), "{held:?}");
     let solid = materials(&design("material-control"));
-    // At least 0.90 of the edges are solid, minus the widening of 0.03. For 20 edges this is 17.4.
+    // The volume must be at least 0.90, minus the widening of 0.03. So at least 17.4 of the 20 edges are solid.
     assert!(solid.iter().filter(|m| **m > 0).count() >= 18, "{solid:?}");
 }
 
@@ -157,13 +157,14 @@ fn more_seeds_join_and_other_scenes_do_not() {
         study(&bench, "findings", "c", "").fails(2, &[says]);
     };
     refused("[physics]\nsteps = 0", "base.toml:2:9");
-    // Valid by itself, but not for the scenes of the study.
+    // These settings are valid by themselves, but do not fit the scenes of the study.
     let says = "error: the settings of base.toml do not fit those of the study: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
     assert!(!bench.path("c-runs").exists());
 }
 
-/// By default, results are in the folder of the runs. They replace only results of the same settings.
+/// By default, results are written to the folder of the runs. They replace existing results only if the settings are
+/// the same.
 #[test]
 fn results_of_other_settings_are_not_replaced() {
     let bench = bench(SHORT);
@@ -197,7 +198,7 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     let bench = bench(SHORT);
     study(&bench, "paper", "p", "--seeds 1 --iterations 2").ok();
     let document = bench.read("p/paper.md");
-    // Each of these lines is in both tables.
+    // Both tables contain each of these lines.
     for line in ["| b, stability heuristic | 1.90 |", "| 5x5 nodes | 1.10 |"] {
         assert_eq!(document.matches(line).count(), 2, "{line}: {document}");
     }
@@ -210,9 +211,9 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     assert_eq!(document.matches(".svg)").count(), pictures);
 }
 
-/// The scenes of all trials of a study, by the names of the trials.
+/// Plans a study. Returns its trials, each with its name and its scene.
 fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
-    // The command `true` stands in for a Python with MuJoCo.
+    // The command `true` plays the part of a Python that has MuJoCo.
     let line = format!("study {study} --plan {study} --python true");
     bench.ok(&line);
     let plan = bench.json(&format!("{study}/plan.json"));
@@ -228,8 +229,8 @@ fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
         .collect()
 }
 
-/// All trials of a study differ, so the eight trials of the ablation cover all combinations. The trials `strict-*` do
-/// not depart from the paper. Planning also checks the start of every trial.
+/// All trials of a study differ. In particular, the eight trials of the ablation cover all combinations. The trials
+/// `strict-*` do not depart from the paper. Planning also checks that every trial can start.
 #[test]
 fn all_trials_differ_and_strict_trials_have_no_departures() {
     let bench = Bench::default();
@@ -247,7 +248,7 @@ fn all_trials_differ_and_strict_trials_have_no_departures() {
     }
 }
 
-/// A user's own study: two scenes with two kinds of friction against published numbers.
+/// A study as a user may write it: two scenes and two kinds of friction, compared with published numbers.
 const OWN: &str = "title = 'Two grounds'
 seeds = 2
 [[variants]]
@@ -286,7 +287,7 @@ fn a_study_of_the_user_is_a_file() {
             "| What does friction change? |",
         ],
     );
-    // A new trial keeps the runs of the others.
+    // If a trial is added, the runs of the other trials are kept.
     let more = "[[trials]]\nname = 'jelly'\nscene = 'tiny.toml'\nsettings.physics.damping = 60.0\n";
     bench.write("grounds.toml", format!("{OWN}{more}"));
     let said = bench.ok("study grounds.toml");
@@ -375,7 +376,7 @@ fn processes_do_the_runs_of_a_planned_study() {
         if at_work.len() == 3 {
             for child in at_work.drain(..) {
                 let output = child.wait_with_output().unwrap();
-                // Another process may be running this run.
+                // The run may be refused, because another process may be doing it.
                 assert!(matches!(output.status.code(), Some(0 | 2)), "{output:?}");
             }
         }
@@ -384,7 +385,7 @@ fn processes_do_the_runs_of_a_planned_study() {
         bench.cosmic("sweep status cut-runs --json").json()["left"],
         ""
     );
-    // Every run was measured at its end, so writing does not simulate.
+    // Every run was measured when it ended, so writing the results does not simulate.
     let checks: Vec<_> = fs::read_dir(bench.path("cut-runs/runs")).unwrap().collect();
     let is_measured = |run: &fs::DirEntry| run.path().join("check.json").exists();
     assert_eq!(

@@ -1,4 +1,4 @@
-//! `cosmic sweep`: fixed plans, runs shared by processes, merged results.
+//! `cosmic sweep`: frozen plans, processes that share the runs, and merged results.
 #![cfg(unix)]
 
 use crate::common::{Bench, scene};
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 
-/// A planned sweep of a scene with three seeds.
+/// A bench with a planned sweep `s` of a scene with three seeds. `more` has more options of `sweep plan`.
 fn planned(scene: &str, more: &str) -> Bench {
     let bench = Bench::with(scene);
     let said = bench.cosmic(&format!("sweep plan tiny.toml --seeds 3 --out s {more}"));
@@ -16,12 +16,12 @@ fn planned(scene: &str, more: &str) -> Bench {
     bench
 }
 
-/// The small scene.
+/// The scene that most of these tests use.
 fn small() -> String {
     scene(24, 64, "")
 }
 
-/// The counts of waiting, begun, done and diverged runs from `cosmic sweep status`.
+/// Returns the counts of waiting, begun, done and diverged runs that `cosmic sweep status` prints.
 fn counts(bench: &Bench) -> [u64; 4] {
     let told = bench.ok("sweep status s").out;
     let numbers = told.lines().last().unwrap().split(", ");
@@ -51,14 +51,14 @@ fn the_runs_of_a_sweep_equal_those_of_optimize() {
     let said = bench.ok("sweep run s --index 1 --threads 2");
     assert!(said.out.starts_with("run 1, tiny seed 1: "), "{said:?}");
     let said = bench.cosmic("sweep run s --threads 2");
-    // The finished run is not repeated.
+    // Only two runs are reported, because run 1 was already finished.
     assert_eq!((said.code, said.error.lines().count()), (0, 2), "{said:?}");
     assert!(said.error.starts_with("2/3  tiny seed "), "{said:?}");
     has_undisturbed_results(&bench);
 }
 
-/// A sweep does the other runs if one scene is refused. All edges of this scene become skeleton at
-/// the snap, too stiff for its time step.
+/// If one scene is refused, a sweep still does the other runs. In this scene, the snap makes all edges skeleton, which
+/// is too stiff for the time step.
 #[test]
 fn a_refused_scene_does_not_stop_the_other_runs() {
     let bench = Bench::default();
@@ -83,7 +83,7 @@ fn a_refused_scene_does_not_stop_the_other_runs() {
     assert_eq!(counts(&bench), [0, 2, 2, 0]);
 }
 
-/// A sweep does the other runs if one has damaged files or another process works on it.
+/// If one run has damaged files, or another process works on it, a sweep still does the other runs.
 #[test]
 fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     let bench = planned(&small(), "--iterations 4");
@@ -105,20 +105,20 @@ fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     assert_eq!(counts(&bench), [2, 0, 1, 0]);
     drop(lock);
     sweep("run s --index auto").ok();
-    // Run 1 was finished. Here it loses its summary and a history.
+    // Run 1 was finished. Now it loses its summary and one of its histories.
     fs::remove_file(run(1, "summary.json")).unwrap();
     fs::remove_file(run(1, "history.csv")).unwrap();
     sweep("run s --index 1").fails(4, &["history.csv"]);
     fs::remove_file(run(0, "stray")).unwrap();
     sweep("run s --index all").fails(4, &["run 1, tiny-1: "]);
     assert_eq!(counts(&bench), [0, 1, 2, 0]);
-    // `status` does not read summaries; `merge` does.
+    // `status` does not read summaries, so it does not notice the damage; `merge` does.
     fs::write(run(2, "summary.json"), "{").unwrap();
     assert_eq!(counts(&bench), [0, 1, 2, 0]);
     sweep("merge s").fails(2, &["tiny-2/summary.json"]);
 }
 
-/// Asserts that all runs of the sweep `s` equal undisturbed runs.
+/// Asserts that the runs of the sweep `s` have the same results as runs that nothing disturbed.
 fn has_undisturbed_results(bench: &Bench) {
     assert_eq!(counts(bench), [0, 0, 3, 0]);
     for seed in ["0", "1", "2"] {
@@ -130,7 +130,7 @@ fn has_undisturbed_results(bench: &Bench) {
     }
 }
 
-/// If the folder of a run disappears, this run ends with an error, and the sweep does the other runs.
+/// If the folder of a run disappears, this run ends with an error, and the sweep still does the other runs.
 #[test]
 fn a_vanished_run_folder_ends_only_its_run() {
     let bench = planned(&scene(40, 384, ""), "");
@@ -160,11 +160,11 @@ fn a_vanished_sweep_ends_the_process() {
     has_undisturbed_results(&bench);
 }
 
-/// A limit on the file size makes writes fail as on a full disk.
+/// A limit on the size of files makes writes fail, as on a full disk.
 #[test]
 fn a_full_disk_ends_runs_and_loses_nothing() {
     let bench = planned(&scene(40, 384, ""), "");
-    // In blocks of 512 bytes: enough for the scene and the first iterations.
+    // The limit is 40 blocks of 512 bytes: enough for the scene and the first iterations.
     let full = "trap '' XFSZ; ulimit -f 40; exec \"$0\" sweep run s --threads 1";
     let program = command("").get_program().to_owned();
     let said = std::process::Command::new("sh")
@@ -203,15 +203,15 @@ fn processes_share_a_sweep_and_no_run_is_done_twice() {
     let taken = both.iter().chain([&third]);
     let indices: BTreeSet<u64> = taken.map(|said| said["index"].as_u64().unwrap()).collect();
     assert_eq!(indices, BTreeSet::from([0, 1, 2]));
-    // The fourth call finds no run.
+    // Three calls have done all three runs, so a fourth call finds none.
     assert_eq!(bench.cosmic(auto).json()["index"], Value::Null);
 }
 
-/// `sweep run` waits for a run that another process has claimed, and does it when the claim is given back.
+/// If another process has claimed a run, `sweep run` waits for it. When the claim is given back, it does the run.
 #[test]
 fn a_sweep_continues_until_no_run_is_unfinished() {
     let bench = planned(&scene(40, 384, ""), "");
-    // An empty claim is one that another host has just made.
+    // A claim without content looks as if another host had just made it.
     fs::create_dir_all(bench.path("s/claims/tiny-0")).unwrap();
     bench.write("s/claims/tiny-0/1", String::new());
     let child = bench.start("sweep run s --threads 1");
@@ -265,7 +265,7 @@ fn the_run_of_a_killed_process_is_free() {
     bench.await_lines("s/runs/tiny-0/history.jsonl", 0);
     let taken = bench.cosmic("sweep run s --index 0");
     let is_running = child.try_wait().unwrap().is_none();
-    // The run is taken, unless it has ended meanwhile.
+    // The run is still claimed, unless it has ended in the meantime.
     if is_running {
         taken.fails(2, &["being run by another process"]);
     }
@@ -343,7 +343,8 @@ fn a_grid_plans_every_combination() {
     assert!(!bench.path("t").exists());
 }
 
-/// Asserts that the values of the grid are columns and keys of the results, for programs that plot or fit them.
+/// Asserts that the results contain the values of the grid as columns and as keys, so that programs can plot or fit
+/// them.
 fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     let row = status.lines().nth(5).unwrap();
     has(

@@ -1,4 +1,4 @@
-//! Two programs in one process. Each has its own law, and both laws have the same name.
+//! Two programs in one process. Each adds its own law, and both laws have the same name.
 
 use crate::common::{Bench, scene};
 use autodiff::Real;
@@ -42,8 +42,8 @@ impl Contact for Ice {
     }
 }
 
-/// Both programs work at the same time on one scene and get different walks, because each uses its own law. Each reads
-/// the run of its law.
+/// Both programs work at the same time on the same scene. Their walks differ, because each program uses its own law.
+/// Each program can read its own run.
 #[test]
 fn two_programs_in_one_process_have_their_own_laws() {
     let bench = Bench::with(&scene(4, 64, "contact = \"floor\""));
@@ -66,7 +66,7 @@ fn two_programs_in_one_process_have_their_own_laws() {
         works.map(|work| work.join().unwrap())
     });
     assert_ne!(glue, ice);
-    // Glue does what the built-in ground does.
+    // The law `Glue` has the same effect as the built-in ground `infinite`.
     let scene = bench.read("glue/scene.toml");
     bench.write(
         "glue/scene.toml",

@@ -9,7 +9,7 @@ const SMALL: &str = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n\
                      [schedule]\nhorizon = [32, 64]\n[loss]\nwindow = 16\nevery = 4\n\
                      [controller]\nhidden = 2\n";
 
-/// The kinds of extreme robots in the stability part.
+/// The kinds of extreme robots, which are the groups in the part about stability.
 const EXTREMES: [&str; 12] = [
     "scene",
     "stiffness",
@@ -25,7 +25,7 @@ const EXTREMES: [&str; 12] = [
     "lattice",
 ];
 
-/// `verify` checks the folder first, because its measurements take minutes.
+/// `verify` checks the output folder before anything else, because its measurements take minutes.
 #[test]
 fn an_impossible_folder_is_refused_before_any_work() {
     let told = Bench::with(SMALL).cosmic("verify tiny.toml --out tiny.toml");
@@ -48,7 +48,7 @@ fn a_scene_is_verified_into_a_folder() {
     let titles = ["Accuracy of trajectories", "Gradients", "Stability"];
     assert!(sections.iter().map(|s| &s["title"]).eq(&titles));
 
-    // The integrator of the scene has a row, marked as the default.
+    // The table has a row for the scene's own integrator, which is marked as the default.
     let rows = sections[0]["tables"][0]["rows"].as_array().unwrap();
     let marked = rows.iter().filter(|row| row["standing"] == "default");
     let [marked] = marked.collect::<Vec<_>>()[..] else {
@@ -58,7 +58,7 @@ fn a_scene_is_verified_into_a_folder() {
     assert_eq!(marked["dt_s"], 0.002);
     assert_eq!(marked["precision"], "f64");
 
-    // The file of a table has a header and one line per row. Every figure is a file and also on the page.
+    // The file of each table has a header and one line per row. Every figure is in a file and also on the page.
     for table in sections
         .iter()
         .flat_map(|s| s["tables"].as_array().unwrap())
@@ -82,8 +82,8 @@ fn a_scene_is_verified_into_a_folder() {
     stability(&sections[2]);
 }
 
-/// Asserts that every kind of extreme robot was tried, and that exactly those that should be unstable are reported as
-/// unstable.
+/// Asserts that robots of every kind were tried, and that the report calls exactly those robots unstable that should
+/// be.
 fn stability(section: &Value) {
     let tables = section["tables"].as_array().unwrap();
     let names = ["stable_steps", "extremes"];

@@ -1,4 +1,4 @@
-//! `cosmic export` for the workshop: other programs read the files back, in Python.
+//! `cosmic export` for the workshop. To check the files, Python packages read them back.
 
 use crate::common::python::python;
 use crate::common::{Bench, scene};
@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The values that the export of a run must contain. They are computed from the files of the run.
+/// Computes the values that the export of a run must contain, from the files of the run.
 fn expected(bench: &Bench, sizes: Value) -> Value {
     let scene = Scene::read(&bench.path("run/scene.toml")).unwrap();
     let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
@@ -51,7 +51,8 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
     })
 }
 
-/// Writes the run's trajectory with the state after every step, because peaks are over all steps.
+/// Writes a trajectory of the run with the state after every step, because peaks are taken over all steps. Returns its
+/// path.
 fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
     let steps: Vec<String> = (0..=last).map(|step| step.to_string()).collect();
     let record = steps.join(",");
@@ -65,7 +66,7 @@ fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
     bench.path("every.json")
 }
 
-/// Exports the run of a bench and reads it back.
+/// Exports the run of a bench, reads the files back in Python and compares them with the expected values.
 fn read_back(bench: &Bench, options: &str, sizes: Value) {
     let line = format!("export run --csv --svg --dxf --stl --out made {options}");
     bench.cosmic(&line).ok();
@@ -82,8 +83,8 @@ fn defaults() -> Value {
     json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
 }
 
-/// A bench with a finished run. `lattice` replaces the keys of the lattice, `truss` is the text of `truss.json`, and
-/// `volume` has more keys of `[volume]`.
+/// Makes a bench with a finished run. `lattice` replaces the keys of the scene's lattice, `truss` is the text of the
+/// file `truss.json`, and `volume` has more keys of `[volume]`.
 fn finished(lattice: &str, truss: &str, volume: &str) -> Bench {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
     let bench = Bench::with(&scene.replace("[volume]\n", &format!("[volume]\n{volume}")));
@@ -96,7 +97,7 @@ fn finished(lattice: &str, truss: &str, volume: &str) -> Bench {
 fn a_robot_of_squares_is_read_back_by_other_programs() {
     let bench = finished("columns = 6\nrows = 5\n", "", "");
     read_back(&bench, "", defaults());
-    // These strips are so wide that parallel diagonals, 70.7 mm apart, need two layers.
+    // The strips are so wide that two parallel diagonals, which are 70.7 mm apart, need two layers.
     let sizes = json!({ "width": 60.0, "hole": 20.5, "gap": 15.0, "radius": 2.0 });
     let options = "--width 60 --hole 20.5 --gap 15 --radius 2 --thickness 5";
     read_back(&bench, options, sizes);
@@ -108,7 +109,7 @@ fn a_robot_of_triangles_is_read_back_by_other_programs() {
     read_back(&bench, "", defaults());
 }
 
-/// A truss with odd angles and lengths, nodes without a bar, and an always solid bar that lies across a node.
+/// A truss with odd angles and lengths, nodes without a bar, and a bar that lies across a node and is always solid.
 const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0, 0], [0.13, 0], [0.26, 0], [0.05, 0.12], [0.19, 0.11], [0.31, 0.14], [0.4, 0.01]],
     "edges": [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [1, 4], [2, 4], [3, 4], [0, 4], [2, 5], [4, 5],
@@ -150,14 +151,15 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
         "{nodes}"
     );
     numbers_are_plain(&bench);
-    // If a run ended before the snap, the exported robot differs from the one that moved.
+    // A run may end before the snap. Then the exported robot differs from the robot that moved.
     let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
     bench.run("half", &format!("--quiet {layout}"));
     let told = bench.cosmic("export half --csv").ok();
     assert!(told.error.contains("the design is undecided"), "{told:?}");
 }
 
-/// Asserts that numbers in the files have neither exponents nor rounding noise in their last digits.
+/// Asserts that numbers in the files are easy to read: without exponents, and without rounding noise in the last
+/// digits.
 fn numbers_are_plain(bench: &Bench) {
     bench
         .cosmic("export run --csv --svg --dxf --stl --out made")
@@ -186,7 +188,7 @@ fn numbers_are_plain(bench: &Bench) {
     }
 }
 
-/// Node 4 of the file is the payload, so it becomes node 0 of the robot.
+/// In the truss file the payload is node 4, so this node becomes node 0 of the robot.
 #[test]
 fn nodes_also_have_the_numbers_of_the_truss_file() {
     let truss = TRUSS.replace("\"keep\":", "\"payload\": 4, \"keep\":");
@@ -199,10 +201,10 @@ fn nodes_also_have_the_numbers_of_the_truss_file() {
         let cells: Vec<&str> = row.split(',').collect();
         let (own, file) = (cells[0], cells[cells.len() - 1]);
         let place = &given["nodes"][file.parse::<usize>().unwrap()];
-        // The lower left corner of this truss is the origin.
+        // The robot's origin is the lower left corner of the truss. Here this is also the origin of the truss file.
         for (k, cell) in cells[1..3].iter().enumerate() {
             let off = cell.parse::<f64>().unwrap() - place[k].as_f64().unwrap();
-            // Positions are stored in units of the spacing and written to 1e-9 m.
+            // Rounding: positions are stored in units of the lattice spacing and written to 1e-9 m.
             assert!(off.abs() < 1e-9, "{row}: {place}");
         }
         has_moved |= own != file;
@@ -284,7 +286,7 @@ fn an_impossible_export_is_refused_before_anything_is_written() {
         bench.cosmic(line).fails(code, &[says]);
         assert!(!bench.path("run/export").exists(), "{line}");
     }
-    // A material without mass has no section, so there is no solid.
+    // A material without mass has a cross-section of zero, so its bars cannot be solids.
     let massless = "[materials]\ndensity = [1e-8, 0.0, 0.1]\n";
     let bench = Bench::with(&(scene(24, 64, "node_mass = 0.01") + massless));
     bench.run("run", "--quiet");
@@ -296,7 +298,7 @@ fn an_impossible_export_is_refused_before_anything_is_written() {
     bench.cosmic("export run --dxf").ok();
 }
 
-/// Two bars lie across each other's nodes, so the pin of one would go through the other.
+/// Each of two bars lies across a node of the other. So the pin at that node would go through the bar.
 #[test]
 fn a_robot_that_cannot_be_stacked_from_plates_is_refused_but_has_tables() {
     let truss = r#"{"format": "cosmic-truss", "version": 1,

@@ -16,25 +16,27 @@ const FORMAT: Format = Format::new("cosmic-check", 1);
 /// The name of the check in a run's folder.
 const CHECK: &str = "check.json";
 
-/// Displacements of a delivered design in changed scenes, in metres along the ground. All rollouts begin at the
-/// perturbed starts of the summary. A displacement is `None` if a rollout diverged.
+/// Results of a delivered design in changed scenes. Displacements are in metres along the ground. Every rollout begins
+/// at one of the perturbed starts that the summary also uses. A displacement is `None` if a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Check {
-    /// At half the time step, with twice the steps: 10 % quantile, median, 90 % quantile.
+    /// The 10 % quantile, the median and the 90 % quantile of the displacement at half the time step, with twice as
+    /// many steps.
     half_step: [Option<f64>; 3],
-    /// Median displacement with the goal mirrored behind the origin.
+    /// The median displacement if the goal that the controller sees is mirrored behind the origin.
     pub(super) goal_behind: Option<f64>,
     /// True if every edge has exactly one material.
     one_hot: bool,
-    /// True if the volumes are within the widened bounds.
+    /// True if the volumes are within the bounds of the scene, widened by `volume.widening`.
     within_bounds: bool,
 }
 
-/// A function that returns one number of a check, or `None` if a rollout diverged.
+/// A function that returns one of the numbers of a check, or `None` if a rollout diverged.
 pub(crate) type CheckNumber = fn(&Check) -> Option<f64>;
 
 impl Check {
-    /// The numbers of a check that tables show, each with the name of its column. True is 1, false is 0.
+    /// The numbers of a check that tables show, each with the name of its column. For a yes-no answer, 1 is yes and 0
+    /// is no.
     pub(crate) const NUMBERS: [(&str, CheckNumber); 6] = [
         ("half_step_p50", |check| check.half_step[1]),
         ("half_step_p10", |check| check.half_step[0]),
@@ -84,7 +86,7 @@ impl Check {
         half.physics.steps *= 2;
         behind.controller = scene.controller.turned_back();
         let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
-        // The tolerance is far above the rounding of a mean of a hundred numbers, about 1e-16.
+        // This tolerance only allows for rounding: the mean of a hundred numbers is rounded by about 1e-16.
         let is_within = |x: f64, bounds: Range| bounds.widened(1e-12).contains(x);
         Ok(Self {
             half_step: judged(&half)?,

@@ -1,4 +1,4 @@
-//! The numbers of a finished run: those of its summary and of its measurements.
+//! Collects the numbers of a finished run from its summary and its measurements.
 
 use super::check::Check;
 use super::walks::Walks;
@@ -34,7 +34,7 @@ pub(crate) fn numbers(
     let run = folder.map(read).transpose()?;
     let mut numbers = Vec::new();
     let mut add = |name: String, of: &dyn Fn(&Finished) -> Option<f64>| {
-        // A ratio to the displacement of an unreliable robot is meaningless.
+        // For an unreliable robot, a ratio to its displacement is meaningless.
         let is_ratio = name.contains("keeps") || name.contains("agrees");
         let is_left_out = is_ratio && run.as_ref().is_some_and(|run| run.summary.is_unreliable());
         let number = run.as_ref().and_then(of).unwrap_or(f64::NAN);

@@ -19,16 +19,18 @@ const TRANSFER: &str = "transfer.json";
 /// The name of the folder with the model for MuJoCo, beside the file.
 const MODEL: &str = "export";
 
-/// Displacements of a delivered design along the ground, m; `None` if a rollout diverged.
+/// The walks of a delivered design in MuJoCo, and the walks in this simulator to compare them with. A displacement is
+/// in metres along the ground, and `None` if the rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Walks {
     /// The version of MuJoCo.
     mujoco: String,
     /// The coefficients of friction.
     frictions: Vec<f64>,
-    /// For each friction, the displacements in MuJoCo from perturbed starts.
+    /// For each friction, the displacement in MuJoCo from each of the perturbed starts.
     walks: Vec<Vec<Option<f64>>>,
-    /// For each friction, the median displacement of equally many rollouts in this simulator, with the law `coulomb`.
+    /// For each friction, the median displacement in this simulator, over equally many rollouts with the contact law
+    /// `coulomb`.
     own: Vec<Option<f64>>,
 }
 
@@ -40,12 +42,12 @@ struct Printed {
 }
 
 impl Walks {
-    /// Measures a finished run and writes `transfer.json`, unless the file exists and has these frictions. Returns
-    /// `None` if the measurement was stopped.
+    /// Measures the walks of a finished run and writes `transfer.json`. Does nothing if the file already exists and has
+    /// these frictions. Returns `None` if the measurement was stopped.
     ///
     /// # Errors
-    /// The errors of reading the run's files, of [`mujoco::write`] and of [`write_json`];
-    /// [`Error::Usage`] if Python fails.
+    /// The errors of reading the run's files, of [`mujoco::write`] and of [`write_json`]; [`Error::Usage`] if Python
+    /// fails.
     pub(crate) fn keep(
         folder: &Path,
         frictions: &[f64],
@@ -134,10 +136,10 @@ impl Walks {
     }
 }
 
-/// Checks that a Python has MuJoCo.
+/// Checks that the Python interpreter `python` has the package MuJoCo.
 ///
 /// # Errors
-/// [`Error::Usage`], which tells how to install it.
+/// [`Error::Usage`], whose message tells how to install the package.
 pub(crate) fn check_python(python: &Path) -> Result<()> {
     let found = output_of(python, "import mujoco, numpy", &[], &|| false);
     found.map(drop).map_err(|error| {

@@ -23,7 +23,7 @@ const OWN: [(&str, &str); 4] = [
 pub struct StudyFile {
     /// The study's name: the file's name without its extension.
     pub name: String,
-    /// The name or the path by which the user chose the study.
+    /// The name of a built-in study or the path of a file, as the user wrote it.
     pub path: String,
     text: String,
     pub(super) keys: Keys,
@@ -46,7 +46,8 @@ pub(super) struct Keys {
     pub(super) questions: Vec<Question>,
 }
 
-/// Settings with which all trials are run. Each variant has its own table in the document.
+/// A variant of the study: settings with which all trials are run once more. Each variant has its own table in the
+/// document.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Variant {
@@ -54,7 +55,7 @@ pub(super) struct Variant {
     pub(super) title: Option<String>,
     #[serde(default)]
     pub(super) about: String,
-    /// Ignored here, because [`TomlFile::change`] reads it.
+    /// Accepts the key `settings`, whose value [`TomlFile::change`] reads.
     #[serde(rename = "settings")]
     _settings: Option<IgnoredAny>,
 }
@@ -72,7 +73,8 @@ struct TrialKeys {
     _settings: Option<IgnoredAny>,
 }
 
-/// A question. The answer is the change of the displacement from some trials to other trials.
+/// A question about two groups of trials. The answer is the change of the mean displacement from the group `from` to
+/// the group `to`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Question {
@@ -83,11 +85,11 @@ pub(super) struct Question {
     pub(super) paper: String,
 }
 
-/// One experiment, which is run with every seed.
+/// One experiment of a study. It is run once with every seed.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     pub(super) name: String,
-    /// The name of the table that it belongs to: the name of its variant, or of the study.
+    /// The name of the table that shows the trial: the name of its variant, or of the study if there are no variants.
     pub(super) table: String,
     pub(super) title: String,
     /// The published displacement along the ground, m.
@@ -95,19 +97,19 @@ pub(super) struct Trial {
     pub(super) scene: Scene,
 }
 
-/// Settings of the user that replace defaults in all built-in scenes of a study; the scenes' own settings come first.
-/// Without settings, both texts are empty.
+/// A file of the user with settings for all built-in scenes of a study. These settings replace the defaults of the
+/// scenes' keys, but a key that a scene or the study sets keeps that value. Without such a file, both texts are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Base {
-    /// The file's name, for messages.
+    /// The file's name, which messages show.
     pub file: String,
-    /// The content of the file, TOML.
+    /// The content of the file, in TOML.
     pub text: String,
 }
 
 impl StudyFile {
-    /// Reads the project's study of the name `path`, or the file with that path. Scenes are only read when the study is
-    /// planned.
+    /// Reads one of the project's studies by its name, or a study's file by its path. The scenes are read later, when
+    /// the study is planned.
     ///
     /// # Errors
     /// The errors of [`Scene::text`]; [`Error::Malformed`] for a file that is not TOML, has an unknown key, or uses a
@@ -136,7 +138,7 @@ impl StudyFile {
         study.check(&file).map(|()| study)
     }
 
-    /// The number of seeds if the user does not set it.
+    /// The number of seeds if the user does not give one: the number in the file, or else 16.
     pub fn seeds(&self) -> NonZeroUsize {
         let usual = const { NonZeroUsize::new(16).unwrap() };
         self.keys.seeds.unwrap_or(usual)
@@ -186,7 +188,7 @@ impl StudyFile {
         })
     }
 
-    /// The trials, table by table, with `base` below the settings of their built-in scenes.
+    /// Returns the trials in the order of the tables. Each built-in scene of a trial takes defaults from `base`.
     ///
     /// # Errors
     /// The errors of [`Scene::load`] and [`Scene::with`].
@@ -200,7 +202,7 @@ impl StudyFile {
             };
             let scene = self.scene(&keys.scene, base, registry);
             let scene = scene.and_then(|scene| changes.try_fold(scene, change));
-            // The error shows a place in the study's file, but its cause may be in the base.
+            // The error shows a place in the study's file, but the user's `base` may be the cause.
             let scene = scene.map_err(|error| match &base.file[..] {
                 "" => error,
                 file => Error::Usage(format!(
@@ -219,7 +221,8 @@ impl StudyFile {
         self.entries().into_iter().map(trial).collect()
     }
 
-    /// Reads a scene: a built-in scene on top of the base, a scene of the registry, or a file beside the study's file.
+    /// Reads the scene of a trial. A built-in scene takes defaults from `base`. Other names stand for a scene of the
+    /// registry or a file beside the study's file.
     fn scene(&self, name: &str, base: &Base, registry: &Registry) -> Result<Scene> {
         if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
             let below = registry.load("stability")?.with(&base.file, &base.text)?;

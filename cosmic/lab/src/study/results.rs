@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 const FORMAT: Format = Format::new("cosmic-study", 2);
 
-/// The unit of the bars in all charts.
+/// The label of the axis in all charts: the unit of the bars, and what a bar, a dot and a stroke mean.
 const UNIT: &str = "displacement along the ground, m \
     (bar: median; dots: seeds; stroke: the paper's, or Coulomb here)";
 
@@ -42,7 +42,7 @@ struct Settings {
 }
 
 impl Results {
-    /// The results of a study, without tables.
+    /// Returns the results of a study with an empty list of tables.
     fn of<'t>(study: &Study, trials: impl IntoIterator<Item = &'t Trial>) -> Self {
         let limit = study.iterations.map_or("all".to_owned(), |n| n.to_string());
         let settings = |Trial { name, scene, .. }: &Trial| {
@@ -61,8 +61,8 @@ impl Results {
         }
     }
 
-    /// The first setting that differs between existing results (`self`) and new results (`now`): its name and both
-    /// values.
+    /// Finds the first setting that differs between the existing results (`self`) and the new results (`now`). Returns
+    /// its name and its two values.
     fn differs(&self, now: &Self) -> Option<[String; 3]> {
         let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
         if self.first_seed < now.first_seed || last(self) > last(now) {
@@ -83,16 +83,17 @@ impl Results {
 }
 
 impl Study {
-    /// The path of the results' file with this extension.
+    /// The path of the results file with this file extension.
     fn place(&self, extension: &str) -> PathBuf {
         self.out.join(format!("{}.{extension}", self.file.name))
     }
 
-    /// Checks that the results may be written. If there are results already, they must have the same settings, and only
-    /// seeds of this study.
+    /// Checks that the results may be written. Existing results must have the same settings, and no seeds that this
+    /// study lacks.
     ///
     /// # Errors
-    /// [`Error::Usage`] if they differ; the errors of reading the study's scenes; the errors of [`read_json`].
+    /// [`Error::Usage`] if existing results are from other settings or seeds; the errors of reading the study's scenes;
+    /// the errors of [`read_json`].
     pub fn check_results(&self) -> Result<()> {
         let path = self.place("json");
         if path.exists() {
@@ -141,8 +142,8 @@ impl Study {
         Ok(written)
     }
 
-    /// Draws a chart for each table, and pictures of each trial's best run for the trials of the first table. Adds
-    /// links to them to `text`.
+    /// Draws a chart for each table. For each trial of the first table, also draws pictures of its best run. Adds links
+    /// to all of them to `text`.
     fn write_figures(&self, rows: &[TrialRow], text: &mut String) -> Result<Vec<PathBuf>> {
         let (keys, name) = (&self.file.keys, &self.file.name);
         let mut drawn = Vec::new();
@@ -176,7 +177,7 @@ fn rows_of<'r>(rows: &'r [TrialRow], variant: &Variant) -> Vec<&'r TrialRow> {
     rows.filter(|row| row.trial.table == variant.name).collect()
 }
 
-/// The bars of a trial: one for its own world, and one for each friction in MuJoCo.
+/// The bars of a trial in a chart: one for the trial's own scene, and one for each friction in MuJoCo.
 fn bars_of(row: &TrialRow, frictions: &[f64]) -> Vec<Bar> {
     let bar = |name: String, column: &str, mark: Option<f64>| Bar {
         name,

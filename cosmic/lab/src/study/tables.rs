@@ -7,7 +7,7 @@ use cosmic::record::summary::ratio;
 use cosmic::scene::Departure;
 use std::path::PathBuf;
 
-/// The column with the median displacement over perturbed starts, m: the number to quote.
+/// The column with the median displacement over perturbed starts, in metres. This is the number to quote for a run.
 pub(super) const DISPLACEMENT: &str = "displacement_p50";
 
 /// A finished run and its numbers.
@@ -42,12 +42,12 @@ impl TrialRow {
         self.runs.iter().filter_map(number).collect()
     }
 
-    /// The statistics of the numbers in a column.
+    /// Returns the statistics over the seeds for the numbers in a column.
     pub(super) fn of(&self, column: &str) -> Statistics {
         Statistics::of(&self.sample(column))
     }
 
-    /// The run with the largest displacement, or the first of several; `None` if all runs diverged.
+    /// The run with the largest displacement. If several runs share it, the first of them; `None` if all runs diverged.
     pub(super) fn best(&self) -> Option<&Run> {
         let runs = self.runs.iter().rev();
         let runs = runs.filter_map(|run| Some((run, run.number(DISPLACEMENT)?)));
@@ -59,10 +59,10 @@ impl TrialRow {
 /// What tables show instead of a missing number.
 const NONE: &str = "–";
 
-/// The column `at least 0.9` counts robots that keep at least this fraction of their displacement in MuJoCo.
+/// The fraction of its displacement that a robot must keep in MuJoCo, to be counted in the column `at least 0.9`.
 const MOST: f64 = 0.9;
 
-/// A function that reduces a sample over the seeds to one number. Diverged runs are NaN in the sample.
+/// A function that reduces the numbers of all seeds to one number. NaN stands for a diverged run.
 type OfSample = fn(&[f64]) -> Option<f64>;
 
 const BEST: OfSample = |s| Statistics::of(s).best;
@@ -72,8 +72,8 @@ const DIVERGED: OfSample = |s| Some(s.iter().filter(|x| x.is_nan()).count() as f
 const ONES: OfSample = |s| Some(s.iter().filter(|x| **x == 1.0).count() as f64);
 const SUM: OfSample = |s| Some(s.iter().filter(|x| !x.is_nan()).sum());
 
-/// The columns of the table of trials: the heading, the column of the runs from which the sample comes, the function
-/// that reduces it to a number, and the number of decimals.
+/// The columns of the table of trials. Each entry has the column's heading, the name of a number that every run has,
+/// the function that reduces this number over all runs, and the number of decimals to show.
 const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("best", DISPLACEMENT, BEST, 2),
     ("p10", DISPLACEMENT, |s| Statistics::of(s).p10, 2),
@@ -101,7 +101,7 @@ const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("seconds", "seconds", MEDIAN, 1),
 ];
 
-/// All departures of the trials from the paper, without repetition.
+/// Returns every way in which the trials depart from the paper, each once.
 pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     let mut known: Vec<Departure> = Vec::new();
     for departure in rows.iter().flat_map(|row| row.trial.scene.departures()) {
@@ -112,7 +112,7 @@ pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     known
 }
 
-/// The table with a row for each departure from the paper, and a letter to refer to it.
+/// The table with a row for each departure from the paper. Other tables refer to a departure by the letter in its row.
 pub(super) fn departures(known: &[Departure]) -> Table {
     let lettered: Vec<(char, &Departure)> = ('A'..).zip(known).collect();
     Table::of("departures", "Departures from the paper", &lettered)
@@ -173,9 +173,9 @@ pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
     table.decimals(2, NONE).done()
 }
 
-/// The table with a row for each question: the change from some trials to other trials. Runs with equal seeds have
-/// equal starts, so the change is computed for each seed, and then its mean. If the mean is less than twice its
-/// standard error, the question is undecided.
+/// The table with a row for each question, which asks for the change from some trials to other trials. Runs with equal
+/// seeds have equal starts. Therefore the change is computed for each seed, and then its mean over the seeds. If the
+/// mean is at most twice its standard error, the question is undecided.
 pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
     let mean_of = |names: &[String], number: &dyn Fn(&TrialRow) -> Option<f64>| -> Option<f64> {
         let named = |name: &String| rows.iter().find(|row| row.trial.name == *name);

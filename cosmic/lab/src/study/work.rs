@@ -21,7 +21,7 @@ pub struct Study {
     pub seeds: NonZeroUsize,
     /// If set, every run stops after this many iterations. This gives a shortened trial of the study.
     pub iterations: Option<NonZeroUsize>,
-    /// Settings of the user, below the settings of every built-in scene.
+    /// Settings of the user that replace the defaults of every built-in scene; see [`Base`].
     pub base: Base,
     /// The folder of the results.
     pub out: PathBuf,
@@ -47,13 +47,13 @@ impl Study {
         )
     }
 
-    /// Writes the plan into the folder of the runs, and freezes it so that any process may carry it out. An existing
-    /// plan is replaced, which may change the set of trials and seeds.
+    /// Writes the plan into the folder of the runs and freezes it, so that any process may carry it out. Replaces an
+    /// existing plan, whose trials and seeds may differ.
     ///
     /// # Errors
-    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial of the
-    /// existing plan has another scene or another number of iterations; [`Error::Usage`] if robots walk in MuJoCo but
-    /// Python does not have it.
+    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial of the existing plan
+    /// has another scene or another number of iterations; [`Error::Usage`] if robots walk in MuJoCo but Python does not
+    /// have it.
     pub fn prepare(&self) -> Result<SweepPlan> {
         let plan = self.plan(&self.file.trials(&self.base, &self.registry)?);
         plan.study.iter().try_for_each(PlannedStudy::check)?;
@@ -135,7 +135,7 @@ impl Study {
         let run = |index: usize| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
-            // If a process was killed, a finished run may lack its measurements.
+            // A finished run may lack its measurements, if its process was killed before it measured.
             let mut study = plan.study.iter().filter(|_| state == RunState::Done);
             study.try_for_each(|study| {
                 study.measure(&folder, &self.registry, &|| false).map(drop)

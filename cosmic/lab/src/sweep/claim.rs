@@ -18,35 +18,35 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How often a holder increases its count, and how long the count must stay the same until the holder counts as gone.
+/// Two times: how often a holder increases its count, and after how long without an increase the holder counts as gone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     beat: Duration,
     gone_after: Duration,
 }
 
-/// The pace of sweeps.
+/// The times that sweeps use; tests use shorter ones.
 pub(super) const PACE: Pace = Pace {
     beat: Duration::from_secs(10),
     gone_after: Duration::from_secs(60),
 };
 
-/// The content of the file after its holder has given the claim back.
+/// The content of a claim's file after its holder has given the claim back.
 const FREE: &[u8] = b"free\n";
 
-/// The host's name and boot id; `None` if the system does not tell them. Then locks are not used.
+/// The name and the boot id of this host; `None` if the system does not tell them. Without them, locks are not used.
 static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
     let read = |name: &str| fs::read_to_string(Path::new("/proc/sys/kernel").join(name)).ok();
     let parts = [read("hostname")?, read("random/boot_id")?];
     Some(parts.map(|part| part.trim().to_owned()).join(" "))
 });
 
-/// The claims of other hosts that this process watches, by path.
+/// For each claim of another host that this process watches: what the process has seen in the file, by the file's path.
 static SEEN: LazyLock<Mutex<HashMap<PathBuf, Seen>>> = LazyLock::new(Mutex::default);
 
 struct Seen {
     content: Vec<u8>,
-    /// The time when the content last changed, or was first seen.
+    /// The time at which the content last changed, or at which it was first seen.
     since: Instant,
     /// True if the content has changed since it was first seen.
     changed: bool,
@@ -58,11 +58,11 @@ pub(super) enum Answer {
     Granted(Claim),
     /// Another process holds the claim.
     Taken,
-    /// The holder is on another host, and must be watched for longer to know whether it still runs.
+    /// The holder is on another host. This process must watch it for longer, to know whether it still works.
     Watched,
 }
 
-/// A claim of this process. Dropping it gives the claim back.
+/// A claim that this process holds. Dropping the value gives the claim back.
 pub(super) struct Claim {
     is_lost: Arc<AtomicBool>,
     stop: Option<Sender<()>>,
@@ -70,7 +70,7 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// True once another process has taken the run over because this process did not increase its count in time.
+    /// True once another process has taken over the run, because this process did not increase its count in time.
     pub(super) fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
     }
@@ -97,7 +97,7 @@ pub(super) fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(Answer::Taken),
         opened => opened.map_err(Error::writing(&path))?,
     };
-    // If the file cannot be locked, processes on this host watch the count too.
+    // If the file cannot be locked, `host` is `None`, and other processes on this host watch the count too.
     let host = HOST.as_deref().filter(|_| file.try_lock().is_ok());
     let held = Held { path, file, host };
     held.write(0)?;
@@ -107,7 +107,7 @@ pub(super) fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
         return Ok(Answer::Taken);
     }
     if last > 0 {
-        // If the old file cannot be removed, it does no harm.
+        // The old file may stay: only the file with the highest number counts.
         let _ = fs::remove_file(numbered(&folder, last));
     }
     Ok(Answer::Granted(Claim::new(held, folder, own, pace)))
@@ -132,13 +132,13 @@ fn last(folder: &Path) -> Result<u64> {
 struct Held {
     path: PathBuf,
     file: File,
-    /// The host that holds the lock; `None` without locks.
+    /// The name and boot id of this host, which holds the lock; `None` if the file is not locked.
     host: Option<&'static str>,
 }
 
 impl Held {
-    /// Writes host and count. The length of the file stays the same, so that a reader sees either the old or the new
-    /// content.
+    /// Writes the host and the count into the file. The length of the file stays the same, so that a reader sees either
+    /// the old or the new content.
     fn write(&self, count: u64) -> Result<()> {
         let host = self.host.unwrap_or("-");
         let text = format!("{host}\n{} {count:020}\n", process::id());
@@ -159,13 +159,13 @@ impl Held {
 enum Holder {
     Works,
     Gone,
-    /// The holder has not been watched for long enough.
+    /// The holder must be watched for longer to know.
     Unknown,
 }
 
 fn holder(path: &Path, pace: Pace) -> Result<Holder> {
     let mut file = match File::open(path) {
-        // Another process has just taken the run over, and has removed the old file.
+        // The file has just been removed by a process that took over the run. So a holder works.
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Holder::Works),
         opened => opened.map_err(Error::reading(path))?,
     };
@@ -180,7 +180,7 @@ fn holder(path: &Path, pace: Pace) -> Result<Holder> {
         .as_deref()
         .is_some_and(|own| host == Some(own.as_bytes()))
     {
-        // If the file can be locked, the holder has ended, because its lock is released.
+        // The system releases a holder's lock when the holder ends. So if the file can be locked, the holder has ended.
         return Ok(if file.try_lock_shared().is_ok() {
             Holder::Gone
         } else {
@@ -217,14 +217,14 @@ impl Claim {
                 if stopped.recv_timeout(pace.beat) != Err(RecvTimeoutError::Timeout) {
                     break;
                 }
-                // Errors are ignored here: if the folder cannot be used, the run itself reports it.
+                // Errors are ignored here: if the folder cannot be used, the run itself reports that.
                 let _ = held.write(count);
                 if last(&folder).is_ok_and(|last| last > own) {
                     lost.store(true, Ordering::Relaxed);
                     return;
                 }
             }
-            // If this fails, other processes take the run over after a while.
+            // If the claim cannot be given back, other processes still take over the run after a while.
             let _ = held.replace(FREE);
         });
         Self {
@@ -261,7 +261,7 @@ mod tests {
         matches!(claim(sweep, "a-0", FAST).unwrap(), Answer::Granted(_))
     }
 
-    /// A claim of another host, whose locks this host does not see.
+    /// Makes the file of a claim that another host holds. This host does not see the locks of the other host.
     fn foreign(sweep: &Path) -> Held {
         let folder = sweep.join("claims/a-0");
         fs::create_dir_all(&folder).unwrap();
@@ -288,7 +288,8 @@ mod tests {
         assert!(!is_granted(sweep.path()));
         drop(held);
         assert!(is_granted(sweep.path()));
-        // This file is like that of a killed process: its lock is released, but the claim was not given back.
+        // The file now looks like that of a killed process of this host: the lock is released, but the claim was not
+        // given back.
         let held = foreign(sweep.path());
         if let Some(own) = HOST.as_deref() {
             fs::write(&held.path, format!("{own}\n1 00000000000000000000\n")).unwrap();

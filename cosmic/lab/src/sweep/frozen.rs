@@ -1,5 +1,6 @@
-//! `plan.json` is written when a sweep is planned, and holds the program's version. It must not be edited later, so a
-//! copy is kept beside the claims. A plan that differs from its copy, or was made by another version, is refused.
+//! Freezes plans. `plan.json` is written when a sweep is planned, and contains the program's version. It must not be
+//! edited later; to detect edits, a copy is kept beside the claims. A plan is refused if it differs from its copy, or
+//! if another version of the program made it.
 
 use super::{PLAN, SweepPlan};
 use cosmic::Registry;
@@ -59,7 +60,7 @@ impl SweepPlan {
         }
     }
 
-    /// Replaces the plan of a folder. Runs of scenes and seeds that both plans have are kept.
+    /// Replaces the plan in a folder. A run is kept if both plans have its scene and its seed.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -114,8 +115,9 @@ impl SweepPlan {
         }
     }
 
-    /// The first setting that differs from `before`, the plan as it was frozen: its name, its value now, and its value
-    /// before. `None` if only the layout of the file differs.
+    /// Finds an edit of this plan: the first setting that differs from `before`, the plan as it was frozen. Returns the
+    /// setting's name, its value in this plan, and its value in `before`. Returns `None` if only the layout of the file
+    /// differs.
     fn edit(&self, before: &Self) -> Option<[String; 3]> {
         if self == before {
             return None;
@@ -124,13 +126,13 @@ impl SweepPlan {
         let changed = pairs.into_iter().find(|(now, before)| now != before);
         let [key, now, before] = match changed {
             Some(([key, now], [_, before])) => [key, now, before],
-            // The settings are equal, so the text of a scene or its truss differs.
+            // No setting differs, so the text of a scene or the truss of a scene must differ.
             None => ["scenes", "written in another way", "as planned"].map(str::to_owned),
         };
         Some([key, now, before])
     }
 
-    /// The name and the value of every setting.
+    /// The names of all settings of the plan and of its scenes, each with its value as text.
     fn settings(&self) -> Vec<[String; 2]> {
         let named = |(key, value): (&str, Value)| [key.to_owned(), value.to_string()];
         let scenes = self
@@ -154,7 +156,7 @@ impl SweepPlan {
     }
 }
 
-/// The keys and the values of a saved scene, whose text has one key on each line.
+/// Returns the keys of a saved scene and their values. The text of a saved scene has one key on each line.
 fn settings_of(text: &str) -> Vec<[String; 2]> {
     let mut section = String::new();
     let mut settings = Vec::new();
@@ -195,7 +197,7 @@ mod tests {
         assert_eq!(plan.run(1, &registry).unwrap().scene, scene);
     }
 
-    /// Edited plans are tested in the program's tests, in `an_edited_plan_is_refused`.
+    /// The refusal of edited plans is tested with the program, in `an_edited_plan_is_refused`.
     #[test]
     fn another_layout_of_the_file_is_no_edit_and_a_plan_needs_no_copy() {
         let folder = tempfile::tempdir().unwrap();

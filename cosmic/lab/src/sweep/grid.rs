@@ -11,26 +11,26 @@ use std::collections::BTreeSet;
 #[derive(Clone, Debug, PartialEq)]
 struct GridAxis {
     key: String,
-    /// The values in TOML, as `--set` takes them.
+    /// The values as TOML text, in the form that `--set` accepts.
     values: Vec<String>,
 }
 
 /// One point of the grid: a value for every key.
 #[derive(Clone, Debug, PartialEq)]
 struct Combination {
-    /// The suffix to the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
+    /// The text that is appended to the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
     suffix: String,
     /// The settings of the point, such as `physics.friction=0.6`.
     settings: Vec<String>,
 }
 
-/// The longest suffix, in bytes. The name of a folder, which is the scene's name, the suffix and the seed, may have
-/// 255.
+/// The greatest length of a suffix, in bytes. The name of a run's folder consists of the scene's name, the suffix and
+/// the seed, and may have at most 255 bytes.
 const LONGEST: usize = 160;
 
-/// Returns every scene with every combination of the grid's values. Their names are like
-/// `earth+friction=0.6+gravity=9.81`. Each axis of the grid is written as `KEY=V,V…`. The `settings`, each written as
-/// `KEY=VALUE`, are applied to every scene first.
+/// Combines every scene with every combination of the grid's values. The new scenes have names like
+/// `earth+friction=0.6+gravity=9.81`. Each text in `axes` is an axis of the grid, written as `KEY=V,V…`. Before that,
+/// every scene gets the `settings`, each written as `KEY=VALUE`.
 ///
 /// # Errors
 /// [`Error::Usage`] for a malformed axis, for two axes with the same key, and for more combinations than a plan may
@@ -56,14 +56,15 @@ pub fn on_grid(
     planned.collect()
 }
 
-/// The keys in `settings`, each written as `KEY=VALUE`, with the values that the scene has for them.
+/// Takes the keys from `settings`, each written as `KEY=VALUE`, and returns them with the values that the scene has for
+/// them.
 fn swept(scene: &Scene, settings: &[String]) -> Vec<SweptValue> {
     let known = scene.settings();
     let of = |setting: &String| {
         let (key, written) = setting.split_once('=')?;
         let as_read = known.iter().find(|known| known.key == key);
         let value = as_read.map_or(written, |known| &known.value);
-        // Numbers, booleans, lists of them and most strings have the same syntax in TOML and JSON.
+        // Numbers, booleans, lists of numbers or booleans, and most strings are written alike in TOML and JSON.
         let value = serde_json::from_str(value);
         Some(SweptValue {
             key: key.to_owned(),
@@ -107,7 +108,7 @@ impl GridAxis {
         })
     }
 
-    /// The part of the key after the last point.
+    /// The part of the key after the last dot, such as `friction` for `physics.friction`.
     fn short(&self) -> &str {
         self.key.rsplit('.').next().unwrap_or(&self.key)
     }
@@ -133,7 +134,7 @@ fn separated(text: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Every combination of the values of all axes. The values of the last axis change fastest.
+/// Returns every combination of the values of all axes. The values of the last axis change fastest.
 ///
 /// # Errors
 /// [`Error::Usage`] for two axes with the same key, and for more combinations than a plan may have runs.
@@ -183,7 +184,7 @@ fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     Ok(all)
 }
 
-/// A text in which characters that a folder's name cannot have are replaced by `_`, or removed at the ends.
+/// Replaces characters that a folder's name cannot have by `_`, and removes them at both ends of the text.
 fn for_a_folder(text: &str) -> String {
     let is_kept = |c: char| c.is_alphanumeric() || ".,-".contains(c);
     let parts = text.split(|c| !is_kept(c));

@@ -28,13 +28,13 @@ pub struct SurveyedRun {
     pub index: usize,
     /// The name of the run's scene.
     pub scene: String,
-    /// The run's values of the keys that the sweep varies, by key; empty if the sweep has no grid.
+    /// The values that the run has for the keys that the sweep varies, by key; empty if the sweep has no grid.
     pub swept: Map<String, Value>,
     /// The run's seed.
     pub seed: u64,
     /// The run's state.
     pub state: RunState,
-    /// The number of iterations that are done.
+    /// The number of iterations that the run has done.
     pub iterations: usize,
 }
 
@@ -84,7 +84,7 @@ impl SurveyedRun {
     }
 }
 
-/// The result of one run as `results.json` has it.
+/// The result of one run, with the keys that it has in `results.json`.
 #[derive(Serialize)]
 struct MergedRun {
     #[serde(flatten)]
@@ -93,7 +93,7 @@ struct MergedRun {
     summary: Option<Summary>,
 }
 
-/// The paths of the merged results, and the number of runs that are missing in them.
+/// The paths of the merged results, and the number of runs that they lack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
     /// All results, as JSON.
@@ -130,7 +130,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
         table,
         failed,
     } = progress.into_inner();
-    // If a run could not be read, that is the error to report, not the failed write that follows from it.
+    // If a run could not be read, `write_json` fails too. Report the cause, not the failed write.
     failed.map_or(done, Err)?;
     write_text(&csv, &table)?;
     Ok(Merged {
@@ -140,7 +140,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     })
 }
 
-/// What is collected for the CSV file while `results.json` is written.
+/// Collects the text of the CSV file while `results.json` is written, so that every summary is read only once.
 struct Progress {
     missing: usize,
     /// The text of `results.csv` so far.
@@ -244,7 +244,7 @@ fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
         .done()
 }
 
-/// The cell of a swept value.
+/// Converts the value of a swept key into a cell of the table.
 fn swept(value: Option<&Value>) -> Cell {
     match value {
         None => Cell::Missing,

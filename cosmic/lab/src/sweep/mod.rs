@@ -1,10 +1,10 @@
-//! Many runs from one frozen plan.
+//! Sweeps: many runs from one frozen plan.
 //!
 //! The folder of a sweep holds `plan.json`, which is written once, and the folder `runs` with an ordinary run folder
 //! for every scene and seed. Any number of processes on any number of hosts may work on the sweep at once. A process
-//! claims a run before it works on it; when the process ends, even by a crash, other processes can claim the run. The
-//! files of the runs alone tell what is done, so an interrupted sweep continues where it was. [`merge`] collects the
-//! results and does not simulate.
+//! claims a run before it works on it. When the process ends, even by a crash, other processes can claim the run. Only
+//! the files of the runs tell which runs are done, so an interrupted sweep continues where it stopped. [`merge`]
+//! collects the results and does not simulate.
 
 mod ranges;
 mod state;

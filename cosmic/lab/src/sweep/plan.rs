@@ -23,11 +23,11 @@ pub const PLAN: &str = "plan.json";
 pub struct PlannedScene {
     /// The scene's name, unique within a sweep.
     pub name: String,
-    /// The scene's values of the keys that the sweep varies; empty without a grid.
+    /// The values that the scene has for the keys that the sweep varies; empty without a grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swept: Vec<SweptValue>,
-    /// The scene as it is in the plan's file. It is parsed only when it is needed, because a process may do only one of
-    /// thousands of runs.
+    /// The text of the scene, as the plan's file contains it. It is parsed only when it is needed, because a process
+    /// may do only one of thousands of runs.
     pub scene: SavedScene,
 }
 
@@ -41,7 +41,7 @@ pub struct SweptValue {
 }
 
 impl PlannedScene {
-    /// A scene of a sweep that has no grid.
+    /// Makes a scene of a sweep that has no grid.
     pub fn new(name: String, scene: &Scene) -> Self {
         let mut scene = SavedScene::from(scene);
         // Comments are removed: they are nine tenths of the text, and a plan may have thousands of scenes.
@@ -56,8 +56,8 @@ impl PlannedScene {
     }
 }
 
-/// A run for every scene and every seed. Runs are numbered scene by scene, and within a scene in the order of the
-/// seeds.
+/// The plan of a sweep: a run for every scene and every seed. The runs are numbered scene by scene, and within a scene
+/// in the order of the seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepPlan {
     /// The study that the runs belong to, if any.
@@ -76,12 +76,12 @@ pub struct SweepPlan {
 /// The study that a plan's runs belong to. It determines how finished runs are measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedStudy {
-    /// The study's name.
+    /// The name of the study.
     pub kind: String,
     /// The Python interpreter that has MuJoCo, if robots walk in MuJoCo.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub python: Option<String>,
-    /// The coefficients of friction on which robots walk in MuJoCo.
+    /// The coefficients of friction with which robots walk in MuJoCo.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub frictions: Vec<f64>,
 }
@@ -143,7 +143,7 @@ impl SweepPlan {
         read.map_err(|error| Error::Usage(format!("{PLAN}: {}", error.within())))
     }
 
-    /// The plan of one run. Its scene may name the laws and losses of a registry.
+    /// Returns the plan of the run with this number. Its scene may name the laws and losses of `registry`.
     ///
     /// # Errors
     /// [`Error::Usage`] for a malformed scene.
@@ -213,13 +213,13 @@ impl SweepPlan {
         keys
     }
 
-    /// The number of finished runs, according to their files.
+    /// Counts the finished runs, as their files in the folder `sweep` tell.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
         (0..self.runs()).filter(is_over).count()
     }
 
-    /// The scene and the seed of a run.
+    /// Returns the scene and the seed of the run with this number.
     pub fn parts(&self, index: usize) -> (&PlannedScene, u64) {
         let (scene, seed) = (index / self.seeds.get(), index % self.seeds.get());
         (&self.scenes[scene], self.first_seed + seed as u64)

@@ -9,18 +9,20 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// The amount that [`prune`] has removed.
+/// What [`prune`] has removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pruned {
     /// The number of runs that had files to remove.
     pub runs: usize,
-    /// The total size of the removed files.
+    /// The total size of the removed files, in bytes.
     pub bytes: u64,
 }
 
-/// Removes trajectories, snapshots and histories of finished runs. Scenes, designs and summaries stay. Two kinds of
-/// histories stay too: those of diverged runs, because only they tell the number of iterations; and those of a study's
-/// runs, because its figures are drawn from them.
+/// Removes trajectories, snapshots and histories of finished runs. Scenes, designs and summaries stay. The histories of
+/// two kinds of runs also stay:
+///
+/// - Of a diverged run, only the history tells the number of iterations.
+/// - The figures of a study are drawn from the histories of its runs.
 ///
 /// # Errors
 /// [`Error::Write`] for a file that cannot be removed.

@@ -45,7 +45,7 @@ impl RunState {
         matches!(self, RunState::Done | RunState::Diverged)
     }
 
-    /// The name in files.
+    /// The name of the state in files.
     pub fn name(self) -> &'static str {
         match self {
             RunState::Waiting => "waiting",
@@ -56,8 +56,8 @@ impl RunState {
     }
 }
 
-/// The number of iterations that a run has done: from its summary if the run is finished, otherwise from its history. A
-/// run in progress may be one iteration further. Returns 0 if the files cannot be read.
+/// Returns the number of iterations that a run has done. It is read from the summary of a finished run, and otherwise
+/// from the history. A run in progress may be one iteration further. Returns 0 if the file cannot be read.
 pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
     match state {
         RunState::Waiting => None,
@@ -79,10 +79,11 @@ fn in_summary(folder: &Path) -> Option<usize> {
     Some(counted.iterations)
 }
 
-/// A length in bytes that no row of a history exceeds.
+/// The number of bytes to read from the end of a history. No row is longer.
 const ROW: u64 = 1 << 14;
 
-/// Reads only the end of the file, because a sweep's histories may have gigabytes.
+/// Reads the number of iterations from the last row of a history. Reads only the end of the file, because the histories
+/// of a sweep may have gigabytes.
 fn in_history(folder: &Path) -> Option<usize> {
     let mut file = File::open(folder.join(LINES)).ok()?;
     let length = file.metadata().ok()?.len();
@@ -90,7 +91,7 @@ fn in_history(folder: &Path) -> Option<usize> {
         .ok()?;
     let mut end = Vec::new();
     file.read_to_end(&mut end).ok()?;
-    // Text after the last line break is a row that is still being written.
+    // Text after the last line break belongs to a row that is still being written.
     let whole = &end[..end.iter().rposition(|&byte| byte == b'\n')?];
     let row = whole.rsplit(|&byte| byte == b'\n').next()?;
     let counted: Counted = serde_json::from_slice(row).ok()?;

@@ -1,4 +1,4 @@
-//! Work on a sweep: does one run, the next run, or all unfinished runs on several threads.
+//! Does the runs of a sweep: one run, the next run, or all unfinished runs on several threads.
 
 use super::claim::{Answer, Claim, PACE, claim};
 use super::{PLAN, RunState, SweepPlan};
@@ -25,7 +25,7 @@ const LOOK: Duration = Duration::from_secs(1);
 pub enum RunOutcome {
     /// The run was done to its end.
     Done(Box<Summary>),
-    /// The run ended, but its result diverges; with the message.
+    /// The run ended, but its result diverges. The text is the error message.
     Diverged(String),
     /// The run was already finished.
     Over,
@@ -42,15 +42,15 @@ pub struct Ended {
     pub outcome: RunOutcome,
 }
 
-/// Receives the events of a sweep, on any thread, and may stop it early.
+/// Receives the events of a sweep, from any thread, and may stop the sweep early.
 pub trait Overseer: Sync {
-    /// Returns true if the sweep must stop. Runs are saved first.
+    /// Returns true if the sweep must stop. The runs in progress are saved before they stop.
     fn is_stopped(&self) -> bool;
 
     /// Is called when a run has ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
 
-    /// Is called for a [warning](Observer::warning) of a run, with the run's name.
+    /// Is called for a [warning](Observer::warning) of a run. `run` is the run's name.
     fn warning(&self, run: &str, text: &str);
 }
 
@@ -83,7 +83,7 @@ impl Sweep<'_> {
         self.once_known(is_stopped, || self.try_one(index, observer))
     }
 
-    /// Calls a function once a second until it returns an answer.
+    /// Calls `ask` once a second until it returns an answer.
     fn once_known<T>(
         &self,
         is_stopped: &dyn Fn() -> bool,
@@ -100,7 +100,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Begins or resumes one run. Returns `None` if it is not known yet whether its holder on another host still works.
+    /// Begins or resumes one run. Returns `None` if a process on another host holds the claim, and it is not known yet
+    /// whether that process still works.
     fn try_one(&self, index: usize, observer: &mut dyn Observer) -> Result<Option<RunOutcome>> {
         let folder = self.plan.folder(self.folder, index);
         if RunState::of(&folder).is_over() {
@@ -118,7 +119,7 @@ impl Sweep<'_> {
             claim: &claim,
             observer,
         };
-        // The last holder of the claim may have finished the run.
+        // The process that held the claim before may have finished the run in the meantime.
         if RunState::of(&folder).is_over() {
             return Ok(Some(RunOutcome::Over));
         }
@@ -130,7 +131,7 @@ impl Sweep<'_> {
         };
         Ok(Some(match done {
             Ok(summary) => {
-                // Measure before giving the claim back.
+                // The run must be measured while this process still holds the claim.
                 if let Some(study) = &self.plan.study {
                     let is_stopped = || observer.is_stopped();
                     let measured = study.measure(&folder, self.registry, &is_stopped)?;
@@ -139,7 +140,7 @@ impl Sweep<'_> {
                 RunOutcome::Done(Box::new(summary))
             }
             Err(error @ Error::Diverged { .. }) => RunOutcome::Diverged(error.to_string()),
-            // `cosmic resume` is doing the run; it does not claim runs.
+            // `cosmic resume`, which does not claim runs, is doing the run.
             Err(Error::Taken(_)) => RunOutcome::Taken,
             Err(error) => return Err(error),
         }))
@@ -180,8 +181,9 @@ impl Sweep<'_> {
         first_of(passed_over).map(|()| Some(None))
     }
 
-    /// Returns `Ok` with the error of a failed run, for example because of its time step or its files: other runs can
-    /// still be done. Returns `Err` if all work must end, because the sweep's folder is gone or the user interrupts.
+    /// Decides whether the sweep goes on after the error of a run. Returns `Ok` with the error if only this run failed,
+    /// for example because of its time step or its files. Returns `Err` if all work must end, because the sweep's
+    /// folder is gone or the user interrupts.
     fn of_one_run(&self, index: usize, error: Error) -> Result<Error> {
         match error {
             Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
@@ -208,8 +210,8 @@ impl Sweep<'_> {
     /// done.
     ///
     /// # Errors
-    /// The first error of [`run_one`](Self::run_one); if only single runs failed, it is returned after all other runs
-    /// are done. [`Error::Stopped`] if the overseer stops the sweep.
+    /// The first error of [`run_one`](Self::run_one). An error that concerns only one run is returned after all other
+    /// runs are done. [`Error::Stopped`] if the overseer stops the sweep.
     ///
     /// # Panics
     /// If the plan has no run with one of these numbers.
@@ -236,20 +238,20 @@ impl Sweep<'_> {
                     Err(error) => _ = passed_over.insert(*index, error),
                 }
             }
-            // Wait, to find out whether holders on other hosts still work.
+            // Nothing else is left to do: wait, to find out whether the holders on other hosts still work.
             if unknown > 0 && taken + unknown == left.len() {
                 thread::sleep(LOOK);
                 continue;
             }
-            // All runs are finished, or are being done by other processes.
+            // Each of the runs is finished, or another process is doing it.
             if taken + unknown == 0 || taken == left.len() {
                 return first_of(passed_over);
             }
         }
     }
 
-    /// Tries each run once. Returns, for each, the result of [`try_one`](Self::try_one) or the error with which it
-    /// failed.
+    /// Tries each run once. For each run, returns the result of [`try_one`](Self::try_one), or the error with which the
+    /// run failed.
     fn try_each(
         &self,
         runs: &[usize],
@@ -274,7 +276,7 @@ impl Sweep<'_> {
             }
         });
         match done {
-            // All threads have stopped now, so count the finished runs again.
+            // Count the finished runs only now, when all threads have stopped.
             Err(Error::Interrupted { .. } | Error::Stopped { .. }) => Err(self.stopped()),
             done => done,
         }
@@ -300,7 +302,8 @@ fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     Err(first)
 }
 
-/// The observer of a claimed run. It also tells the run whether the claim still holds.
+/// Passes the events of a claimed run on to its observer. Also tells the run whether this process still holds the
+/// claim.
 struct Holding<'c> {
     claim: &'c Claim,
     observer: &'c mut dyn Observer,
@@ -332,7 +335,7 @@ impl Observer for Holding<'_> {
     }
 }
 
-/// The observer of one of several parallel runs. It does not report iterations.
+/// Passes the warnings of one of several parallel runs on to the overseer. Does not report iterations.
 struct Quiet<'o> {
     overseer: &'o dyn Overseer,
     name: &'o str,

@@ -3,7 +3,7 @@
 use super::words::{decimals, plain, quoted, three_digits};
 use serde::Serialize;
 
-/// A value of a table. JSON keeps every bit of a number; a number that is not finite becomes `null`.
+/// The content of one cell of a table. In JSON, a number keeps every bit; a number that is not finite becomes `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Cell {
@@ -13,12 +13,12 @@ pub enum Cell {
     Count(u64),
     /// A number. A number that is not finite is shown as "failed".
     Number(f64),
-    /// No value was measured.
+    /// A value that was not measured.
     Missing,
 }
 
 impl Cell {
-    /// The number, or [`Cell::Missing`] if it is not finite.
+    /// A cell with this number, or [`Cell::Missing`] if the number is not finite.
     pub fn if_finite(number: f64) -> Self {
         Some(number).filter(|x| x.is_finite()).into()
     }
@@ -65,13 +65,13 @@ impl From<Option<&str>> for Cell {
 pub struct Column {
     /// The heading, which is also the key in JSON and CSV.
     pub name: String,
-    /// The meaning of the column. It includes the unit if `unit` is empty.
+    /// A description of what the column means. It includes the unit if `unit` is empty.
     pub says: String,
     /// The unit of the numbers, shown in the heading after the name; may be empty.
     pub unit: &'static str,
-    /// The number of decimals that people see; `None` for three significant digits.
+    /// The number of decimals in tables for people; `None` for three significant digits.
     decimals: Option<usize>,
-    /// The text that people see for a missing number.
+    /// The text for a missing number in tables for people.
     missing: &'static str,
     /// The largest number of decimals in CSV; `None` keeps every bit.
     rounded: Option<usize>,
@@ -90,14 +90,14 @@ impl Column {
         }
     }
 
-    /// Limits the decimals in CSV, and avoids exponents: some programs cannot read them, and people copy numbers by
-    /// hand.
+    /// Limits the number of decimals in CSV, and writes no exponents. Some programs cannot read exponents, and people
+    /// copy the numbers by hand.
     pub fn rounded(mut self, decimals: usize) -> Self {
         self.rounded = Some(decimals);
         self
     }
 
-    /// Shows people numbers with this many decimals, and the text `missing` for a missing number.
+    /// Sets the number of decimals, and the text for a missing number, in tables for people.
     pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
         (self.decimals, self.missing) = (Some(decimals), missing);
         self
@@ -108,7 +108,7 @@ impl Column {
         Self { unit, ..self }
     }
 
-    /// The name, and the unit if there is one.
+    /// The heading as people see it: the name, followed by the unit if there is one.
     pub fn heading(&self) -> String {
         match self.unit {
             "" => self.name.clone(),
@@ -116,7 +116,7 @@ impl Column {
         }
     }
 
-    /// A cell as people see it.
+    /// The text of a cell in a table for people.
     pub fn shown(&self, cell: &Cell) -> String {
         match (cell, self.decimals) {
             (Cell::Text(text), _) => text.clone(),
@@ -127,7 +127,7 @@ impl Column {
         }
     }
 
-    /// A cell as people see it, with the unit after a number.
+    /// The text of a cell for people, with the unit after a number.
     pub fn shown_with_unit(&self, cell: &Cell) -> String {
         let shown = self.shown(cell);
         match (cell, self.unit) {
@@ -144,7 +144,7 @@ impl Column {
             (Cell::Missing, ..) => String::new(),
             (Cell::Number(x), Some(places), _) => plain(*x, places),
             (Cell::Number(x), None, Some(_)) => x.to_string(),
-            // Use an exponent, because a very large or small number would otherwise have hundreds of digits.
+            // Without an exponent, a very large or small number would have hundreds of digits.
             (Cell::Number(x), None, None) => format!("{x:e}"),
         }
     }

@@ -2,14 +2,16 @@
 
 use super::{Cell, Column, Row, Standing, Table};
 
-/// A table under construction, with a row for each subject; a subject is any value from which cells are computed.
+/// A table under construction, which has one row for each subject. A subject is any value from which the cells of its
+/// row are computed.
 pub struct TableOf<'a, S> {
     subjects: &'a [S],
     table: Table,
 }
 
 impl Table {
-    /// Begins a table with a plain row for each subject. It has no columns until [`TableOf::column`] adds some.
+    /// Begins a table with an ordinary row for each subject. The table has no columns until [`TableOf::column`] adds
+    /// some.
     pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
         let table = Self {
             name: name.to_owned(),
@@ -22,12 +24,12 @@ impl Table {
 }
 
 impl<'a, S> TableOf<'a, S> {
-    /// Adds a column with a name, a meaning, and a cell for each subject.
+    /// Adds a column. `name` is its heading, `says` describes it, and `cell` computes the cell of a subject.
     pub fn column<C: Into<Cell>>(self, name: &str, says: &str, cell: impl Fn(&'a S) -> C) -> Self {
         self.add(Column::new(name, says), cell)
     }
 
-    /// Adds a column with a cell for each subject.
+    /// Adds a described column. `cell` computes the cell of a subject.
     pub fn add<C: Into<Cell>>(mut self, column: Column, cell: impl Fn(&'a S) -> C) -> Self {
         self.table.columns.push(column);
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
@@ -36,7 +38,8 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Adds a column for each name, all with the same meaning. `cell` takes the subject and the index of the name.
+    /// Adds a column for each name. All these columns have the same description. `cell` computes a cell from the
+    /// subject and the index of the name.
     pub fn columns<C: Into<Cell>>(
         mut self,
         names: impl IntoIterator<Item = impl AsRef<str>>,
@@ -49,7 +52,7 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Sets the decimals of all columns added so far, see [`Column::decimals`].
+    /// Sets the decimals, and the text for missing numbers, of all columns added so far; see [`Column::decimals`].
     pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
         let columns = self.table.columns.into_iter();
         let columns = columns.map(|column| column.decimals(decimals, missing));
@@ -57,14 +60,15 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Sets the decimals in CSV of all columns added so far, see [`Column::rounded`].
+    /// Sets the decimals in CSV of all columns added so far; see [`Column::rounded`].
     pub fn rounded(mut self, decimals: usize) -> Self {
         let columns = self.table.columns.into_iter();
         self.table.columns = columns.map(|column| column.rounded(decimals)).collect();
         self
     }
 
-    /// Marks the rows of some subjects. A later mark replaces an earlier one.
+    /// Emphasises the rows of the subjects for which `is` returns true. A later call replaces the emphasis of an
+    /// earlier one.
     pub fn mark(mut self, standing: Standing, is: impl Fn(&S) -> bool) -> Self {
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
             if is(subject) {

@@ -33,16 +33,16 @@ impl Standing {
 pub struct Row {
     /// A cell for each column.
     pub cells: Vec<Cell>,
-    /// The emphasis.
+    /// The emphasis of the row.
     pub standing: Standing,
 }
 
 /// A table: rows of cells under named columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The name of the table's file; may be empty.
+    /// The name of the file that the table is written to, without extension; may be empty.
     pub name: String,
-    /// The heading; may be empty.
+    /// The heading of the table; may be empty.
     pub title: String,
     /// The columns.
     pub columns: Vec<Column>,
@@ -51,7 +51,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A copy of the table with an additional last column, the emphasis of each row.
+    /// Returns a copy of the table with an additional last column, which shows the emphasis of each row.
     pub(crate) fn with_standings(&self) -> Self {
         let mut table = self.clone();
         table.columns.push(Column::new(
@@ -72,8 +72,8 @@ impl Table {
         lines.map(|line: Vec<_>| line.join(",") + "\n").collect()
     }
 
-    /// JSON: an object with the meaning of each column by its name, and the rows as objects with the columns' names as
-    /// keys.
+    /// The table as JSON: an object with the description of every column, by the column's name, and with a list of the
+    /// rows. Each row is an object whose keys are the names of the columns.
     pub fn to_json(&self) -> Value {
         let row = |row: &Row| {
             let cells = self.columns.iter().zip(&row.cells);
@@ -89,7 +89,7 @@ impl Table {
         })
     }
 
-    /// The table as HTML. The meaning of a column appears when the mouse rests on its heading.
+    /// The table as HTML. The description of a column appears when the mouse rests on its heading.
     pub fn to_html(&self) -> String {
         let mut html = String::from("<table>");
         let named = self.columns.iter().any(|column| !column.name.is_empty());
@@ -133,7 +133,7 @@ impl Table {
         aligned(&self.shown())
     }
 
-    /// The line of headings, then the rows, all as people see them.
+    /// All texts of the table as people see them: first the line of headings, then a line for each row.
     pub(crate) fn shown(&self) -> Vec<Vec<String>> {
         let head = self.columns.iter().map(Column::heading).collect();
         let rows = self.rows.iter().map(|row| self.written(row, Column::shown));
@@ -146,7 +146,7 @@ impl Table {
     }
 }
 
-/// Text of lines in aligned columns: the first column is left-aligned, the others are right-aligned. Every line must
+/// Aligns lines of cells in columns: the first column is left-aligned, the others are right-aligned. All lines must
 /// have equally many cells.
 pub fn aligned(lines: &[Vec<String>]) -> String {
     let width = |k: usize| lines.iter().map(|cells| cells[k].chars().count()).max();

@@ -1,13 +1,14 @@
 //! Formatting of numbers for people, and escaping of texts for HTML, SVG and CSV.
 
-/// A number with `places` decimals and a typographic minus sign. A number that rounds to zero has no sign.
+/// Formats a number with `places` decimals and a typographic minus sign. A number that rounds to zero has no sign.
 pub fn decimals(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     let is_zero = text.chars().all(|c| "-0.".contains(c));
     text.replace('-', if is_zero { "" } else { "\u{2212}" })
 }
 
-/// A number with at most `places` decimals, for programs to read: without an exponent and without trailing zeros.
+/// Formats a number for programs to read, with at most `places` decimals, without an exponent and without trailing
+/// zeros.
 pub(super) fn plain(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     let text = match text.split_once('.') {
@@ -17,7 +18,7 @@ pub(super) fn plain(x: f64, places: usize) -> String {
     if text == "-0" { "0" } else { text }.to_owned()
 }
 
-/// A number with three significant digits.
+/// Formats a number with three significant digits.
 pub(super) fn three_digits(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
@@ -37,7 +38,7 @@ pub(super) fn three_digits(x: f64) -> String {
     }
 }
 
-/// Text with the special characters of HTML and SVG escaped.
+/// Escapes the special characters of HTML and SVG in a text.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -45,7 +46,7 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// A text converted to HTML. A passage between two backticks becomes code.
+/// Converts a text to HTML. A passage between two backticks is marked as code.
 pub fn prose(text: &str) -> String {
     let mut html = String::new();
     let mut rest = text;
@@ -59,7 +60,7 @@ pub fn prose(text: &str) -> String {
     html + &escape(rest)
 }
 
-/// A text as a cell of CSV: in quotes if it contains a separator.
+/// Writes a text as a cell of CSV: in quotes if it contains a comma, a quote or a line break.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

@@ -1,4 +1,4 @@
-//! Measures the error of trajectories against their run time, for every integrator, time step and number type.
+//! Measures the errors and the run times of trajectories, for every integrator, time step and number type.
 
 use autodiff::{DoubleDouble, Real};
 use rayon::prelude::*;
@@ -16,26 +16,26 @@ use cosmic::scene::{Integrator, Named};
 use cosmic::simulator::stability::stable_step;
 use std::ops::Range;
 
-/// Positions are compared at four times. The last is after this many of the scene's steps, or fewer if the rollout is
-/// shorter.
+/// Positions are compared at four times, the marks. The last mark is after this many of the scene's steps, or earlier
+/// if the rollout is shorter.
 const LAST: usize = 512;
-/// The index of the time that the figures show: the second one, because chaos dominates later.
+/// The index of the mark that the figures show. It is the second one, because chaos dominates the errors later.
 const SHOWN: usize = 1;
-/// The time steps as multiples of the scene's time step, all exact in binary.
+/// The time steps to compare, as multiples of the scene's time step. All of these factors are exact in binary.
 const FRACTIONS: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
-/// The scene's time step divided by that of the reference. The reference's step is 64 times shorter than the shortest
-/// step of any row, unless the scene itself has more than four substeps.
+/// The number of steps of the reference in one time step of the scene. The reference's step is 64 times shorter than
+/// the shortest step of any row, unless the scene itself has more than four substeps.
 const FINER: usize = 2048;
 /// A distance from the reference counts as an error only if it is at least this many times the reference's uncertainty.
-/// The error is then known to a third.
+/// The distance then differs from the true error by at most a third.
 const RESOLVED: f64 = 3.0;
-/// The number of runs of which the median time is taken.
+/// The number of timed runs, from which the median time is taken.
 const REPEATS: usize = 9;
 
 /// A number type in which trajectories are computed.
 struct Precision {
     name: &'static str,
-    /// The dash pattern of its lines in figures.
+    /// The dash pattern of the lines for this number type in figures.
     dashes: &'static str,
     /// The distance from 1 to the next larger number.
     unit: f64,
@@ -55,7 +55,8 @@ const fn precision<R: Real + Into<f64>>(
     }
 }
 
-/// Every number type. The last one is so precise that the distance from it is the rounding of the others.
+/// All number types to compare. The last one is very precise: its distance from another type's result is the rounding
+/// error of that type.
 static PRECISIONS: [Precision; 3] = [
     precision::<f32>("f32", "6 4", f32::EPSILON as f64),
     precision::<f64>("f64", "", f64::EPSILON),
@@ -79,7 +80,7 @@ impl Method {
         }
     }
 
-    /// The method of the case itself.
+    /// The method with which the case itself is simulated.
     fn of(case: &Case) -> Self {
         Self {
             integrator: case.physics.integrator,
@@ -102,24 +103,24 @@ impl Method {
         methods
     }
 
-    /// The case with this method and with `fraction` times its time step, and the numbers of the steps at the same
-    /// times as `marks`.
+    /// Returns the case with this method and a time step that is `fraction` times the case's. Also returns the numbers
+    /// of its steps at the times of `marks`.
     fn applied(&self, case: &Case, marks: [usize; 4], fraction: f64) -> (Case, [usize; 4]) {
         let mut case = case.clone();
         let physics = &mut case.physics;
         (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
         physics.dt *= fraction;
-        // Exact, because fractions are powers of two and marks are even.
+        // The quotient is whole, because fractions are powers of two and marks are even.
         let at = marks.map(|mark| (mark as f64 / fraction) as usize);
         physics.steps = at[3];
         (case, at)
     }
 }
 
-/// A run whose steps are so short that it counts as the truth.
+/// A run by leapfrog whose steps are so short that its positions count as the truth.
 struct Reference {
-    /// The uncertainty of its positions at the marks, m. Two other runs are compared with it: symplectic Euler with
-    /// equal steps, and leapfrog with steps twice as long. The uncertainty is the largest distance of a node in either.
+    /// The uncertainty of the positions at each mark, in metres: the largest distance of a node from its position in
+    /// two other runs. One of them uses symplectic Euler with equal steps, the other leapfrog with steps twice as long.
     /// Infinite if one of the three runs diverged.
     uncertainty: [f64; 4],
     states: Vec<State<f64>>,
@@ -153,25 +154,26 @@ impl Reference {
         }
     }
 
-    /// The largest distances of a node from the reference at the marks, m; `None` if a distance may be an error of the
-    /// reference itself.
+    /// Returns the largest distance of a node from the reference at each mark, in metres. A distance is `None` if it
+    /// may be an error of the reference itself.
     fn errors(&self, states: &[State<f64>]) -> [Option<f64>; 4] {
         let errors = errors(states, &self.states);
         std::array::from_fn(|k| {
             let least = RESOLVED * self.uncertainty[k];
-            // NaN counts as an infinite error.
+            // NaN, from a diverged run, counts as an infinite error.
             let resolved = errors[k] >= least || errors[k].is_nan();
             (least.is_finite() && resolved).then_some(errors[k])
         })
     }
 }
 
-/// The largest distance of a node from its true position, for each of the marks, m.
+/// The largest distance of a node from its true position at each mark, in metres.
 fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
     std::array::from_fn(|k| distance(&states[k], &truth[k]))
 }
 
-/// The results of one way to run the case. Errors are the largest distances of a node at the marks, m.
+/// The result of running the case with one method, time step and number type. Errors are the largest distances of a
+/// node at each mark, in metres.
 #[derive(Clone, Debug)]
 struct Run {
     method: Method,
@@ -181,20 +183,20 @@ struct Run {
     precision: usize,
     /// True for the scene's own method, time step and number type.
     is_default: bool,
-    /// The distances from the reference; `None` if a distance is not resolved.
+    /// The error: the distances from the reference. `None` if the reference is too uncertain to tell.
     error: [Option<f64>; 4],
-    /// The distances from a double-double run with the same settings.
+    /// The rounding error: the distances from a double-double run with the same method and time step.
     rounding: [f64; 4],
-    /// The median processor time of the whole run, s.
+    /// The median processor time of a whole run, in seconds.
     time: f64,
-    /// True if the time step is below the largest stable one of the design at its start.
+    /// True if the time step is below the stability limit of the robot at its start.
     stable: bool,
     /// True if all observed states are finite and plausible.
     finite: bool,
 }
 
 impl Run {
-    /// True if the error of the run comes from its time step.
+    /// True if the error of the run comes from the length of its time step, and not from instability.
     fn is_sound(&self) -> bool {
         self.finite && self.stable
     }
@@ -204,8 +206,8 @@ impl Run {
         !self.finite && (self.stable || self.is_default)
     }
 
-    /// The cell of a number of the run. If the time step is unstable, divergence is expected, so a number that is not
-    /// finite is shown as missing.
+    /// Makes a table cell of one of the run's numbers. If the time step is unstable, divergence is expected. Then a
+    /// number that is not finite is shown as missing, not as failed.
     fn number(&self, x: f64) -> Cell {
         match self.stable || self.is_default {
             true => x.into(),
@@ -213,7 +215,7 @@ impl Run {
         }
     }
 
-    /// A few words about the outcome of the run.
+    /// The outcome of the run in a few words.
     fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
             _ if self.is_failed() => "diverged",
@@ -224,16 +226,16 @@ impl Run {
         }
     }
 
-    /// The error that a figure shows; NaN, which figures leave out, if the error is not resolved.
+    /// The error that figures show. NaN, which figures leave out, if the reference is too uncertain to tell the error.
     fn shown(&self) -> f64 {
         self.error[SHOWN].unwrap_or(f64::NAN)
     }
 }
 
-/// The errors of all ways to run a case.
+/// The results of all runs of a case.
 struct Accuracy<'a> {
     case: &'a Case,
-    /// The steps of the scene at which positions are compared.
+    /// The numbers of the scene's steps after which positions are compared.
     marks: [usize; 4],
     reference: Reference,
     /// All runs, in the order of methods, then time steps, then number types.
@@ -241,14 +243,15 @@ struct Accuracy<'a> {
     chaos: Chaos,
 }
 
-/// Runs a case in every way and reports the errors. Checks the rounding of f32 and f64 in rows with a stable step. Also
-/// checks that neither the scene's own run nor the reference diverged.
+/// Runs a case with every method, time step and number type, and reports the errors. Checks the rounding errors of f32
+/// and f64 wherever the time step is stable. Also checks that neither the scene's own run nor the reference diverged.
 pub fn accuracy(case: &Case) -> Section {
     Accuracy::of(case).section()
 }
 
 impl<'a> Accuracy<'a> {
-    /// Runs a case in every way. Errors are computed in parallel; run times are measured while nothing else runs.
+    /// Runs a case with every method, time step and number type. Errors are computed in parallel; run times are
+    /// measured while nothing else runs.
     fn of(case: &'a Case) -> Self {
         let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
         let marks = [last / 16, last / 4, last / 2, last];
@@ -275,7 +278,7 @@ impl<'a> Accuracy<'a> {
         }
     }
 
-    /// The times at which positions are compared, s.
+    /// The times of the marks, in seconds.
     fn times(&self) -> [f64; 4] {
         self.marks.map(|mark| mark as f64 * self.case.physics.dt)
     }
@@ -286,9 +289,9 @@ impl<'a> Accuracy<'a> {
         found.expect("the scene's own method and time step are run")
     }
 
-    /// True if the rounding at the first time is no larger than expected. Expected are 7 binary digits for the sums in
-    /// a step, 7 for sums over the steps, and the growth of perturbations. Later times are not checked: chaos
-    /// dominates.
+    /// True if the rounding error at the first mark is no larger than expected. The expected loss is 7 binary digits in
+    /// the sums of a step and 7 in sums over the steps, and the growth of perturbations until then. Later marks are not
+    /// checked, because chaos dominates there.
     fn rounds_well(&self, run: &Run) -> bool {
         let growth = self.chaos.growth(self.marks[0]);
         run.rounding[0] <= 128.0 * 128.0 * PRECISIONS[run.precision].unit * growth
@@ -362,12 +365,13 @@ impl<'a> Accuracy<'a> {
             .done()
     }
 
-    /// The time step of a run, s.
+    /// The time step of a run, in seconds.
     fn dt(&self, run: &Run) -> f64 {
         self.case.physics.dt * run.fraction
     }
 
-    /// A figure of the errors against another quantity of the runs, with a line for every method and some number types.
+    /// A figure that plots the errors of the runs over another quantity, which `along` returns for a run. It has a line
+    /// for every method and each of the number types in `precisions`.
     fn figure(
         &self,
         name: &'static str,
@@ -405,7 +409,8 @@ impl<'a> Accuracy<'a> {
         for precision in precisions {
             let Precision { name, dashes, .. } = PRECISIONS[precision];
             for (k, method) in methods.iter().enumerate() {
-                // Diverged runs are left out: with their huge errors, all other lines would look like one.
+                // Diverged runs are left out. Their errors are so large that, on the same axis, all other lines would
+                // coincide.
                 let belongs = |run: &&Run| {
                     run.is_sound() && (run.method, run.precision) == (*method, precision)
                 };
@@ -418,7 +423,7 @@ impl<'a> Accuracy<'a> {
     }
 }
 
-/// Runs a method with a time step in every number type. The run times are measured later.
+/// Runs the case with one method and time step in every number type. The run times are measured later.
 fn runs(
     case: &Case,
     marks: [usize; 4],

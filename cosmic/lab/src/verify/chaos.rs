@@ -1,4 +1,5 @@
-//! Measures how fast neighbouring motions diverge, which tells for how long errors at single times are meaningful.
+//! Measures how fast neighbouring motions diverge. This tells for how many steps the error at a single time is
+//! meaningful.
 
 use rayon::prelude::*;
 
@@ -9,37 +10,37 @@ use cosmic::codesign::Quantiles;
 use cosmic::lattice::State;
 use cosmic::task::together;
 
-/// The number of perturbed starts, whose motions are compared with the unperturbed one.
+/// The number of perturbed starts. The motion from each is compared with the motion from the unperturbed start.
 const STARTS: usize = 16;
-/// The distance between two motions above which it is no longer a small perturbation, m.
+/// Two motions that are farther apart than this, in metres, no longer differ by a small perturbation.
 const PARTED: f64 = 1e-4;
 /// The number of steps between two measurements of the distance.
 const EVERY: usize = 8;
-/// Binary digits that are lost even before a perturbation has doubled: by the sums of some hundred terms in a step, and
-/// by the curvature of contact.
+/// The number of binary digits that are lost before a perturbation has doubled once. They are lost in the sums of some
+/// hundred terms in a step, and by the curvature of contact.
 const SPENT: u32 = 7;
 
 /// How the motions of a case from perturbed starts diverge.
 #[derive(Debug)]
 pub(super) struct Chaos {
-    /// The number of steps in which a small perturbation doubles, the median over starts; infinite if it never doubles
-    /// in the whole rollout.
+    /// The number of steps in which a small perturbation doubles: the median over the perturbed starts. Infinite if it
+    /// does not double once in the whole rollout.
     doubling: f64,
     /// The time step, s.
     dt: f64,
-    /// Pairs: a number of steps, and the largest growth of a perturbation until then over all starts. Contacts stretch
-    /// some directions for a while even if nothing grows in the long run. The list ends when the perturbation of a
-    /// start is no longer small.
+    /// Pairs of a number of steps and the largest factor by which a perturbation of any start has grown until then. The
+    /// factor may be large even if nothing grows in the long run, because contacts stretch some directions for a while.
+    /// The list ends when a perturbation is no longer small.
     grown: Vec<(usize, f64)>,
     steps: usize,
-    /// The displacement along the ground over the perturbed starts, after all steps, m.
+    /// The quantiles of the displacement along the ground after all steps, over the perturbed starts, in metres.
     spread: Quantiles,
-    /// The displacement from the unperturbed start, m.
+    /// The displacement from the unperturbed start, in metres.
     unmoved: f64,
 }
 
 impl Chaos {
-    /// Runs a case from 16 moved starts and from its own.
+    /// Runs a case from its own start and from the perturbed starts.
     pub(super) fn of(case: &Case) -> Self {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
@@ -72,15 +73,15 @@ impl Chaos {
         }
     }
 
-    /// How much a perturbation may have grown after `steps` steps: as much as was measured, and after the last
-    /// measurement further at the mean rate.
+    /// The factor by which a perturbation may have grown after `steps` steps. It is the growth at the last measurement
+    /// until then, continued at the mean rate.
     pub(super) fn growth(&self, steps: usize) -> f64 {
         let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
         let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
         grown * ((steps - at) as f64 / self.doubling).exp2()
     }
 
-    /// The note before the tables.
+    /// The note about chaos, which stands before the tables.
     pub(super) fn note(&self) -> String {
         if self.doubling.is_infinite() {
             let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
@@ -103,7 +104,7 @@ impl Chaos {
         )
     }
 
-    /// The table of the displacements from perturbed starts.
+    /// The table with the displacement from the unperturbed start and the quantiles over the perturbed starts.
     pub(super) fn table(&self) -> Table {
         let title =
             format!("Displacement along the ground over {STARTS} starts moved by {MOVED:e} m");
@@ -124,7 +125,8 @@ impl Chaos {
     }
 }
 
-/// The largest growth of any of the distances, for each step, as long as all distances are small.
+/// Returns pairs of a step and the largest growth of any distance until then, as long as all distances are small.
+/// `parting` has a list of distances for each perturbed start.
 fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     let mut most: f64 = 1.0;
     let mut grown = Vec::new();
@@ -139,12 +141,12 @@ fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     grown
 }
 
-/// Doublings per step: the slope of the line that fits the logarithms of the distances best, as long as the distances
-/// are small. Returns 0 for fewer than two distances. In the first steps a perturbation still turns towards the growing
-/// directions; these steps are few, so they are included.
+/// Returns the number of doublings per step: the slope of the line that fits the logarithms of the distances best, as
+/// long as the distances are small. Returns 0 for fewer than two distances. In the first steps a perturbation still
+/// turns towards the directions that grow; these steps are few, so they are included.
 fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
     let small = distances.iter().take_while(|&&d| d < PARTED);
-    // If motions agree to the last bit, their distance counts as one rounding.
+    // If motions agree to the last bit, their distance is taken to be one rounding error.
     let logs: Vec<f64> = small.map(|d| d.max(f64::EPSILON).log2()).collect();
     if logs.len() < 2 {
         return 0.0;
@@ -169,7 +171,8 @@ mod tests {
         let steps: Vec<usize> = (0..100).map(|k| 8 * k).collect();
         let grown = |n: &usize| (1e-9 * (*n as f64 / 40.0).exp2()).min(0.3);
         let distances: Vec<f64> = steps.iter().map(grown).collect();
-        // The logarithms are near 20 and rounded at 4e-15; the fit is over hundreds of steps.
+        // Expected rounding: the logarithms are near 20, so each has an error of 4e-15. The fit averages over hundreds
+        // of steps.
         assert!((growth_rate(&steps, &distances) - 1.0 / 40.0).abs() < 1e-12);
         assert_eq!(growth_rate(&steps[..3], &[f64::NAN; 3]), 0.0);
         let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
@@ -177,7 +180,7 @@ mod tests {
         assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
     }
 
-    /// Motions of a robot whose controller does nothing come to rest from all neighbouring starts, so they do not
+    /// If its controller does nothing, a robot comes to rest from all neighbouring starts, so its motions do not
     /// diverge.
     #[test]
     fn a_resting_robot_is_not_chaotic() {
@@ -186,9 +189,9 @@ mod tests {
         }));
         assert_eq!(chaos.doubling, f64::INFINITY);
         assert!(chaos.note().contains("do not double"));
-        // The payload only sags by micrometres.
+        // The payload moves only a few micrometres, because the robot sags.
         assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
-        // Growth is as measured, and after the last measurement continues at the mean rate.
+        // From the last measurement before a step, growth continues at the mean rate.
         (chaos.doubling, chaos.grown) = (10.0, vec![(0, 1.0), (8, 4.0), (16, 8.0)]);
         assert_eq!(chaos.growth(12), 4.0 * 0.4f64.exp2());
         assert_eq!(chaos.growth(36), 8.0 * 4.0);

@@ -1,4 +1,4 @@
-//! Measures the run time and memory of pieces of work, each while nothing else runs.
+//! Measures the run time and the memory of a piece of work while nothing else runs.
 
 use std::fs;
 use std::hint::black_box;
@@ -7,23 +7,23 @@ use std::time::Duration;
 use cosmic::codesign::Quantiles;
 #[cfg(not(windows))]
 use cpu_time::ThreadTime as Clock;
-// Windows counts a thread's time in ticks of 16 ms, so wall time is more precise there.
+// Windows counts the processor time of a thread in ticks of 16 ms. Wall time is more precise there.
 #[cfg(windows)]
 use std::time::Instant as Clock;
 
-/// Work that takes longer than this, s, is not repeated.
+/// Work is repeated until it has taken this many seconds in total.
 const LONG: f64 = 1.0;
-/// When pieces of work take turns, no new round begins after this time.
+/// When several pieces of work take turns, no new round begins after this time.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// The processor time of this thread for a piece of work.
+/// Returns the processor time that this thread needs for a piece of work.
 fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     let start = Clock::now();
     black_box(work());
     start.elapsed()
 }
 
-/// The median processor time of a piece of work over up to `repeats` runs, in s.
+/// Returns the median processor time of a piece of work over up to `repeats` runs, in seconds.
 pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64 {
     let mut times = Vec::new();
     while times.is_empty() || times.len() < repeats && times.iter().sum::<f64>() < LONG {
@@ -32,8 +32,9 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
     Quantiles::of(&times).p50
 }
 
-/// The shortest processor time of each piece of work over `rounds` rounds, or over fewer if they take long, in s. Each
-/// round runs every piece once, so that a disturbance of the machine affects all of them.
+/// Returns the shortest processor time of each piece of work over several rounds, in seconds. Each round runs every
+/// piece once, so that a disturbance of the machine affects all of them. There are `rounds` rounds, or fewer if they
+/// take long.
 pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> T) -> Vec<f64> {
     let start = Clock::now();
     let mut least = vec![f64::INFINITY; works.len()];
@@ -48,9 +49,9 @@ pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> 
     least
 }
 
-/// Returns the result of a piece of work, its processor time in s, and how many bytes it held at most in addition to
-/// what was held before, if the system tells. Do not trust sizes below a MiB: the system counts whole pages, and with a
-/// delay.
+/// Does a piece of work. Returns its result, its processor time in seconds, and its memory: how many bytes more than
+/// before the process held at most, if the system tells. Do not trust sizes below a MiB: the system counts whole pages,
+/// and with a delay.
 pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
     let measure = || {
         let _ballast = ballast();
@@ -60,21 +61,21 @@ pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64
         let held = before.and_then(|before| Some(peak_memory()?.saturating_sub(before)));
         (result.expect("the work was done"), time, held)
     };
-    // Run in a new thread, which has no spare buffers of earlier work.
+    // A new thread has no spare buffers from earlier work.
     std::thread::scope(|scope| {
         let done = scope.spawn(measure).join();
         done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 
-/// Allocates blocks until the memory that the allocator kept from earlier work is used up. Otherwise the measured work
-/// would use that memory, which the system already counts.
+/// Allocates blocks until it has used up the memory that the allocator kept from earlier work. The system already
+/// counts that memory for this process. If the measured work used it, its memory would seem too small.
 fn ballast() -> Vec<Vec<u8>> {
     /// The size of a block, small enough to come from the kept memory.
     const BLOCK: usize = 64 << 10;
     /// The number of blocks in a round, enough for the system's count to be near the truth.
     const BLOCKS: usize = 32;
-    /// The largest number of rounds: 256 MiB, because allocators keep no more.
+    /// The largest number of rounds. Together they allocate 256 MiB; allocators keep no more.
     const ROUNDS: usize = 128;
     let mut blocks = Vec::new();
     for _ in 0..ROUNDS {
@@ -89,12 +90,12 @@ fn ballast() -> Vec<Vec<u8>> {
     blocks
 }
 
-/// The peak memory of this process so far in bytes; `None` if the system does not tell.
+/// The largest amount of memory that this process has held so far, in bytes; `None` if the system does not tell.
 pub fn peak_memory() -> Option<u64> {
     memory("VmHWM:")
 }
 
-/// A size that the system reports for this process under `key`, in bytes, if the system reports it.
+/// Reads the size that the system reports for this process under `key`, in bytes; `None` if it reports none.
 fn memory(key: &str) -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key))?;
@@ -114,7 +115,7 @@ mod tests {
     #[test]
     fn memory_is_that_of_the_work() {
         let ((), _, held) = measured(|| drop(std::hint::black_box(vec![1u8; 64 << 20])));
-        // A system may refuse to reset the peak.
+        // The memory is unknown if the system refuses to reset the peak.
         if let Some(bytes) = held {
             assert!(bytes >= 60 << 20, "{bytes}");
         }

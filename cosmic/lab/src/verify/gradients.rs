@@ -1,4 +1,5 @@
-//! Measures the error, time and memory of every way to compute a gradient, for horizons of different lengths.
+//! Measures the error, time and memory of every way to compute a gradient, over rollouts of different lengths
+//! (horizons).
 
 mod subject;
 
@@ -17,18 +18,21 @@ use subject::{DIRECTIONS, Slopes, Subject};
 
 /// The longest horizon in steps.
 const LONGEST: usize = 4096;
-/// How often the horizon is halved.
+/// How often the longest horizon is halved to get the shorter ones.
 const HALVINGS: u32 = 6;
-/// The half-widths of central differences that are tried. Directions have length 1.
+/// The half-widths of central differences to try: the distances by which inputs are moved along a direction of length
+/// 1.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
-/// The half-width of the differences in double-double that count as the truth. Their rounding error is 1e-32 divided by
-/// the half-width, and their truncation error is its square, each times the magnification by the motion.
+/// The half-width of the central differences in double-double, which count as the true slopes. Their rounding error is
+/// 1e-32 divided by the half-width, and their truncation error is the square of the half-width. The motion magnifies
+/// both errors.
 const TINY: f64 = 1e-15;
-/// A full tape that would need more memory than this, in bytes, is left out with a note.
+/// The largest memory for a full tape, in bytes. A tape that would need more is not computed, and its row says so.
 const MOST_MEMORY: u64 = 3 << 30;
-/// The number of moved starts whose gradients are compared.
+/// The number of moved starts whose slopes are compared with those of the case's own start.
 const STARTS: usize = 8;
-/// A gradient with a larger relative error does not have two correct digits. Such rows are not checked.
+/// A gradient with a larger relative error does not have two correct digits. If rounding alone may cause such an error,
+/// the row is not checked.
 const WORTHLESS: f64 = 1e-2;
 
 /// The main source of a gradient's error.
@@ -38,9 +42,9 @@ enum Limit {
     Rounding,
     /// The rounding of f32.
     Single,
-    /// The half-width of differences.
+    /// The error of central differences: rounding if the half-width is too small, curvature if it is too large.
     Width,
-    /// Leaving out early steps.
+    /// The gradient leaves out the early steps of the rollout.
     Truncation,
 }
 
@@ -48,7 +52,7 @@ enum Limit {
 struct Way {
     name: &'static str,
     limit: Limit,
-    /// Computes the whole gradient over a horizon, or the slopes along all directions.
+    /// Computes either the whole gradient over a horizon, or only the slopes along the directions of the subject.
     run: fn(&Subject, &Horizon) -> Found,
 }
 
@@ -101,27 +105,28 @@ struct Row {
     /// The index of the way in [`WAYS`].
     way: usize,
     steps: usize,
-    /// The relative error of the vector of slopes: the norm of its error divided by the norm of the true slopes.
+    /// The relative error of the slopes along all directions: the norm of the error vector divided by the norm of the
+    /// true slopes.
     error: f64,
-    /// The largest error that rounding explains for an exact way in f64.
+    /// The largest error that the rounding of f64 explains if the method is exact.
     allowed: f64,
-    /// The angle between the vectors of computed and true slopes, degrees.
+    /// The angle between the vector of computed slopes and the vector of true slopes, in degrees.
     angle: f64,
-    /// The processor time of what the way computes, the whole gradient or the slopes, s.
+    /// The processor time in seconds that the method takes for its result: the whole gradient, or only the slopes.
     time: f64,
-    /// The time of a whole gradient, s. If `time` is for slopes, this is extrapolated.
+    /// The processor time in seconds for a whole gradient. If the method computes only slopes, this is extrapolated.
     whole: f64,
-    /// Memory in addition to that held before, bytes; `None` if the system does not tell.
+    /// The memory that the method needs, in bytes; `None` if the system does not tell.
     memory: Option<u64>,
-    /// True if the way was left out because it needs too much memory; `memory` is then an estimate.
+    /// True if the method was not run because it needs too much memory. Then `memory` is an estimate.
     left_out: bool,
 }
 
 impl Row {
-    /// Measures a way over a horizon. `last` is the previous row, which may be of another way.
+    /// Measures a way over a horizon. `last` is the row that was measured before, possibly of another way.
     fn new(subject: &Subject, way: usize, horizon: &Horizon, last: Option<&Self>) -> Self {
         let steps = horizon.steps;
-        // Estimate the memory in proportion to that of the previous horizon.
+        // The memory is estimated from the previous horizon: it grows in proportion to the number of steps.
         let last = last.filter(|row| row.way == way);
         let expected = last.map_or(0, |row| {
             row.memory.unwrap_or(0) / row.steps as u64 * steps as u64
@@ -151,7 +156,8 @@ impl Row {
         }
     }
 
-    /// True if the row can be checked: only the rounding of f64 limits its error, and rounding leaves it two digits.
+    /// True if the row can be checked: its error comes only from the rounding of f64, and at least two digits should be
+    /// correct.
     fn is_checked(&self) -> bool {
         let exact = WAYS[self.way].limit == Limit::Rounding && !self.left_out;
         exact && self.allowed < WORTHLESS
@@ -163,7 +169,7 @@ impl Row {
         self.is_checked() && !right
     }
 
-    /// A few words about the outcome of the row.
+    /// The outcome of the row in a few words.
     fn status(&self) -> &'static str {
         match WAYS[self.way].limit {
             _ if self.left_out => "left out: too much memory",
@@ -178,21 +184,24 @@ impl Row {
     }
 }
 
-/// A number of steps, with the true slopes over these steps and bounds on errors.
+/// A number of steps, the true slopes over these steps, and what errors to expect.
 struct Horizon {
     steps: usize,
     truth: Slopes,
-    /// The largest error that rounding explains for an exact way in f64.
+    /// The largest error that the rounding of f64 explains if a method is exact.
     allowed: f64,
-    /// The best half-width of central differences.
+    /// The half-width for which central differences have the smallest error.
     width: f64,
 }
 
 impl Horizon {
-    /// All horizons up to the longest, ascending. Rounding in f64 explains an error that is the sum of two parts. The
-    /// first has 7 binary digits for the sums in a step and 7 for sums over the steps. The second is the change of the
-    /// slopes if the start is moved as far as rounding moves the motion. It gets 4 more binary digits, because rounding
-    /// acts during the motion and not at the start.
+    /// Returns all horizons up to the longest, in ascending order. The error that rounding explains is the sum of two
+    /// parts:
+    ///
+    /// - The sums in a step and the sums over the steps may each lose 7 binary digits.
+    /// - Rounding changes the motion, and thereby the slopes. This change is estimated by moving the start as far as
+    /// rounding moves the motion. It is allowed 4 more binary digits, because rounding acts during the motion and not
+    /// at the start.
     fn all(case: &Case, subject: &Subject, longest: usize) -> Vec<Self> {
         let mut steps: Vec<usize> = (0..=HALVINGS).rev().map(|k| longest >> k).collect();
         steps.retain(|&steps| steps > 0);
@@ -219,7 +228,8 @@ impl Horizon {
     }
 }
 
-/// For each horizon, the largest relative change of the slopes when the case's start is replaced by a moved start.
+/// Returns, for each horizon, the largest relative change of the slopes when the case begins at one of the moved
+/// starts.
 fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
     let slopes = |subject: &Subject| -> Vec<Slopes> {
         let gradient = |&steps: &usize| subject.along(&subject.driver::<f64>(steps));
@@ -244,7 +254,8 @@ fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
     (0..horizons.len()).map(largest).collect()
 }
 
-/// For each horizon, the largest distance until then between the motions in f64 and in double-double, m.
+/// Returns, for each horizon, the largest distance between the motions in f64 and in double-double up to its end, in
+/// metres.
 fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     let probe = Probe::new(case);
     let observed: Vec<usize> = (0..=horizons[horizons.len() - 1]).collect();
@@ -261,11 +272,11 @@ fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     horizons.iter().map(largest).collect()
 }
 
-/// The angle between two vectors of slopes, degrees. A small angle is computed from the difference of the unit vectors,
-/// because its cosine would round to 1.
+/// Returns the angle between two vectors of slopes, in degrees. A small angle is computed from the difference of the
+/// unit vectors, because its cosine would round to 1.
 fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
     if slopes == truth {
-        // Vectors of zeros have no direction; their angle counts as 0.
+        // A vector of zeros has no direction. If both vectors are zero, the angle counts as 0.
         return 0.0;
     }
     let unit = |v: &Slopes| v.map(|x| x / norm(v));
@@ -281,14 +292,15 @@ struct Gradients {
     chaos: Chaos,
 }
 
-/// Measures gradients of a case in every way. Checks the ways whose error comes only from rounding.
+/// Computes the gradient of a case in every way and reports the errors. Checks the ways whose error comes only from
+/// rounding.
 pub fn gradients(case: &Case) -> Section {
     Gradients::of(case).section()
 }
 
 impl Gradients {
-    /// Differentiates a case in every way. The truth is computed in parallel; run times and memory are measured while
-    /// nothing else runs.
+    /// Computes the gradient of a case in every way. The true slopes are computed in parallel; run times and memory are
+    /// measured while nothing else runs.
     fn of(case: &Case) -> Self {
         let longest = LONGEST.min(case.physics.steps.max(1));
         let mut case = case.clone();
@@ -407,7 +419,7 @@ impl Gradients {
             .done()
     }
 
-    /// The lines of a figure, one for every way.
+    /// The lines of a figure, one for every way. `point` returns the point of a row.
     fn lines(&self, point: &dyn Fn(&Row) -> Vector<f64>) -> Vec<Line> {
         let line = |(k, way): (usize, &Way)| {
             let dashes = match way.limit {
@@ -438,8 +450,8 @@ mod tests {
             let horizons: Vec<usize> = rows.iter().map(|row| row.steps).collect();
             assert_eq!(horizons, [2, 4, 8, 16, 32, 64, 128]);
             let worst = rows.iter().map(|row| row.error).fold(0.0, f64::max);
-            // The expected errors are: rounding of some hundred steps in each number type; a third of the digits lost
-            // for differences; and a large error for truncation.
+            // The expected errors are as follows. Exact ways: the rounding of some hundred steps in the number type.
+            // Differences: a third of the digits is lost. Truncated ways: a large error.
             let expected = match of.limit {
                 Limit::Rounding => 0.0..1e-10,
                 Limit::Single => 0.0..1e-2,
@@ -464,7 +476,7 @@ mod tests {
         let truth = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let mut turned = truth;
         turned[1] = 1.0;
-        // The tolerances are for the rounding of a root and an arc sine.
+        // The tolerances allow for the rounding of a square root and of an arc sine.
         assert!((relative_error(&turned, &truth) - 1.0).abs() < 1e-15);
         assert!((angle(&turned, &truth) - 45.0).abs() < 1e-13);
         assert_eq!(angle(&truth, &truth), 0.0);

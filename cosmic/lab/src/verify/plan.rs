@@ -1,8 +1,8 @@
-//! The plan of a rollout: the terms that it computes in every step and the terms that it leaves out, with the times
-//! that they cost or save.
+//! The plan of a rollout: which terms every step computes, and which terms it leaves out. Also the times that these
+//! terms cost or save.
 //!
-//! Scene and robot decide this once before the first step, so that a step need not test flags. The cost of a term is
-//! measured by leaving it out of rollouts. The saving of an omitted term is measured by putting it back.
+//! The plan follows from the scene and the robot before the first step, so that a step need not test flags. The cost of
+//! a term is measured by leaving it out of rollouts. The saving of an omitted term is measured by putting it back.
 
 use super::clock::least_times;
 use super::speed::Subject;
@@ -22,29 +22,30 @@ use std::iter::once;
 
 /// The number of steps of a measured rollout.
 const STEPS: usize = 1024;
-/// The number of rounds of measurements. The shortest time counts, because it is the least disturbed one.
+/// The number of rounds of measurements. Of the times of a rollout, the shortest counts, because it is the least
+/// disturbed one.
 const ROUNDS: usize = 15;
-/// The radius of gyration of bars when bending is put back, m.
+/// The radius of gyration of bars in metres, for rollouts into which the term of bending is put back.
 const SOME_BENDING: f64 = 0.01;
-/// A tiny value for a stiffness, a strain or a scale. It changes no result, but because it is not zero, steps compute
-/// its term.
+/// A tiny number that replaces a stiffness, a strain or a scale of zero. It changes no result, but steps compute the
+/// term.
 const LEAST: f64 = 1e-150;
 
-/// A term of a rollout. Times are in microseconds per step, and `None` if they were not measured.
+/// A term of a rollout. Times are in microseconds per step; a time is `None` if it was not measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Term {
     /// The name of the term.
     #[serde(rename = "term")]
     pub name: &'static str,
-    /// True if every step computes it.
+    /// True if every step computes the term.
     pub kept: bool,
-    /// The reason why it is computed or omitted.
+    /// The reason why the term is computed or omitted.
     pub why: String,
-    /// The time that leaving out a kept term saves.
+    /// The time that steps would save without this term, if they compute it.
     pub cost: Option<f64>,
-    /// The cost as a fraction of the step.
+    /// The cost of the term divided by the time of a whole step.
     pub share: Option<f64>,
-    /// The time that an omitted term would cost.
+    /// The time that leaving out the term saves, if steps omit it.
     pub saving: Option<f64>,
 }
 
@@ -53,7 +54,7 @@ pub struct Term {
 pub struct Plan {
     /// The terms in the order of a step; terms of gradients come last.
     pub terms: Vec<Term>,
-    /// Microseconds per step; `None` if not measured.
+    /// The time of a whole step in microseconds; `None` if it was not measured.
     pub step: Option<f64>,
 }
 
@@ -64,7 +65,7 @@ const BY_WEIGHTS: &str = "gradient by weights";
 const BY_DESIGN: &str = "gradient by the design";
 
 impl Plan {
-    /// The plan of a case's rollout.
+    /// Makes the plan of a case's rollout without measuring times.
     pub fn of(case: &Case) -> Self {
         let rows = rows(case, &case.body());
         Self {
@@ -73,8 +74,8 @@ impl Plan {
         }
     }
 
-    /// The plan, with the times of all terms that can be put in or left out. Gradients are measured with the loss
-    /// `loss`.
+    /// Makes the plan and measures the times of all terms that can be left out or put in. The gradients of the loss
+    /// `loss` are measured too.
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
         let body = case.body();
         let rows = rows(case, &body);
@@ -101,7 +102,8 @@ impl Plan {
             terms,
             step: Some(step),
         };
-        // Without outputs there is no policy, so the measured saving includes the output layer.
+        // Without outputs, a rollout also leaves out the rest of the policy. So the time saved includes that of the
+        // output layer, which is subtracted here.
         let output = plan.term(OUTPUT).cost;
         let (name, _) = before_outputs(case);
         let hidden = &mut plan.term(name).cost;
@@ -120,7 +122,7 @@ impl Plan {
         term.expect("a plan has every term")
     }
 
-    /// Adds the times of the gradients that an update does not compute.
+    /// Adds the times that updates save, because each computes only one of the two gradients.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
         let both = [DESIGN, CONTROLLER].concat();
@@ -133,17 +135,17 @@ impl Plan {
     }
 }
 
-/// The settings and the body of a rollout, which a change may modify.
+/// The parts of a rollout that a change may modify: settings and body.
 struct Parts {
     physics: PhysicsSettings,
     sight: ControllerSettings,
     body: Body<f64>,
 }
 
-/// A change that puts a term into the planned rollout, or leaves it out.
+/// A change of the planned rollout that puts in a term or leaves it out.
 type Change<'f> = dyn Fn(&mut Parts) + 'f;
 
-/// A rollout of [`STEPS`] steps to which a change is applied.
+/// Makes a rollout of [`STEPS`] steps from the planned one by a change.
 fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f64>) {
     let mut parts = Parts {
         physics: case.physics.clone(),
@@ -156,7 +158,8 @@ fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f
     (simulator, parts.body)
 }
 
-/// A term, and a change that puts the term into the rollout if the plan omits it, or leaves it out otherwise.
+/// A term, and a change of the rollout. If the plan computes the term, the change leaves it out; otherwise it puts it
+/// in.
 struct Row<'f> {
     term: Term,
     other: Option<Box<Change<'f>>>,
@@ -175,7 +178,7 @@ fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
 }
 
 impl<'f> Row<'f> {
-    /// Adds the change to the row if `holds` is true.
+    /// Adds the change `other` to the row if `holds` is true.
     fn or(mut self, holds: bool, other: impl Fn(&mut Parts) + 'f) -> Self {
         if holds {
             self.other = Some(Box::new(other));
@@ -200,7 +203,7 @@ fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
-/// The name and a description of the part of a policy before its output layer.
+/// The name and a description of the part of a policy that comes before its output layer.
 fn before_outputs(case: &Case) -> (&'static str, String) {
     match Network::of(&case.controller) {
         Some(network) => {
@@ -215,7 +218,7 @@ fn before_outputs(case: &Case) -> (&'static str, String) {
 }
 
 fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
-    // An edge without stiffness does not pull, so its strain has no effect.
+    // If an edge has no stiffness, it does not pull, so its strain has no effect.
     let edges = body.strain.iter().zip(&body.stiffness);
     let straining = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);
     let (some, all) = (straining.count(), body.strain.len());
@@ -291,7 +294,8 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
-/// The row of void edges. Steps leave out the void edges of a layout if the scene drops them or they have no stiffness.
+/// The row of the void edges. Steps leave out void edges if the design is a layout and either the scene drops them or
+/// they have no stiffness.
 fn void_row(case: &Case) -> Row<'_> {
     let Some(materials) = case.design.layout() else {
         return row("void edges", true, "no edge of a mixture is void");
@@ -365,14 +369,14 @@ fn ground_rows(case: &Case) -> [Row<'_>; 4] {
     ]
 }
 
-/// Replaces zeros by numbers too small to change a result, so that steps compute all edges.
+/// Replaces zeros by numbers that are too small to change a result. Steps then compute all edges.
 fn keep_all(numbers: &mut [f64]) {
     for number in numbers.iter_mut().filter(|number| **number == 0.0) {
         *number = LEAST;
     }
 }
 
-/// Keeps the strain of the first edge that strains, and sets all others to zero.
+/// Keeps the first strain that is not zero, and sets all others to zero.
 fn keep_first(strains: &mut [f64]) {
     let first = strains.iter().position(|strain| *strain != 0.0);
     for (edge, strain) in strains.iter_mut().enumerate() {

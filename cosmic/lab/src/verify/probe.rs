@@ -1,4 +1,4 @@
-//! Runs and differentiates a case repeatedly, in any number type. Also small functions on vectors.
+//! Runs and differentiates a case repeatedly, in any number type. Also contains small functions on vectors.
 
 use autodiff::{Real, Var};
 
@@ -15,7 +15,7 @@ use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::Task;
 
-/// The distance by which every coordinate of a start is moved to get neighbouring starts, m.
+/// The distance by which every coordinate of a start is moved to get a neighbouring start, in metres.
 pub(super) const MOVED: f64 = 1e-9;
 
 /// The robot of a case in its world, ready to run in any number type.
@@ -38,7 +38,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The states of a rollout from the case's start after the numbers of steps in `observed`, rounded to f64.
+    /// Rolls out the case from its start. Returns its states after the numbers of steps in `observed`, rounded to f64.
     pub(super) fn run<R: Real + Into<f64>>(&self, observed: &[usize]) -> Vec<State<f64>> {
         let (design, inputs) = (self.design.lift(), self.inputs.lift::<R>());
         let span = Span::from_start(observed.to_vec());
@@ -46,7 +46,8 @@ impl<'a> Probe<'a> {
         seen.states.iter().map(|state| state.map(R::into)).collect()
     }
 
-    /// For each of several starts, the states of its rollout in f64 after the observed numbers of steps.
+    /// Rolls out the case in f64 from each of several starts. Returns, for each start, the states after the numbers of
+    /// steps in `observed`.
     pub(super) fn run_batch(
         &self,
         starts: &[State<f64>],
@@ -57,15 +58,15 @@ impl<'a> Probe<'a> {
         seen.into_iter().map(|seen| seen.states).collect()
     }
 
-    /// Copies of the case's start, in which every coordinate is moved by plus or minus [`MOVED`] at random. Cases of
-    /// equal size get equal moves.
+    /// Returns copies of the case's start, in which every coordinate is moved by plus or minus [`MOVED`] at random.
+    /// Cases of equal size get equal moves.
     pub(super) fn moved_starts(&self, count: usize) -> Vec<State<f64>> {
         let mut stream = stream(0, Purpose::Verification);
         let mut start = || perturbed(&self.case.start, MOVED, &mut stream);
         (0..count).map(|_| start()).collect()
     }
 
-    /// A loss and its gradient with respect to some blocks of the inputs, in reverse mode.
+    /// Computes a loss and its gradient with respect to some blocks of the inputs, in reverse mode.
     pub(super) fn reverse<R: Real>(
         &self,
         blocks: &[Block],
@@ -75,8 +76,8 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// Three numbers for a case's robot with its nodes at `positions`, 1/s: its largest frequency, the bound on that
-/// frequency over the edges, and the largest rate at which forces damp a vibration.
+/// Returns three numbers in 1/s for a case's robot with its nodes at `positions`: its largest frequency, an upper bound
+/// on this frequency that follows from the single edges, and the largest rate at which forces damp a vibration.
 pub fn frequencies(case: &Case, positions: &[Vector<f64>]) -> [f64; 3] {
     let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
@@ -87,13 +88,13 @@ pub fn frequencies(case: &Case, positions: &[Vector<f64>]) -> [f64; 3] {
     ]
 }
 
-/// The largest distance between a node's positions in two states, m; NaN if any distance is NaN.
+/// The largest distance of any node between its positions in two states, in metres; NaN if any distance is NaN.
 pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
     most(pairs.map(|(a, b)| a.distance(*b)))
 }
 
-/// The largest of 0 and some numbers; NaN if any number is NaN, which `f64::max` would ignore.
+/// The largest of the numbers, or 0 if all are negative; NaN if any number is NaN. In contrast, `f64::max` ignores NaN.
 pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
@@ -115,7 +116,8 @@ pub(super) fn relative_error(got: &[f64], right: &[f64]) -> f64 {
     norm(&off) / if size > 0.0 { size } else { 1.0 }
 }
 
-/// A small case for tests with 2 hidden units. `size` is the number of columns and rows; `change` edits the scene.
+/// Makes a small case for tests, whose controller has 2 hidden units. `size` has the numbers of columns and rows;
+/// `change` edits the scene.
 #[cfg(test)]
 pub(super) fn small(size: [usize; 2], change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();

@@ -18,26 +18,26 @@ use serde::Serialize;
 
 /// The number of steps of a measured rollout, unless the case has fewer.
 pub const MEASURED_STEPS: usize = 4096;
-/// How often each measurement is repeated. The shortest time counts, because it is the least disturbed one.
+/// The number of repeats of each measurement. The shortest time counts, because it is the least disturbed one.
 const REPEATS: usize = 25;
 
-/// The costs of a step in microseconds of processor time.
+/// The processor times of a step in microseconds, for several computations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Speed {
     /// The number of steps of the measured rollouts.
     pub steps: usize,
-    /// A rollout without a gradient.
+    /// The time per step of a rollout without a gradient.
     pub rollout: f64,
-    /// The loss and its gradient with respect to the design vectors.
+    /// The time per step of the loss and its gradient with respect to the design vectors.
     pub value_and_design_gradient: f64,
-    /// The loss and its gradient with respect to the controller's weights.
+    /// The time per step of the loss and its gradient with respect to the controller's weights.
     pub value_and_controller_gradient: f64,
-    /// The two matrix-vector products of the controller alone, for comparison.
+    /// The time per step of the controller's two matrix-vector products alone, for comparison.
     pub two_matvecs: f64,
 }
 
-/// Measures a case with the loss `loss`. The times do not include the plan of the rollout and its sine table, which are
-/// made once.
+/// Measures the times of a case with the loss `loss`. They do not include the plan of the rollout and its sine table,
+/// which are made only once.
 pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
     let (subject, matvecs) = (Subject::new(case, loss), TwoMatvecs::new(case));
     let steps = subject.steps();
@@ -68,7 +68,8 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// Plans rollouts of a case. They have [`MEASURED_STEPS`] steps, or fewer if the case has fewer, but at least one.
+    /// Prepares rollouts of a case. They have [`MEASURED_STEPS`] steps, or fewer if the case has fewer, but at least
+    /// one.
     pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
         let mut moving = case.clone();
         moving.physics.steps = case.physics.steps.max(1);
@@ -84,7 +85,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// This case with another memory budget for the steps that a gradient stores.
+    /// Returns this case with another limit on the memory for the steps that a gradient stores.
     #[must_use]
     pub fn with_memory(&self, memory: Memory) -> Self {
         let mut other = self.clone();
@@ -97,7 +98,7 @@ impl<'a> Subject<'a> {
         self.horizon.steps
     }
 
-    /// The loss, without its gradient.
+    /// Computes the loss without its gradient.
     pub fn rollout<R: Real>(&self) -> R {
         let Probe { case, task, .. } = &self.probe;
         let inputs = self.probe.inputs.lift::<R>();
@@ -114,8 +115,8 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The loss and its gradient with respect to some blocks of the inputs, such as [`DESIGN`] or [`CONTROLLER`]. For a
-    /// layout, the gradient with respect to the design is with respect to its mixtures.
+    /// Computes the loss and its gradient with respect to some blocks of the inputs, such as [`DESIGN`] or
+    /// [`CONTROLLER`]. A layout has no design vectors; instead, the gradient is with respect to its mixtures.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         self.probe.reverse(blocks, |inputs| {
             let design = self.design(blocks, inputs);
@@ -123,8 +124,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The losses in the performance projection and in the stability projection, each with its gradient with respect to
-    /// the design vectors. Both are computed together, as in an optimisation on one thread.
+    /// Computes the loss in the performance projection and in the stability projection, each with its gradient with
+    /// respect to the design vectors. The two are computed together, as in an optimisation on one thread.
     pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
         let Probe {
             case, task, inputs, ..
@@ -138,8 +139,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The design to use when differentiating with respect to some blocks. The design vectors of a layout are its
-    /// mixtures.
+    /// Returns the design to use when differentiating with respect to some blocks. For a layout, its mixtures take the
+    /// place of the design vectors.
     fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
         let case = self.probe.case;
         match case.design {
@@ -159,7 +160,7 @@ pub struct TwoMatvecs {
 }
 
 impl TwoMatvecs {
-    /// The products with the shapes of a case's controller.
+    /// Prepares the two products with the shapes of a case's controller.
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),

@@ -26,7 +26,7 @@ pub(super) struct Run {
     work: Work,
 }
 
-/// The requested runs.
+/// The runs that the user asks for.
 #[derive(Debug, Clone)]
 enum Index {
     Number(usize),
@@ -75,7 +75,7 @@ impl Run {
 }
 
 impl Index {
-    /// The numbers of the requested runs in a plan of `count` runs, ascending and each once.
+    /// Returns the numbers of the requested runs, in ascending order and without repetition. The plan has `count` runs.
     fn runs(&self, count: usize) -> Result<Vec<usize>> {
         let all = [0..=count.saturating_sub(1)];
         let ranges: &[RangeInclusive<usize>] = match self {
@@ -99,7 +99,7 @@ impl Index {
     }
 }
 
-/// Does run `index`, or the next free run if `index` is `None`.
+/// Does the run with number `index`, or the next free run if `index` is `None`.
 fn one(sweep: &Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) -> Result<()> {
     let pool = crate::runs::pool(work.threads)?;
     let mut progress = Progress::new(&work.output, interrupt.clone(), Vec::new());

@@ -1,4 +1,4 @@
-//! `cosmic sweep status`, `merge` and `prune`, which simulate nothing.
+//! `cosmic sweep status`, `merge` and `prune`: the commands that simulate nothing.
 
 use crate::arguments::Output;
 use crate::output::{answer, counted, in_json, lines, note, print, print_json};

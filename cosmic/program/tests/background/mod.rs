@@ -18,7 +18,7 @@ impl Bench {
     pub(crate) fn await_lines(&self, name: &str, wanted: usize) {
         let began = Instant::now();
         while !self.path(name).exists() || self.lines(name) < wanted {
-            // Even a slow machine takes less time.
+            // Even a slow machine needs less time than this.
             assert!(began.elapsed() < Duration::from_secs(300), "no {name}");
             thread::sleep(Duration::from_millis(1));
         }

@@ -1,4 +1,4 @@
-//! A temporary folder for a test, in which it does small runs of the program.
+//! A bench for tests: a temporary folder in which the program does small runs.
 
 pub(crate) mod python;
 
@@ -15,7 +15,7 @@ use tempfile::TempDir;
 /// A temporary folder for a test. The file `tiny.toml` in it is a small scene.
 pub(crate) struct Bench(TempDir);
 
-/// The default scene has 24 iterations, the 19th is the snap, and rollouts of 64 steps.
+/// The default scene has 24 iterations, of which the 19th is the snap, and its rollouts have 64 steps.
 impl Default for Bench {
     fn default() -> Self {
         Self::new(24, 64)
@@ -23,19 +23,21 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// A bench whose scene has 3x3 nodes, rollouts of `steps` steps, and `iterations` iterations with all phases.
+    /// Makes a bench whose scene has 3x3 nodes, rollouts of `steps` steps, and `iterations` iterations that include all
+    /// phases.
     pub(crate) fn new(iterations: usize, steps: usize) -> Self {
         Self::with(&scene(iterations, steps, ""))
     }
 
-    /// A bench with another scene.
+    /// Makes a bench whose `tiny.toml` has this text.
     pub(crate) fn with(scene: &str) -> Self {
         let bench = Self(tempfile::tempdir().unwrap());
         bench.write("tiny.toml", scene);
         bench
     }
 
-    /// The default bench with its finished run in `a`. The run is computed once, and every test gets a copy.
+    /// Makes a default bench with a finished run in the folder `a`. The run is computed once, and every test gets a
+    /// copy.
     pub(crate) fn finished() -> Self {
         static RUN: LazyLock<Bench> = LazyLock::new(|| {
             let bench = Bench::default();
@@ -51,7 +53,7 @@ impl Bench {
         bench
     }
 
-    /// A path in the folder.
+    /// The path of a file or folder of the bench.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -61,7 +63,7 @@ impl Bench {
         fs::write(self.path(name), content).unwrap();
     }
 
-    /// The text of a file of the folder.
+    /// Reads the text of a file of the folder.
     pub(crate) fn read(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).unwrap()
     }
@@ -71,7 +73,7 @@ impl Bench {
         fs::remove_file(self.path(name)).unwrap();
     }
 
-    /// Evaluates the final design of a run and returns the results. Asserts that the displacement equals that in the
+    /// Evaluates the final design of a run and returns the results. Asserts that the displacement is the same as in the
     /// summary.
     #[track_caller]
     pub(crate) fn evaluated(&self, run: &str) -> Value {
@@ -82,7 +84,7 @@ impl Bench {
         results
     }
 
-    /// The plan that `cosmic optimize` makes from the scene.
+    /// The plan of the run that `cosmic optimize` makes from the scene.
     pub(crate) fn plan(&self) -> RunPlan {
         RunPlan::new("tiny", Scene::read(&self.path("tiny.toml")).unwrap(), 0)
     }
@@ -98,7 +100,8 @@ impl Bench {
         self.cosmic(line).ok()
     }
 
-    /// Runs the program in the folder and asserts that it fails with this exit code and an error with these words.
+    /// Runs the program in the folder. Asserts that it fails with this exit code, and that the error contains all
+    /// words.
     #[track_caller]
     pub(crate) fn fails(&self, line: &str, code: i32, words: &[&str]) {
         self.cosmic(line).fails(code, words);
@@ -109,30 +112,31 @@ impl Bench {
         self.cosmic(&format!("optimize tiny.toml --out {out} {more}"))
     }
 
-    /// Runs [`Bench::optimize`] and asserts that it succeeds.
+    /// Calls [`Bench::optimize`] and asserts that it succeeds.
     #[track_caller]
     pub(crate) fn run(&self, out: &str, more: &str) -> Told {
         self.optimize(out, more).ok()
     }
 
-    /// The number of complete lines of a file, which may be growing.
+    /// Counts the complete lines of a file, which may still be growing.
     pub(crate) fn lines(&self, name: &str) -> usize {
         let bytes = fs::read(self.path(name)).unwrap_or_default();
         bytes.iter().filter(|&&byte| byte == b'\n').count()
     }
 
-    /// A JSON file in the folder.
+    /// Reads a JSON file of the folder.
     pub(crate) fn json(&self, name: &str) -> Value {
         serde_json::from_str(&self.read(name)).unwrap()
     }
 
-    /// The rows of a JSON Lines file.
+    /// Reads the rows of a JSON Lines file.
     pub(crate) fn rows(&self, name: &str) -> Vec<Value> {
         let row = |line| serde_json::from_str(line).unwrap();
         self.read(name).lines().map(row).collect()
     }
 
-    /// The texts of a run's files, without snapshots and wall times. Equal runs have equal results.
+    /// Returns the texts of a run's files by their names, without snapshots and without wall times. Two equal runs have
+    /// equal results.
     pub(crate) fn results(&self, run: &str) -> BTreeMap<String, String> {
         let mut results = BTreeMap::new();
         collect(&self.path(run), "", &mut results);
@@ -140,7 +144,7 @@ impl Bench {
     }
 }
 
-/// The scene of [`Bench::new`] with more keys in `[physics]`.
+/// The text of the scene of [`Bench::new`]. `physics` has more keys of `[physics]`.
 pub(crate) fn scene(iterations: usize, steps: usize, physics: &str) -> String {
     let at = |share: f64| (share * iterations as f64) as usize;
     format!(
@@ -176,7 +180,7 @@ fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) 
     }
 }
 
-/// The text of a file without wall times, which are a column in tables and a key elsewhere.
+/// Removes the wall times from the text of a file. In tables they are a column, elsewhere a key.
 fn timeless(name: &str, text: &str) -> String {
     match name.rsplit_once('.').unwrap().1 {
         "csv" => without_column(text, ",", "seconds"),
@@ -185,7 +189,7 @@ fn timeless(name: &str, text: &str) -> String {
     }
 }
 
-/// Removes a column from the tables of a text.
+/// Removes a column from the tables in a text.
 fn without_column(text: &str, separator: &str, name: &str) -> String {
     let mut at = usize::MAX;
     let cut = |line: &str| {

@@ -1,5 +1,5 @@
-//! A virtual environment of Python with packages that read the files of `export`. It is made once, in the target
-//! folder.
+//! Makes a virtual environment of Python, with the packages that read the files of `export`. It is made once, in the
+//! target folder.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// The packages: a simulator, readers of drawings and solids, a package for unions of solids, and their requirements.
+/// The packages of the environment: a simulator, readers of drawings and solids, a package that unites solids, and what
+/// these packages require.
 const PACKAGES: [&str; 7] = [
     "mujoco==4.0.*",
     "numpy==2.*",
@@ -18,7 +19,7 @@ const PACKAGES: [&str; 7] = [
     "manifold3d>=3",
 ];
 
-/// Messages of `pip` if it cannot reach the registry.
+/// The messages that `pip` prints if it cannot reach the registry.
 const CUT_OFF: [&str; 3] = [
     "connection broken by",
     "Max retries exceeded",
@@ -35,7 +36,7 @@ pub(crate) fn python() -> Option<&'static Path> {
         Ok(python) => Some(python),
         Err(why) => {
             let says = format!("SKIPPED: {why}: the files of `cosmic export` are not read back\n");
-            // Written directly to standard error, because the test harness hides what passing tests print.
+            // The text is written to standard error directly, because the test harness hides what passing tests print.
             io::stderr().write_all(says.as_bytes()).unwrap();
             None
         }
@@ -46,7 +47,7 @@ fn make() -> Result<PathBuf, &'static str> {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let folder = place.join("python");
     let (python, ready) = (folder.join("bin/python"), folder.join("ready"));
-    // One process makes the environment; the others wait here.
+    // One process makes the environment, while other processes wait for the lock.
     let lock = File::create(place.join("python.lock")).unwrap();
     lock.lock().unwrap();
     let packages = PACKAGES.join(" ");

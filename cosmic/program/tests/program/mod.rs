@@ -1,10 +1,10 @@
-//! Runs the program `cosmic` as a user does.
+//! Runs the program `cosmic` in the way a user does.
 
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The output of the program.
+/// The output and the exit code of the program.
 #[derive(Debug)]
 pub(crate) struct Told {
     /// Standard output.
@@ -16,7 +16,7 @@ pub(crate) struct Told {
 }
 
 impl Told {
-    /// The output of a finished process.
+    /// Takes the output of a finished process.
     pub(crate) fn of(output: Output) -> Self {
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
         Self {
@@ -39,7 +39,7 @@ impl Told {
         serde_json::from_str(&self.ok().out).unwrap()
     }
 
-    /// Asserts that the command failed with an exit code and an error that contains the words.
+    /// Asserts that the command failed with this exit code, and that its error contains all words.
     #[track_caller]
     pub(crate) fn fails(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, code, "{self:?}");

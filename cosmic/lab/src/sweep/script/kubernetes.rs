@@ -2,7 +2,7 @@
 
 use super::task::{GRACE, HandOver, Tasks, index, limited, title};
 
-/// The line break and the spaces before a line of the container's script.
+/// Joins two lines of the container's script in the manifest: a line break, and the indentation of the next line.
 const DEEP: &str = "\n              ";
 
 pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {

@@ -1,4 +1,4 @@
-//! Scripts and a manifest that hand the unfinished runs to a cluster's scheduler. They are simple enough to be edited.
+//! Writes scripts, or a manifest, that hand the unfinished runs of a sweep to a scheduler. Users can edit them.
 //!
 //! A task does one run, or several consecutive runs. Before the time of a task is up, the scheduler sends a signal. The
 //! task then saves its runs and ends with exit code 75, and the scheduler queues it again.
@@ -26,11 +26,12 @@ pub enum Scheduler {
 }
 
 impl HandOver<'_> {
-    /// Returns the script or the manifest. Also creates the folder of the logs, which Slurm expects to exist.
+    /// Returns the script or the manifest for a scheduler. Also creates the folder of the logs, which Slurm expects to
+    /// exist.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the script cannot contain the name of the sweep's folder; [`Error::Write`] if the
-    /// folder of the logs cannot be made.
+    /// [`Error::Usage`] if the script cannot contain the name of the sweep's folder; [`Error::Write`] if the folder of
+    /// the logs cannot be made.
     pub fn script(&self, scheduler: Scheduler) -> Result<String> {
         self.check_name(scheduler)?;
         make_folder(&self.sweep.join("logs"))?;
@@ -42,7 +43,8 @@ impl HandOver<'_> {
         })
     }
 
-    /// Refuses names that are not UTF-8. For YAML it also refuses names with line breaks or unprintable characters.
+    /// Refuses the name of a sweep's folder if it is not UTF-8. For YAML, also refuses a name with line breaks or
+    /// unprintable characters.
     fn check_name(&self, scheduler: Scheduler) -> Result<()> {
         let shown = self.sweep.display();
         let refuse = |says: &str| {

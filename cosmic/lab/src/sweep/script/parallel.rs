@@ -9,7 +9,7 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
         limited(hand_over, tasks),
     );
     let sweep = &tasks.sweep;
-    // Ranges in shell syntax, such as {3..17} 40.
+    // Writes ranges as the shell's braces do: `{3..17} 40` for `3-17,40`.
     let in_braces = |range: &&str| match range.split_once('-') {
         None => (*range).to_owned(),
         Some((first, last)) => format!("{{{first}..{last}}}"),

@@ -6,12 +6,14 @@ use cosmic::error::in_shell;
 /// The file that receives the output of a task.
 struct Output {
     file: String,
-    /// The script lines that redirect the output if a directive cannot name the file.
+    /// Lines of the script that redirect the output to its file, if no Slurm directive can name that file; otherwise
+    /// empty.
     redirect: String,
 }
 
-/// Decides how the output of tasks reaches its file. A directive cannot name every file: Slurm gives a special meaning
-/// to backslashes and to its words for heterogeneous jobs, and a directive ends at the end of its line.
+/// Decides how the output of tasks reaches its file. A `#SBATCH` directive can name most files, but not all: Slurm
+/// gives a special meaning to backslashes and to its words for heterogeneous jobs, and a directive ends at the end of
+/// its line.
 fn output(hand_over: &HandOver, tasks: &Tasks) -> Output {
     let sweep = hand_over.sweep.display().to_string();
     let lower = sweep.to_ascii_lowercase();
@@ -30,7 +32,7 @@ fn output(hand_over: &HandOver, tasks: &Tasks) -> Output {
             redirect,
         };
     }
-    // In this pattern `%a` is the task and `%%` is a percent sign.
+    // In the directive, `%a` stands for the task's number and `%%` for a percent sign.
     let sweep = in_shell(sweep.replace('%', "%%").as_ref());
     Output {
         file: format!("{sweep}/logs/%a.log"),

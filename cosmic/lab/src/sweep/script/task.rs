@@ -5,17 +5,17 @@ use cosmic::error::in_shell;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// How long before the end of its time a task receives the signal, s.
+/// A task receives a signal this many seconds before its time is up.
 pub(super) const GRACE: u64 = 60;
 
 /// The runs that are handed to a scheduler, and the options of their tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct HandOver<'s> {
-    /// The sweep's folder, as the tasks find it.
+    /// The path of the sweep's folder, as it is valid where the tasks run.
     pub sweep: &'s Path,
     /// The number of runs in the plan.
     pub runs: usize,
-    /// The unfinished runs, at least one.
+    /// The numbers of the unfinished runs, in ascending order; there is at least one.
     pub left: &'s [usize],
     /// The number of runs per task.
     pub per_task: NonZeroUsize,
@@ -27,7 +27,8 @@ pub struct HandOver<'s> {
     pub minutes: Option<u64>,
 }
 
-/// The tasks that have unfinished runs. Task k has `per_task` runs, from number `k * per_task` on.
+/// The tasks that have unfinished runs. Task `k` does up to `per_task` consecutive runs, of which the first has number
+/// `k * per_task`.
 #[derive(Clone)]
 pub(super) struct Tasks {
     /// The numbers of the tasks as ranges, such as `3-17,40`.
@@ -35,7 +36,7 @@ pub(super) struct Tasks {
     pub(super) count: usize,
     /// The sweep's folder, quoted for a shell.
     pub(super) sweep: String,
-    /// The name of the sweep's folder, reduced to letters, digits and dashes.
+    /// A label for jobs: the name of the sweep's folder, reduced to letters, digits and dashes.
     pub(super) name: String,
 }
 
@@ -56,13 +57,13 @@ impl Tasks {
         }
     }
 
-    /// The ranges of task numbers, one text each.
+    /// The task numbers as a list of ranges, such as `3-17` and `40`.
     pub(super) fn ranges(&self) -> Vec<&str> {
         self.numbers.split(',').collect()
     }
 }
 
-/// Turns a name into one that every scheduler accepts.
+/// Turns the name of a folder into a label that every scheduler accepts.
 fn label(name: &str) -> String {
     let letters = name.chars().map(|c| {
         let c = c.to_ascii_lowercase();
@@ -72,7 +73,7 @@ fn label(name: &str) -> String {
     name.trim_end_matches('-').to_owned()
 }
 
-/// The comment at the top of a script.
+/// The comment at the top of a script: the sweep, and the counts of runs and tasks.
 pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let HandOver { runs, left, .. } = hand_over;
     let sweep: String = hand_over.sweep.display().to_string();
@@ -85,7 +86,7 @@ pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     )
 }
 
-/// The shell lines that compute `$index`, the numbers of the task's runs, from `$task`.
+/// The shell lines that compute `$index` from `$task`: the numbers of the runs of a task.
 pub(super) fn index(hand_over: &HandOver) -> String {
     let (per_task, runs) = (hand_over.per_task.get(), hand_over.runs);
     if per_task == 1 {
@@ -106,7 +107,8 @@ pub(super) fn command(hand_over: &HandOver, tasks: &Tasks) -> String {
     format!("cosmic sweep run {sweep} --index \"$index\" --threads {cores}")
 }
 
-/// The command of a task with its time limit, if there is one. A signal is sent before the end, so that runs are saved.
+/// The command of a task. If the tasks have a time limit, the command sends a signal before the end, so that the runs
+/// are saved.
 pub(super) fn limited(hand_over: &HandOver, tasks: &Tasks) -> String {
     let command = command(hand_over, tasks);
     match hand_over.minutes {

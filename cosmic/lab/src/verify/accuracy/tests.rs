@@ -5,7 +5,7 @@ use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::scene::Integrator;
 
-/// A 2x2 robot in the air, with a silent controller: motion without contact.
+/// A robot of 2x2 nodes that falls without touching the ground, and whose controller does nothing.
 fn falling() -> Case {
     let mut case = small([2, 2], |scene| {
         (scene.lattice.drop, scene.physics.steps) = (1.0, 64);
@@ -17,8 +17,8 @@ fn falling() -> Case {
     case
 }
 
-/// The rounding of a run is as large as expected for its number type. Figures have a point for every run whose error is
-/// resolved and comes from its time step.
+/// The rounding error of a run is as large as expected for its number type. Errors that are not resolved are empty
+/// cells, and figures leave them out.
 #[test]
 fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     let case = falling();
@@ -44,12 +44,12 @@ fn rounding_is_that_of_the_number_type_and_unresolved_errors_are_not_shown() {
     assert!(section.failures.is_empty());
 }
 
-/// A run that diverges is a failure only if it was expected to stay finite. No figure shows its error, which says
+/// A run that diverges is a failure only if it is the scene's own run. Figures do not show its error, which says
 /// nothing about the time step.
 #[test]
 fn diverged_runs_are_failures_unless_they_were_expected() {
-    // The first case is stable only with the shortest time steps, the second only with substeps. The third is the
-    // second without substeps, so it is unstable.
+    // The first case is stable only with the shortest time steps, and the second only with substeps. The third is the
+    // second case without substeps.
     for (stiffness, substeps) in [(4e6, 1), (1e4, 16), (1e4, 1)] {
         let mut case = falling();
         (case.materials.stiffness, case.physics.substeps) = ([stiffness; 3], substeps);
@@ -75,12 +75,13 @@ fn diverged_runs_are_failures_unless_they_were_expected() {
     }
 }
 
-/// All rows are compared with the same motion. If each row had its own reference, by its own method with steps 64 times
-/// shorter, the references would differ after contacts and hide the error of a long step.
+/// All rows are compared with the same reference. Suppose that each row had its own reference, computed with the row's
+/// method and steps 64 times shorter. These references would differ after contacts, which would hide the error of a
+/// long step.
 #[test]
 fn all_rows_are_compared_with_one_motion() {
     let mut case = falling();
-    // From a height of 0.01 m, the robot lands before the last of the times.
+    // The robot falls from a height of 0.01 m, so that it lands before the last mark.
     case.start.x.iter_mut().for_each(|x| x[1] -= 0.99);
     let accuracy = Accuracy::of(&case);
     let states = |method: Method, fraction: f64| {
@@ -95,8 +96,8 @@ fn all_rows_are_compared_with_one_motion() {
     for run in accuracy.runs.iter().filter(|run| run.precision == DOUBLE) {
         let states = states(run.method, run.fraction);
         for (k, error) in errors(&states, &truth).into_iter().enumerate() {
-            // Twice the uncertainty: once for the reference, and once for the other run, whose steps are as short. An
-            // unresolved error is below three times the uncertainty.
+            // The tolerance is twice the uncertainty: once for the reference, and once for the run `truth`, whose steps
+            // are as short. An unresolved error may be up to three times the uncertainty.
             let one = accuracy.reference.uncertainty[k];
             match run.error[k] {
                 Some(found) => assert!((found - error).abs() < 2.0 * one, "{k}: {run:?}"),
@@ -109,7 +110,7 @@ fn all_rows_are_compared_with_one_motion() {
 
 #[test]
 fn errors_are_at_least_three_uncertainties() {
-    // States of a single node, with its position at each of the times.
+    // Returns states of a single node, which has the position `x[k]` at mark `k`.
     let along = |x: [f64; 4]| {
         x.map(|x| State::new(vec![[x, 0.0]], vec![[0.0; 2]]))
             .to_vec()
@@ -118,11 +119,11 @@ fn errors_are_at_least_three_uncertainties() {
         uncertainty: [1.0, 1.0, 1.0, 0.0],
         states: along([0.0; 4]),
     };
-    // If a run diverged, its NaN counts as an error.
+    // The NaN of a diverged run counts as an error that is resolved.
     let found = reference.errors(&along([2.5, 3.0, f64::NAN, 0.0]));
     assert!(found[2].is_some_and(f64::is_nan));
     assert_eq!([found[0], found[1], found[3]], [None, Some(3.0), Some(0.0)]);
-    // If the reference diverged, no error is known.
+    // If the reference diverged, no error is resolved.
     reference.uncertainty = [f64::INFINITY; 4];
     let found = reference.errors(&along([9.0, 9.0, f64::NAN, 0.0]));
     assert_eq!(found, [None; 4]);

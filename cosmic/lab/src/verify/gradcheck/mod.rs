@@ -1,4 +1,4 @@
-//! Checks the gradient of a robot's loss against finite differences and forward mode.
+//! Checks the gradient of a robot's loss against finite differences and against forward mode.
 
 mod table;
 
@@ -16,43 +16,44 @@ use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
-/// The height to which a robot's lowest node is lifted, m, because a node exactly on the ground is at a kink.
+/// The height above the ground to which a robot's lowest node is lifted, in metres. A node exactly on the ground is at
+/// a kink of the loss.
 const LIFT: f64 = 1e-3;
-/// The largest relative rounding of the slopes that is not mentioned in the output.
+/// The output mentions the rounding error of the slopes if it is larger than this fraction of the slopes.
 const WORN: f64 = 1e-6;
-/// [`GradientCheck::rounding`] is an estimate. Multiplied by this factor, it is a bound.
+/// The rounding error in [`GradientCheck::rounding`] is an estimate. This many times the estimate is taken as a bound.
 const SAFETY: f64 = 64.0;
-/// A bound on the rounding of heights in the frame of an incline, m.
+/// A bound on the rounding errors of heights above an inclined ground, in metres.
 const ON_LINE: f64 = 1e-12;
 
-/// The check of one group of parameters.
+/// The check of the gradient with respect to one group of parameters.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// The name of the group's block of the inputs.
+    /// The name of the group, which is a block of the inputs.
     pub name: String,
     /// The number of parameters in the group.
     pub numbers: usize,
     /// The norm of the gradient with respect to the group.
     pub norm: f64,
-    /// The comparison of slopes along random directions.
+    /// The comparison of the gradient's slopes along random directions with those of differences and of forward mode.
     pub report: Report,
-    /// True if the slopes are those of the robot lifted off the ground; see [`check_gradients_of`].
+    /// True if the robot was lifted off the ground for this check; see [`check_gradients_of`].
     pub lifted: bool,
-    /// The verdict of the report. For a lifted robot it is at best a kink.
+    /// The verdict on the group's gradient. For a lifted robot, the best verdict is a kink.
     pub verdict: Verdict,
 }
 
 impl Group {
     /// True if forward and reverse mode both say that the loss does not depend on the group, and differences do not
-    /// contradict that. Such a check compares zeros with zeros.
+    /// contradict that. Such a check compares only zeros.
     fn is_zero(&self) -> bool {
         let still = |direction: &Direction| direction.forward == Some(0.0);
         let agreed = self.verdict != Verdict::Wrong;
         agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
     }
 
-    /// The verdict on a wrong version of this gradient. `None` if the gradient is not smooth, because then the check
-    /// cannot tell a wrong gradient from the right one.
+    /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth, because
+    /// then the check cannot tell a wrong gradient from the right one.
     fn control(&self) -> Option<NegativeControl> {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
@@ -68,7 +69,7 @@ impl Group {
 pub struct NegativeControl {
     /// The name of the group whose gradient was made wrong.
     pub group: String,
-    /// The verdict of the check.
+    /// The verdict on the wrong gradient.
     pub verdict: Verdict,
 }
 
@@ -79,10 +80,11 @@ pub struct GradientCheck {
     pub steps: usize,
     /// One check for each block of the inputs.
     pub groups: Vec<Group>,
-    /// The negative control; `None` if no group has a smooth gradient that exceeds the rounding of the displacement.
+    /// The negative control. `None` if no group has a smooth gradient that is larger than the rounding error of the
+    /// displacement.
     pub control: Option<NegativeControl>,
-    /// An estimate of the relative rounding error of the slopes. Every step rounds the state, and the motion magnifies
-    /// that as it magnifies a change of the start.
+    /// An estimate of the rounding error of the slopes, relative to the slopes. Every step rounds the state, and the
+    /// motion magnifies these errors as it magnifies a change of the start.
     pub rounding: f64,
 }
 
@@ -96,14 +98,14 @@ impl GradientCheck {
         groups.chain(control).collect()
     }
 
-    /// The number of checks.
+    /// The number of checks: one for each group, and the negative control if there is one.
     pub fn total(&self) -> usize {
         self.groups.len() + usize::from(self.control.is_some())
     }
 }
 
-/// Checks the gradient of a loss for a case: the loss of a scene, or without a scene the paper's loss `-(s . x_0(T))`.
-/// See [`check_gradients_of`].
+/// Checks the gradient of a loss for a case. The loss is that of `scene`; without a scene it is the paper's loss `-(s .
+/// x_0(T))`. See [`check_gradients_of`].
 pub fn check_gradients(
     case: &Case,
     scene: Option<&Scene>,
@@ -127,11 +129,12 @@ pub fn check_gradients(
 /// to the positions is checked for a lifted robot, whose lowest node is 1 mm above the ground.
 ///
 /// The loss has a kink with respect to the velocities if a node starts on or below the ground line and its velocity
-/// decides whether it touches. This happens with leapfrog, whose first drift comes before any force, and without
-/// gravity. The gradient with respect to the velocities is then checked for the lifted robot too.
+/// decides whether it touches the ground. This happens in two cases: with leapfrog, which moves the nodes before any
+/// force has acted, and without gravity. The gradient with respect to the velocities is then checked for the lifted
+/// robot too.
 ///
-/// If the motion magnifies rounding so much that it shows in the slopes, differences that disagree prove nothing. The
-/// verdict is then a kink, unless forward mode disagrees by more than rounding explains.
+/// The motion may magnify rounding errors so much that they show in the slopes. Differences that disagree then prove
+/// nothing. The verdict is a kink, unless forward mode disagrees by more than rounding explains.
 pub fn check_gradients_of(
     loss: &dyn AnyLoss,
     case: &Case,
@@ -145,11 +148,11 @@ pub fn check_gradients_of(
     let lifted = touches.then(|| lifted(&case));
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
-    // The roundings of steps are random, so their sum grows with the square root of their number.
+    // The rounding errors of the steps are random, so their sum grows with the square root of the number of steps.
     let steps_taken = case.physics.steps as f64;
     let options = &Options {
         noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
-        // Names of inputs are left out, because they differ from block to block.
+        // The names of the inputs are not set, because they differ from block to block.
         names: Vec::new(),
         ..options.clone()
     };
@@ -177,7 +180,7 @@ pub fn check_gradients_of(
     }
 }
 
-/// True if rounding explains the difference between forward and reverse mode.
+/// True if rounding explains why forward and reverse mode differ.
 fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     report.directions.iter().all(|direction| {
         let forward = direction.forward.unwrap_or(direction.gradient);
@@ -186,7 +189,7 @@ fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     })
 }
 
-/// Two answers: whether a node starts on the ground line, and whether a node starts on or below it.
+/// Returns two answers: does a node start on the ground line, and does a node start on or below it?
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
         case.physics.contact != ContactLaw::none() && heights(case).into_iter().any(is)
@@ -215,9 +218,11 @@ fn lifted(case: &Case) -> Case {
 struct CaseLoss<'a> {
     probe: Probe<'a>,
     of: &'a dyn AnyLoss,
-    /// The case with the softer projection, from which the derivative of the stability projection is taken.
+    /// The case with a softer stability projection. By design, the derivative of the stability projection is taken from
+    /// it.
     softer: Case,
-    /// The gradient to check. Each derivative is in the place of its input.
+    /// The gradient to check. It has the shape of the inputs: the derivative with respect to an input is in the input's
+    /// place.
     gradient: Inputs<f64>,
 }
 
@@ -269,7 +274,8 @@ impl<'a> CaseLoss<'a> {
         };
         let (report, norm) = (check_directions(value, &claim, options), norm(&gradient));
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
-        // If the norm is below the rounding, a change of the parameters by 1 moves the robot less than rounding does.
+        // If the norm is below the rounding error, changing the parameters by 1 moves the robot less than rounding
+        // does.
         let mut verdict = report.verdict;
         if magnified || norm < rounding {
             verdict = verdict.min(Verdict::Kink);
@@ -284,7 +290,7 @@ impl<'a> CaseLoss<'a> {
         }
     }
 
-    /// The loss as a function of the inputs, whose gradient is checked.
+    /// The loss as a function of the inputs. The gradient to check is the gradient of this function.
     fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R
     where
         dyn AnyLoss + 'a: LossOf<R>,
@@ -293,9 +299,9 @@ impl<'a> CaseLoss<'a> {
         self.loss_of(&case.projected(case.projection, &inputs.z), inputs)
     }
 
-    /// The loss as a function from which differences are taken. The derivative of the stability projection is by design
-    /// that of a softer projection. So inputs are changed in the softer projection, and the change is added to the
-    /// sharp value.
+    /// The loss as a function of the inputs, for finite differences. By design, the derivative of the stability
+    /// projection is that of a softer projection. So this function projects the design vectors sharply, and adds the
+    /// change that moving the inputs causes in the softer projection.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
         let case = self.probe.case;
         let at = &self.probe.inputs.z;

@@ -1,4 +1,4 @@
-//! The text of a gradient check.
+//! The result of a gradient check as text.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use super::{GradientCheck, Group, LIFT, NegativeControl, WORN};
 use crate::table::Table;
 
 impl Group {
-    /// The direction with the worst verdict, and among these the largest error.
+    /// The direction with the worst verdict; among several of these, the one with the largest error.
     fn worst(&self) -> &Direction {
         let rank = |row: &&Direction| (row.verdict, row.error);
         // An error of NaN counts as the worst.
@@ -18,7 +18,7 @@ impl Group {
     }
 }
 
-/// A table with a row for each group, which shows the group's worst direction.
+/// Writes a table with a row for each group, which shows the group's worst direction, and notes below the table.
 impl fmt::Display for GradientCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let slope = |x: f64| format!("{x:.9e}");

@@ -22,9 +22,9 @@ fn wrong_groups_and_accepted_controls_are_failures() {
     assert_eq!(check.failures(), ["b1", "the negative control"]);
 }
 
-/// Slopes below the rounding of the displacement are neither judged wrong nor used as a negative control. The
-/// controller barely moves a slack robot; and a falling robot without strokes depends on its design only in the last
-/// digits.
+/// Slopes that are smaller than the rounding error of the displacement are neither called wrong nor used as a negative
+/// control. A controller hardly moves a slack robot; and the fall of a robot whose actuators have no stroke depends on
+/// its design only in the last digits.
 #[test]
 fn slopes_below_the_displacement_s_rounding_do_not_fail() {
     let slack = &small([2, 2], |scene| {
@@ -61,8 +61,8 @@ fn an_infinite_slope_is_not_explained_by_rounding() {
     assert!(!is_rounding(&report, 2.0, 1e-5), "{report}");
 }
 
-/// With light nodes and large strains, a change of the start grows beyond the range of floats. Such a check is
-/// inconclusive; it must not call the gradient wrong.
+/// If nodes are light and strains are large, a change of the start grows beyond the range of floats. The check of such
+/// a robot is inconclusive; it must not call the gradient wrong.
 #[test]
 fn slopes_that_consist_of_rounding_are_not_called_wrong() {
     let case = small([3, 3], |scene| {
@@ -81,8 +81,8 @@ fn slopes_that_consist_of_rounding_are_not_called_wrong() {
     assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");
 }
 
-/// If a robot stands on the ground, the positions are at a kink. With leapfrog or without gravity, the velocities are
-/// too. Without ground there is no kink.
+/// If a robot stands on the ground, the loss has a kink with respect to the positions. With leapfrog or without
+/// gravity, it also has one with respect to the velocities. Without ground there is no kink.
 #[test]
 fn robots_that_stand_are_lifted_off_their_kinks() {
     type Change = fn(&mut Scene);
@@ -91,7 +91,7 @@ fn robots_that_stand_are_lifted_off_their_kinks() {
         (s.physics.integrator, s.physics.substeps) = (Integrator::Leapfrog, 2);
         s.physics.contact = ContactLaw::coulomb();
     };
-    // If nodes start below the line, only the velocities are at a kink.
+    // If nodes start below the ground line, the loss has a kink only with respect to the velocities.
     let sunk: Change = |s| {
         (s.physics.integrator, s.lattice.drop) = (Integrator::Leapfrog, -0.003);
     };

@@ -1,4 +1,4 @@
-//! The displacement of a case as a function of design and controller, and all ways to compute its gradient.
+//! Computes the gradient of a case's displacement with respect to design and controller, in all ways.
 
 use autodiff::{DoubleDouble, Dual, Real, Var};
 use rand::RngExt;
@@ -17,15 +17,15 @@ use cosmic::task::Horizon;
 /// The number of directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
 
-/// The slope along each direction.
+/// The slopes of a function along all directions.
 pub(super) type Slopes = [f64; DIRECTIONS];
 
-/// A case, and random directions in the space of its design vectors and weights. If the design is a layout, the space
-/// has only the weights.
+/// A case, and random directions in the space of its inputs. The inputs are the design vectors and the controller's
+/// weights; if the design is a layout, only the weights.
 pub(super) struct Subject<'a> {
     probe: Probe<'a>,
     blocks: Vec<Block>,
-    /// The directions, as unit vectors.
+    /// The directions, as vectors of length 1.
     directions: [Vec<f64>; DIRECTIONS],
 }
 
@@ -55,7 +55,8 @@ impl<'a> Subject<'a> {
         self.directions[0].len()
     }
 
-    /// Minus the payload's position along the ground after each number of steps in `steps`, which must ascend.
+    /// Returns the loss after each number of steps in `steps`, which must ascend. The loss is minus the payload's
+    /// position along the ground.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
         let Probe { case, task, .. } = &self.probe;
         let design = case.projected(case.projection, &inputs.z);
@@ -66,8 +67,8 @@ impl<'a> Subject<'a> {
         states.map(|state| -ground.along(state.x[0])).collect()
     }
 
-    /// The inputs in another number type. `step` computes each new number from the old number and its entry in
-    /// `direction`.
+    /// Converts the inputs to another number type. `step` computes each converted number from the original number and
+    /// the entry of `direction` in its place.
     fn moved<R: Real>(&self, direction: &[f64], step: impl Fn(f64, f64) -> R) -> Inputs<R> {
         let mut inputs = self.probe.inputs.lift();
         let numbers = self.probe.inputs.get(&self.blocks);
@@ -77,13 +78,13 @@ impl<'a> Subject<'a> {
         inputs
     }
 
-    /// Slopes by central differences with half-width `h`, for each number of steps, on this thread.
+    /// Computes slopes by central differences with half-width `h`, for each number of steps, on this thread.
     pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
         let along = |direction: &Vec<f64>| self.differences_along::<f64>(direction, h, steps);
         by_steps(self.directions.iter().map(along).collect())
     }
 
-    /// Slopes by central differences in double-double, for each number of steps, on all threads.
+    /// Computes the true slopes by central differences in double-double, for each number of steps, on all threads.
     pub(super) fn truth(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
         let along =
             |direction: &Vec<f64>| self.differences_along::<DoubleDouble>(direction, h, steps);
@@ -105,7 +106,7 @@ impl<'a> Subject<'a> {
         slopes.map(R::into).collect()
     }
 
-    /// Slopes by dual numbers, one direction after the other.
+    /// Computes slopes in forward mode with dual numbers, one direction after the other.
     pub(super) fn duals(&self, steps: usize) -> Slopes {
         self.directions.each_ref().map(|direction| {
             let inputs = self.moved(direction, |value, d| Dual {
@@ -116,12 +117,12 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The gradient as the rollout driver computes it.
+    /// Computes the gradient as optimisations do: with the rollout driver.
     pub(super) fn driver<R: Real>(&self, steps: usize) -> Vec<R> {
         self.reverse(|inputs| self.losses(inputs, &[steps])[0])
     }
 
-    /// The gradient as computed with a tape of every operation.
+    /// Computes the gradient with a tape that records every operation of the rollout.
     pub(super) fn full_tape(&self, steps: usize) -> Vec<f64> {
         let Probe { case, task, .. } = &self.probe;
         self.reverse(|inputs| {
@@ -133,7 +134,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The driver's gradient, truncated to the last `carried` steps.
+    /// Computes the gradient with the rollout driver, but only through the last `carried` steps.
     pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
         let mut case = self.probe.case.clone();
         case.physics.steps = steps;
@@ -154,13 +155,13 @@ impl<'a> Subject<'a> {
         self.probe.reverse(&self.blocks, loss).1
     }
 
-    /// The slopes of a gradient along the directions.
+    /// Returns the slopes that follow from a gradient.
     pub(super) fn along(&self, gradient: &[f64]) -> Slopes {
         (self.directions.each_ref()).map(|direction| dot(direction, gradient))
     }
 }
 
-/// Transposes lists of slopes: from one list for each direction to one list for each number of steps.
+/// Transposes slopes: from a list for each direction to a list for each number of steps.
 fn by_steps(by_direction: Vec<Vec<f64>>) -> Vec<Slopes> {
     let slopes = |k: usize| std::array::from_fn(|d| by_direction[d][k]);
     (0..by_direction[0].len()).map(slopes).collect()

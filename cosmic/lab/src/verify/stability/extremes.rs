@@ -1,4 +1,4 @@
-//! The extreme robots to try. The command prints the outcomes, and tests check them.
+//! The extreme robots to try. The command `verify` prints the outcomes, and tests check them.
 
 use super::trial::{Trial, World};
 use crate::verify::probe::most;
@@ -8,18 +8,18 @@ use cosmic::lattice::EdgeVector;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene, StartKind};
 
-/// The number of steps of a trial. It is ample: with a time step 5 % above its limit, a vibration grows a thousandfold
-/// in a dozen steps.
+/// The number of steps of a trial. It is more than enough: with a time step 5 % above its limit, a vibration grows a
+/// thousandfold in a dozen steps.
 const STEPS: usize = 512;
-/// Up to this strain, frequencies are taken to be those at rest. Squares of frequencies change by about as much as the
-/// strain, while the nearest trial is 5 % from the limit.
+/// If edges are strained by less than this at the start, the frequencies are taken to be those at rest. The squares of
+/// the frequencies change by about as much as the strain, while the trial nearest to the limit is 5 % away from it.
 const LINEAR: f64 = 0.01;
-/// The time steps to try, as multiples of the limit.
+/// The time steps to try, as multiples of the limit of stability.
 const FRACTIONS: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
-/// The trials of a case: with its own time step, and with time steps around the limit. They do not depend on the length
-/// of the case's rollout. If the robot starts far from rest, the limit holds only for its first step, so it is tried
-/// only with its own time step.
+/// Returns the trials of a case: with its own time step, and with time steps around the limit of stability. They have
+/// the same number of steps for every case. If the robot starts far from rest, the limit holds only for its first step,
+/// so it is tried only with its own time step.
 pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
     case.physics.steps = STEPS;
@@ -40,18 +40,19 @@ pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     trials
 }
 
-/// Trials of a robot with time steps below and above its limit. Empty if the robot has no limit.
+/// Returns trials of the same robot with time steps below and above its limit. There are none if the robot has no
+/// limit.
 fn around(trial: &Trial) -> Vec<Trial> {
     let fractions = FRACTIONS.iter().filter(|_| trial.limit.is_finite());
     fractions.map(|fraction| trial.at(*fraction)).collect()
 }
 
-/// A list of trials under construction. Each is of a changed [`robot`].
+/// A list of trials under construction. Each trial is of a [`robot`] that was changed in some way.
 #[derive(Default)]
 struct Trials(Vec<Trial>);
 
 impl Trials {
-    /// Adds trials of a robot without its world, with time steps around its limit.
+    /// Adds trials of a changed robot without ground, gravity and actuation, with time steps around its limit.
     fn free(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(3);
         change(&mut case);
@@ -59,7 +60,7 @@ impl Trials {
         self.0.extend(around(&trial));
     }
 
-    /// Adds the trial of a robot in its world, with its own time step.
+    /// Adds a trial of a changed robot in its world, with its own time step.
     fn own(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(3);
         change(&mut case);
@@ -85,7 +86,7 @@ pub(super) fn extreme_trials() -> Vec<Trial> {
     trials.0
 }
 
-/// A square robot of `side` times `side` nodes, all skeleton, with the paper's materials.
+/// Makes a robot of `side` times `side` nodes with the paper's materials, in which all edges are skeleton.
 fn robot(side: usize) -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (side, side);
@@ -106,12 +107,12 @@ fn set_mixture(case: &mut Case) {
     case.design = Design::Undecided(vec![[1.0 / 3.0; 3]; case.lattice.edges.len()]);
 }
 
-/// Adds robots with extreme stiffnesses and masses, alone and combined in one robot, without damping.
+/// Adds robots without damping that have extreme stiffnesses and masses, or very different ones in one robot.
 fn masses_and_stiffnesses(trials: &mut Trials) {
     let springs = |case: &mut Case, stiffness| {
         (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
     };
-    // Bars have no mass, so that only the masses set here count.
+    // Bars get no mass, so that only the masses set here count.
     let masses = |case: &mut Case, node, payload| {
         (case.materials.density, case.physics.damping) = ([0.0; 3], 0.0);
         (case.physics.node_mass, case.physics.payload_mass) = (node, payload);
@@ -184,7 +185,7 @@ fn layouts_and_controllers(trials: &mut Trials) {
             biases.for_each(|b| *b += bias);
         });
     }
-    /// A function from a node to the node in whose place it starts.
+    /// A function that maps a node to another node, in whose place the node starts.
     type Place = fn(usize) -> usize;
     let places: [(&str, Place); 3] = [
         ("two nodes in one place", |i| if i == 1 { 0 } else { i }),

@@ -1,8 +1,9 @@
 //! Tries extreme robots with time steps below and above the largest stable one.
 //!
-//! Each row is a robot with a time step. It is expected to be stable if the time step is below the limit that follows
-//! from the robot's largest frequency. Then nothing may grow. Otherwise the check of the time step must call it
-//! unstable, and something must grow. If a number is not finite, a divergence must have been reported.
+//! Each row of the table is a robot with a time step. The limit of stability follows from the robot's largest
+//! frequency. If the time step is below the limit, the trial is expected to be stable, and nothing may grow. Otherwise
+//! the check of the time step must call it unstable, and something must grow. If a number is not finite, a divergence
+//! must have been reported.
 
 mod extremes;
 mod trial;
@@ -17,7 +18,7 @@ use extremes::{case_trials, extreme_trials};
 use rayon::prelude::*;
 use trial::{Found, Outcome, Trial};
 
-/// Tries a case and all extreme robots. Checks every trial and the case's own time step.
+/// Tries a case and all extreme robots. Checks every trial, and also the case's own time step.
 pub fn stability(case: &Case) -> Section {
     let trials = [case_trials(case), extreme_trials()].concat();
     let found: Vec<Found> = trials.par_iter().map(Trial::run).collect();
@@ -38,8 +39,8 @@ fn word(stable: bool) -> &'static str {
     if stable { "stable" } else { "unstable" }
 }
 
-/// A table of the largest stable time steps of a case at its start, for every integrator. Checks the case's own time
-/// step.
+/// Makes a table of the largest stable time steps of a case at its start, for every integrator. Checks that the case's
+/// own time step is stable.
 fn stable_steps(case: &Case) -> Section {
     let [exact, bound, damping] = frequencies(case, &case.start.x);
     let own = (case.physics.integrator, case.physics.substeps);
@@ -55,7 +56,7 @@ fn stable_steps(case: &Case) -> Section {
         };
         stable_step(&physics, frequency, damping)
     };
-    // If the limit is NaN, no step counts as stable.
+    // If the limit is NaN, the comparison is false, so no time step counts as stable.
     let is_stable = |offer: &_| case.physics.dt < limit(offer, exact);
     let if_finite = |offer: &_, frequency| Cell::if_finite(limit(offer, frequency));
     let integrator = |offer: &(Integrator, usize)| offer.0.name();

@@ -6,31 +6,31 @@ use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
 use rayon::prelude::*;
 
-/// Odd robots that are tried only in tests, each with the number of trials that it must get.
+/// Odd robots that are tried only in tests. Each has the number of trials that [`case_trials`] must make for it.
 fn odd_robots() -> Vec<(Case, usize)> {
     type Change = fn(&mut Scene);
     let cases: [(Change, usize); 7] = [
         (|scene| scene.physics.steps = 128, 5),
-        // Damping bars have no energy, so their speed is watched.
+        // The damping of bars has no energy, so the speed of these robots is watched.
         (
             |scene| scene.physics = Scene::load("earth").unwrap().physics,
             5,
         ),
-        // Without springs every time step is stable, so only the robot's own is tried.
+        // Without springs every time step is stable, so there is only the trial with the robot's own time step.
         (|scene| scene.materials.stiffness = [0.0; 3], 1),
-        // Here nothing can move.
+        // In its world, nothing moves this robot.
         (
             |scene| (scene.physics.gravity, scene.materials.max_strain) = (0.0, [0.0; 3]),
             5,
         ),
         (|scene| scene.physics.stiffening = 1e5, 5),
-        // Trials are longer than the case's own rollout.
+        // The trials have more steps than the case's own rollout.
         (|scene| scene.physics.steps = 1, 5),
         (|scene| scene.physics.steps = 4, 5),
     ];
     let case = |(change, count): &(Change, usize)| (small([3, 2], change), *count);
     let mut robots: Vec<_> = cases.iter().map(case).collect();
-    // A robot that starts far from rest is tried with its own time step alone.
+    // A robot that starts far from rest is tried only with its own time step.
     for (moved, count) in [(0.9e-2, 5), (1.0, 1)] {
         let mut case = Case::of_scene(&Scene::paper(), 0).unwrap();
         case.start.x[1][0] -= moved * case.lattice.rest_length[0];
@@ -60,7 +60,7 @@ fn every_extreme_ends_as_expected() {
     assert!(count(|f| f.grade == Grade::Close) > 10);
 }
 
-/// If an expectation does not agree with the motion, the trial fails.
+/// A trial fails if the motion is not as expected.
 #[test]
 fn a_wrong_expectation_is_found() {
     let [own, .., twice] = &case_trials(&small([3, 2], |_| ()))[..] else {
@@ -68,10 +68,11 @@ fn a_wrong_expectation_is_found() {
     };
     let mut stable = own.run();
     assert!(stable.is_ok() && stable.outcome == Outcome::Bounded);
-    // The time step is below the limit, but called unstable.
+    // A time step below the limit that was called unstable beforehand.
     stable.grade = Grade::Unstable;
     assert!(!stable.is_ok());
-    // The time step is above the limit, but the motion stays bounded; and a NaN that no divergence reported.
+    // A time step above the limit with three outcomes: a bounded motion, a motion that grew, and a NaN that no
+    // divergence reported.
     let unstable = twice.run();
     assert!(unstable.is_ok() && matches!(unstable.outcome, Outcome::Diverged(_)));
     for (outcome, unannounced, ok) in [

@@ -1,4 +1,4 @@
-//! A trial: a robot is run with a time step, and its energy or speed is watched.
+//! A trial runs a robot with a time step and watches whether its energy or its speed grows.
 
 use crate::verify::probe::{frequencies, most};
 use cosmic::case::Case;
@@ -8,38 +8,39 @@ use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
 use cosmic::simulator::{Divergence, Grade, Span, Store};
 
-/// How far the nodes of a free robot are moved at the start, as a fraction of its shortest edge. This is small compared
-/// with the edges, so that springs respond linearly, and large compared with all roundings and with the softening of
-/// lengths (D4).
+/// How far the nodes of a free robot are moved at the start, as a fraction of its shortest edge. The move is so small
+/// that springs respond linearly, but large compared with all roundings and with the softening of lengths (D4).
 const MOVED: f64 = 1e-6;
-/// If a free robot's energy grows by this factor, the step is unstable. A stable step conserves an energy that is not
+/// A time step is unstable if a free robot's energy grows by this factor. A stable step conserves an energy that is not
 /// quite the true one: with a step of `s` times the limit, the true energy swings by a factor of `1 / (1 - s^2)`, which
 /// is ten at 0.95. The first lengthening of the springs may add another factor of ten.
 const ENERGY: f64 = 1e3;
-/// The largest speed of a stable robot, divided by the speed of what drives it.
+/// A bound on the speed of a stable robot, as a multiple of the speeds that gravity, actuators and the start cause.
 const SPEED: f64 = 10.0;
 
 /// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum World {
-    /// No ground, gravity or actuation. The energy of vibrations is watched, or their speed if a force has no energy.
+    /// A world without ground, gravity and actuation. The energy of the robot's vibrations is watched. If a force has
+    /// no energy, their speed is watched instead.
     Free,
-    /// The world of the case. The speed is watched, relative to the speed of what drives the robot.
+    /// The world of the case. The robot's speed is watched, relative to the speeds that gravity, actuators and the
+    /// start cause.
     Driven,
 }
 
 /// A robot, its world and a time step to try.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
-    /// The kind of extreme.
+    /// The kind of extreme robot, such as `stiffness` or `mass`.
     pub(super) group: &'static str,
-    /// A description of the robot.
+    /// A description of the robot and the time step.
     pub(super) what: String,
     pub(super) case: Case,
     world: World,
-    /// The robot's largest frequency at rest, 1/s.
+    /// The robot's largest angular frequency at rest, in 1/s.
     frequency: f64,
-    /// The smallest unstable time step, s; infinite if nothing vibrates.
+    /// The limit of stability: the smallest unstable time step, in seconds; infinite if nothing vibrates.
     pub(super) limit: f64,
 }
 
@@ -48,24 +49,25 @@ pub(super) struct Trial {
 pub(super) enum Outcome {
     /// Nothing grew.
     Bounded,
-    /// The energy or the speed grew more than with a stable step.
+    /// The energy or the speed grew more than a stable time step allows.
     Grew,
-    /// The guard found a state that is not plausible.
+    /// The guard of the rollout found a state that is not plausible.
     Diverged(Box<Divergence>),
 }
 
 /// The result of a trial.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// The trial.
     pub(super) trial: Trial,
-    /// The smallest unstable time step by the bound over the edges, s; infinite if nothing vibrates.
+    /// A lower bound on the limit of stability, which follows from the single edges, in seconds; infinite if nothing
+    /// vibrates.
     pub(super) bound: f64,
-    /// What the check of the time step said beforehand.
+    /// The grade that the check of the time step gave before the run.
     pub(super) grade: Grade,
-    /// What happened.
+    /// The outcome of the run.
     pub(super) outcome: Outcome,
-    /// The largest energy of a free robot, or the largest speed, divided by the largest that a stable step allows.
+    /// The largest energy of a free robot, or the largest speed, divided by the largest value that a stable time step
+    /// allows.
     pub(super) growth: f64,
     /// True if a number was not finite although no divergence was reported.
     pub(super) unannounced: bool,
@@ -77,8 +79,8 @@ impl Found {
         self.trial.case.physics.dt < self.trial.limit
     }
 
-    /// True if all is as expected: a stable robot stayed bounded; an unstable robot grew, and was called unstable
-    /// beforehand.
+    /// True if the trial went as expected: a stable robot stayed bounded and was not called unstable; an unstable robot
+    /// grew and was called unstable beforehand.
     pub(super) fn is_ok(&self) -> bool {
         let unstable = !self.expected_stable();
         let grew = self.outcome != Outcome::Bounded;
@@ -88,10 +90,10 @@ impl Found {
 }
 
 impl Trial {
-    /// A trial of a case with its own time step. The actuators of a free robot are switched off.
+    /// Makes a trial of a case with its own time step. The actuators of a free robot are switched off.
     pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
         if world == World::Free {
-            // Actuators get no stroke: it would stretch springs that stiffen.
+            // Actuators get no stroke, because a stroke would stretch springs that stiffen.
             case.materials.max_strain = [0.0; 3];
             case.controller = case.controller.map(|_| 0.0);
         }
@@ -106,7 +108,7 @@ impl Trial {
         }
     }
 
-    /// A trial of the same robot with the time step `fraction` times its limit.
+    /// Makes a trial of the same robot whose time step is `fraction` times its limit.
     pub(super) fn at(&self, fraction: f64) -> Self {
         let mut trial = self.clone();
         trial.what = format!("{}, dt {fraction} of the limit", self.what);
@@ -118,7 +120,7 @@ impl Trial {
     pub(super) fn run(&self) -> Found {
         let case = self.prepared();
         let (task, design) = (case.task(), case.own_design());
-        // Check the lattice at rest, even if its nodes start elsewhere.
+        // The time step is checked for the lattice at rest, even if its nodes start elsewhere.
         let check = task.step_check(&design, &case.lattice.positions, 1.0);
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&design, &case.controller, &case.start, &span);
@@ -142,16 +144,17 @@ impl Trial {
         }
     }
 
-    /// The case to run. A free robot is far above the ground, and its nodes are moved a little.
+    /// Returns the case to run. A free robot is far above the ground and without gravity, and its nodes are moved a
+    /// little.
     fn prepared(&self) -> Case {
         let mut case = self.case.clone();
-        // Let the speed of a trial grow without a bound, until the guard stops it.
+        // Without a bound, the speed may grow until the guard stops the rollout.
         case.physics.speed_bound = None;
         if self.world == World::Driven {
             return case;
         }
         case.physics.gravity = 0.0;
-        // Far below the robot, but near enough for heights above the ground to keep their digits.
+        // The ground is far below the robot, but near enough for heights above it to keep their digits.
         case.physics.ground_height = -1e3 * longest_edge(&case);
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
@@ -162,9 +165,10 @@ impl Trial {
         case
     }
 
-    /// The highest speed of any node, divided by its bound. The bound is [`SPEED`] times the sum of two speeds: what
-    /// gravity adds during the whole trial, and the speed of the fastest vibration. The amplitude of that vibration is
-    /// an actuator's stroke plus the largest distance of an edge from its rest length at the start.
+    /// Returns the highest speed of any node, divided by a bound. The bound is [`SPEED`] times the sum of two speeds:
+    /// the speed that gravity adds during the whole trial, and the speed of the fastest vibration. The amplitude of
+    /// that vibration is taken to be an actuator's stroke plus the largest change of an edge's length from its rest
+    /// length at the start.
     fn speed_growth(&self, case: &Case, states: &[State<f64>]) -> f64 {
         let physics = &case.physics;
         let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
@@ -182,7 +186,7 @@ impl Trial {
     }
 }
 
-/// The longest rest length, m.
+/// The rest length of the longest edge, in metres.
 fn longest_edge(case: &Case) -> f64 {
     case.lattice.rest_length.iter().copied().fold(0.0, f64::max)
 }
@@ -192,8 +196,8 @@ fn is_finite(state: &State<f64>) -> bool {
     numbers.all(|c| c.is_finite())
 }
 
-/// The largest energy of any state, divided by the energy of the start and by [`ENERGY`]. `None` if a force has no
-/// energy, such as the force of a damper.
+/// Returns the largest energy of any state, divided by the energy of the start and by [`ENERGY`]. Returns `None` if a
+/// force has no energy, such as the force of a damper.
 fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
     let body = case.body();
     let store = Store::new(&case.lattice, &case.physics, &body);
