@@ -119,7 +119,8 @@ impl<R: Number> Asked<R> {
     }
 
     /// Simulates all robots and writes their positions and velocities into the arrays `x` and `v`. A robot that
-    /// diverges gets NaN from its first absurd state on. Robots that have not begun when the work is stopped get NaN.
+    /// diverges gets NaN from its first absurd state on (see [`State::absurd_node`]). Robots that have not begun when
+    /// the work is stopped get NaN.
     ///
     /// If `check` is true: the number of the first robot whose last state is absurd, and the reason.
     pub(crate) fn fill(

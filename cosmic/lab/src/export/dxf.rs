@@ -32,8 +32,8 @@ impl Dxf {
         self.pair(30, "0.0");
     }
 
-    /// Writes the two coordinates of a point, rounded to a nanometre. The first has the code `code`, the second `code +
-    /// 10`.
+    /// Writes the two coordinates of a point, rounded to a nanometre. The code of the first is `code`. The code of the
+    /// second is `code + 10`.
     fn place(&mut self, code: u16, place: Vector<f64>) {
         let [x, y] = place.array();
         self.pair(code, format_args!("{x:.6}"));

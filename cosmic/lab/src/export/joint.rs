@@ -154,7 +154,7 @@ impl Joint {
     }
 }
 
-/// Builds the joint of a node without room for its columns, which [`Joint::make_columns`] then makes.
+/// Builds the joint of a node without columns. [`Joint::make_columns`] then makes room for them.
 pub(super) fn joint(
     node: usize,
     place: Vector<f64>,

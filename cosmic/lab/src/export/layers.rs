@@ -64,7 +64,7 @@ impl Stack {
         }
     }
 
-    /// The number of layers.
+    /// Returns the number of layers.
     pub(super) fn height(&self) -> usize {
         self.of_member.iter().max().map_or(0, |top| top + 1)
     }

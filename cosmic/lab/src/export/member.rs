@@ -25,7 +25,7 @@ pub(super) struct Member {
 }
 
 impl Member {
-    /// The name of the bar's material in files.
+    /// Returns the name of the bar's material in files.
     pub(super) fn made_of(&self) -> &'static str {
         if self.material == Material::Actuator {
             "actuator"
@@ -34,7 +34,7 @@ impl Member {
         }
     }
 
-    /// The unit vector along the bar that points away from `node`, one of its two nodes.
+    /// Returns the unit vector along the bar that points away from `node`, which is one of the bar's two nodes.
     pub(super) fn away_from(&self, node: usize) -> Vector<f64> {
         let direction = self.axis.direction();
         if node == self.nodes[0] {

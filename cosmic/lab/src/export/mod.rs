@@ -1,4 +1,4 @@
-//! Writes files with which other programs use a finished robot: a model for MuJoCo, and for the workshop tables, a flat
+//! Writes files with which other programs use a finished robot: a model for MuJoCo; and, for a workshop, tables, a flat
 //! pattern and a solid.
 //!
 //! Files for the workshop show the bars at rest, without void edges. Positions are measured along and above the ground

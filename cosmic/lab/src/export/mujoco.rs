@@ -37,7 +37,8 @@ pub struct MujocoSettings {
     /// Coefficient of friction. `None` takes the scene's coefficient, but at most [`MOST_FRICTION`]. Ground without
     /// slipping gets [`MOST_FRICTION`].
     pub friction: Option<f64>,
-    /// The number of mechanical steps in each step of the controller. If the scene has more, its number is used.
+    /// The number of mechanical steps in each step of the controller. If the scene's number is larger, that one is
+    /// used.
     pub substeps: usize,
     /// The time constant of a contact, in seconds. MuJoCo raises it to two mechanical steps if it is shorter.
     pub contact_time: f64,
@@ -248,8 +249,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// Returns the element for the body of a node. MuJoCo's explicit step of `dt` seconds multiplies the velocity by `1
-    /// - damping dt / mass`. `damping` is chosen such that this factor equals the scene's `exp(-gamma dt)`.
+    /// Returns the element for the body of a node. In an explicit step of `dt` seconds, MuJoCo multiplies the velocity
+    /// by `1 - damping dt / mass`. `damping` is chosen such that this factor equals the scene's `exp(-gamma dt)`.
     fn node(&self, node: usize, dt: f64) -> String {
         let mass = self.body.mass[node];
         let damping = -mass * (-self.case.physics.damping * dt).exp_m1() / dt;

@@ -35,6 +35,8 @@ pub(super) struct Gait<'r> {
 }
 
 impl<'r> Gait<'r> {
+    /// Computes the strains and forces of a run's delivered robot from the states of the run's trajectory.
+    ///
     /// # Errors
     /// If the design does not fit its scene, or if this program does not have a law of the scene.
     pub(super) fn new(run: &'r RunFiles) -> Result<Self> {

@@ -33,7 +33,7 @@ impl View<'_> {
         picture.line(points.iter().map(|point| self.place(*point)), pen);
     }
 
-    /// Draws the ground where horizontal positions of the world are in the range `across`.
+    /// Draws the part of the ground whose horizontal positions in the world are in the range `across`.
     pub(super) fn draw_ground(&self, picture: &mut Picture, across: Range) {
         let line = self.motion.ground_line(across).into_iter();
         let line: Vec<Place> = line.map(|point| self.place(point)).collect();
