@@ -14,32 +14,32 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-/// The number types that arrays from Python may have.
+/// A number type that arrays from Python may have.
 pub(crate) trait Number: Real + Element + Into<f64> {}
 impl Number for f32 {}
 impl Number for f64 {}
 
-/// The sizes of a robot, which the arrays must fit.
+/// The sizes of a robot, from which the shapes of its arrays follow.
 #[derive(Clone)]
 pub(crate) struct Sizes {
     pub(crate) nodes: usize,
     pub(crate) edges: usize,
     pub(crate) inputs: usize,
-    /// The blocks of the controller, which is always a network here.
+    /// The blocks of the controller's parameters. Here a controller is always a network.
     pub(crate) blocks: Vec<Block>,
 }
 
-/// The number of arrays of a controller.
+/// The number of arrays with the parameters of a controller.
 const CONTROLLER: usize = NETWORK.len();
 
-/// Names of the arrays of [`Inputs`], in their order.
+/// The names of the arrays of [`Inputs`], in their order.
 pub(crate) const NAMES: [&str; 3 + CONTROLLER] = {
     let [first, second, third, fourth] = NETWORK;
     ["z", first, second, third, fourth, "x0", "v0"]
 };
 
 impl Sizes {
-    /// The sizes of robots on a lattice.
+    /// Returns the sizes of robots on a lattice.
     pub(crate) fn of(lattice: &Lattice, controller: &ControllerSettings) -> Self {
         Self {
             nodes: lattice.nodes(),
@@ -49,7 +49,7 @@ impl Sizes {
         }
     }
 
-    /// The total number of values in the arrays of [`Inputs`].
+    /// Returns the total number of values in the arrays of [`Inputs`].
     pub(crate) fn numbers(&self) -> f64 {
         let counts = self.shapes();
         let counts = counts
@@ -58,7 +58,7 @@ impl Sizes {
         counts.sum()
     }
 
-    /// The shapes of the arrays of [`Inputs`].
+    /// Returns the shapes of the arrays of [`Inputs`].
     pub(crate) fn shapes(&self) -> [Vec<usize>; 7] {
         let points = vec![self.nodes, 2];
         let mut own = self.blocks.iter().map(|block| block.shape.axes());
@@ -68,14 +68,14 @@ impl Sizes {
     }
 }
 
-/// An array from Python.
+/// An array argument from Python, with its name for error messages.
 pub(crate) struct Given<'py, R: Number> {
     array: PyReadonlyArrayDyn<'py, R>,
     name: String,
 }
 
 impl<'py, R: Number> Given<'py, R> {
-    /// Reads an array argument. Errors about it contain `name`.
+    /// Reads an array argument. The messages of errors contain `name`.
     pub(crate) fn new(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
         let array = object.cast::<PyArrayDyn<R>>().map_err(|_| {
             refused(format!(
@@ -94,10 +94,10 @@ impl<'py, R: Number> Given<'py, R> {
         self.array.shape()
     }
 
-    /// The numbers in C order. Numbers that are not finite are an error.
+    /// Returns the numbers in C order. Numbers that are not finite are an error.
     pub(crate) fn finite(&self) -> PyResult<&[R]> {
         let numbers = self.numbers()?;
-        // A piece is searched without an early exit, so that the loop is vectorized.
+        // A piece is searched without an early exit, so that the compiler can vectorise the loop.
         let is_finite = |piece: &[R]| {
             piece
                 .iter()
@@ -116,7 +116,7 @@ impl<'py, R: Number> Given<'py, R> {
         )))
     }
 
-    /// The numbers in C order.
+    /// Returns the numbers in C order.
     pub(crate) fn numbers(&self) -> PyResult<&[R]> {
         self.array.as_slice().map_err(|_| {
             refused(format!(
@@ -126,7 +126,8 @@ impl<'py, R: Number> Given<'py, R> {
         })
     }
 
-    /// Checks the shape. Returns the length of an additional axis in front, if there is one.
+    /// Checks that the array has the shape `shape`, with or without an additional axis in front. Returns the length of
+    /// that axis, if there is one.
     pub(crate) fn batch(&self, shape: &[usize]) -> PyResult<Option<usize>> {
         let found = self.shape();
         match found.strip_suffix(shape) {
@@ -148,7 +149,7 @@ impl<'py, R: Number> Given<'py, R> {
     }
 }
 
-/// The index of an element in an array of this shape.
+/// Converts an element's position in C order to its index in an array of this shape.
 fn index(mut position: usize, shape: &[usize]) -> Vec<usize> {
     let mut index: Vec<usize> = (shape.iter().rev())
         .map(|&length| {
@@ -161,17 +162,17 @@ fn index(mut position: usize, shape: &[usize]) -> Vec<usize> {
     index
 }
 
-/// The inputs of one robot or of several. Shared inputs are stored once.
+/// The inputs of one robot or of several. Inputs that all robots share are stored once.
 pub(crate) struct Batch<R> {
     z: Vec<Vec<[R; 3]>>,
     controllers: Vec<Controller<R>>,
     starts: Vec<State<R>>,
-    /// The number of robots; `None` for a single robot whose arrays have no axis in front.
+    /// The number of robots; `None` for a single robot, whose arrays have no axis for robots in front.
     pub(crate) size: Option<usize>,
 }
 
 impl<R: Number> Batch<R> {
-    /// Reads the seven arrays of [`NAMES`], each with an axis for robots in front, or shared.
+    /// Reads the seven arrays of [`NAMES`]. Each has an axis for robots in front, or all robots share it.
     pub(crate) fn new(arrays: &[Given<R>], sizes: &Sizes) -> PyResult<Self> {
         let shapes = sizes.shapes();
         let mut size: Option<(usize, &str)> = None;
@@ -225,12 +226,12 @@ impl<R: Number> Batch<R> {
         })
     }
 
-    /// The number of robots.
+    /// Returns the number of robots.
     pub(crate) fn robots(&self) -> usize {
         self.size.unwrap_or(1)
     }
 
-    /// The controller of all robots, if they share one.
+    /// Returns the controller of all robots, if they share one.
     pub(crate) fn shared_controller(&self) -> Option<&Controller<R>> {
         match &self.controllers[..] {
             [controller] => Some(controller),
@@ -268,12 +269,12 @@ pub(crate) fn array<'py, T: Element>(
     numbers.into_pyarray(py).reshape(shape.to_vec())
 }
 
-/// A shape with the axis of a batch in front; without a batch, the shape itself.
+/// Returns `shape` with the axis of a batch in front. Without a batch, returns `shape` itself.
 pub(crate) fn behind(batch: Option<usize>, shape: &[usize]) -> Vec<usize> {
     batch.into_iter().chain(shape.iter().copied()).collect()
 }
 
-/// The positions and the velocities of trajectories, each as one flat list.
+/// The positions of trajectories as one flat list, and their velocities as another.
 pub(crate) struct Flat<R> {
     pub(crate) x: Vec<R>,
     pub(crate) v: Vec<R>,

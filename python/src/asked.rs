@@ -19,18 +19,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How the numbers of the array `z` become mixtures.
+/// How the rows of the array `z` become mixtures.
 pub(crate) enum Mixing {
-    /// They are design vectors, which this projection turns into mixtures.
+    /// The rows are design vectors, which this projection turns into mixtures.
     By(Projection),
-    /// They are mixtures.
+    /// The rows already are mixtures.
     AsGiven,
-    /// They are the one-hot vectors of this layout.
+    /// The rows are the one-hot vectors of this layout.
     Layout(Vec<Material>),
 }
 
 impl Mixing {
-    /// Reads the argument `projection`. With `auto`, one-hot vectors are a layout and are not projected (D7).
+    /// Reads the argument `projection`, here `name`. With `auto` or `none`, one-hot vectors are a layout and are not
+    /// projected (D7).
     fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
         let z = z.iter().map(|row| row.map(Into::into)).collect();
         match (name, Design::of_vectors(z)) {
@@ -44,8 +45,8 @@ impl Mixing {
         }
     }
 
-    /// The design for derivatives with respect to `z`. A layout becomes mixtures, so that void edges keep their
-    /// stiffness.
+    /// Returns the design for derivatives with respect to `z`. Even a layout becomes mixtures, so that void edges keep
+    /// their stiffness.
     fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::By(projection) => Design::Undecided(task.mixtures(*projection, z)),
@@ -54,7 +55,7 @@ impl Mixing {
     }
 }
 
-/// A requested rollout: inputs, with or without an axis of robots, and the observed steps.
+/// A requested rollout: the inputs of one robot or of several, and the observed steps.
 pub(crate) struct Asked<R> {
     pub(crate) batch: Batch<R>,
     pub(crate) mixing: Vec<Mixing>,
@@ -82,7 +83,7 @@ impl<R: Number> Asked<R> {
         })
     }
 
-    /// The design of a robot.
+    /// Returns the design with which a robot is simulated.
     fn design(&self, task: &Task, robot: usize) -> Design<Mixture<R>> {
         match &self.mixing[robot] {
             Mixing::Layout(layout) => Design::Layout(layout.clone()),
@@ -90,7 +91,7 @@ impl<R: Number> Asked<R> {
         }
     }
 
-    /// The number of robots that a thread simulates together.
+    /// Returns the number of robots that a thread simulates together.
     fn together(&self) -> usize {
         group_size(
             self.batch.robots(),
@@ -107,7 +108,8 @@ impl<R: Number> Asked<R> {
         task.rollout_many(&designs, controller, &starts, &self.span)
     }
 
-    /// The observed states of every robot, without the conversion to arrays. For measuring the library's time.
+    /// Returns the observed states of every robot, without converting them to arrays. Used to measure the library's
+    /// time.
     pub(crate) fn rollouts(&self, task: &Task) -> Vec<Vec<Trajectory<R>>> {
         let robots = self.batch.robots();
         let shared = self.batch.shared_controller().is_some();
@@ -117,10 +119,10 @@ impl<R: Number> Asked<R> {
     }
 
     /// Simulates all robots and writes their positions and velocities into the arrays `x` and `v`. A robot that
-    /// diverges gets NaN from its first absurd state on. Robots that have not begun when the work is stopped get NaN.
+    /// diverges gets NaN from its first absurd state on (see [`State::absurd_node`]). Robots that have not begun when
+    /// the work is stopped get NaN.
     ///
-    /// # Errors
-    /// With `check`, the number of the first robot whose last state is absurd, and the reason.
+    /// If `check` is true: the number of the first robot whose last state is absurd, and the reason.
     pub(crate) fn fill(
         &self,
         task: &Task,
@@ -132,7 +134,7 @@ impl<R: Number> Asked<R> {
         let length = self.span.observed.len() * 2 * task.lattice.nodes();
         let places = x.chunks_mut(together * length);
         let places = places.zip(v.chunks_mut(together * length)).enumerate();
-        // To save memory, each thread copies the states of its robots into the arrays and drops them.
+        // Each thread copies the states of its robots into the arrays and then drops them, to save memory.
         let step = |(group, (x, v)): (usize, (&mut [R], &mut [R]))| {
             if stop.load(Ordering::Relaxed) {
                 x.fill(R::lit(f64::NAN));
@@ -200,7 +202,7 @@ fn is_absurd_state<R: Number>(state: &State<R>) -> bool {
     state.is_absurd()
 }
 
-/// True if the last state is absurd in the numbers that [`seen`] returned.
+/// True if the last state is absurd. `seen` contains the numbers that the function [`seen`] returned.
 pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     let last = |half: &[R]| from_flat(&half[half.len() - 2 * nodes..]);
     let (x, v) = seen.split_at(seen.len() / 2);
@@ -210,7 +212,7 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     })
 }
 
-/// Simulates a robot. Returns its observed positions, then its observed velocities.
+/// Simulates a robot. Returns one list: its observed positions, then its observed velocities.
 pub(crate) fn seen<R: Real>(
     task: &Task,
     mixing: &Mixing,
@@ -223,17 +225,17 @@ pub(crate) fn seen<R: Real>(
     [seen.x, seen.v].concat()
 }
 
-/// Becomes true when the work must stop. Robots that have not begun are then skipped.
+/// A flag that becomes true when the work must stop. Robots that have not begun by then are skipped.
 pub(crate) type Stop = AtomicBool;
 
 /// The interval between checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The result of work, and the exception of a signal that interrupted it, if any.
+/// The result of work, and the exception that a signal raised during the work, if any.
 pub(crate) type Interruptible<T> = (T, Option<PyErr>);
 
-/// Runs `work` without the interpreter's lock, in the thread pool if there are several robots. A signal stops the work
-/// after the current robots.
+/// Runs `work` without the interpreter's lock. If there are several robots, it runs in the thread pool, and a signal
+/// stops it after the robots in progress.
 pub(crate) fn in_pool<T: Send>(
     py: Python,
     robots: usize,
@@ -249,12 +251,12 @@ pub(crate) fn in_pool<T: Send>(
     let (stop, interrupt) = (&stop, &mut raised);
     let ended = py.detach(move || {
         pool.in_place_scope(|scope| {
-            // The receiver is gone only after a panic.
+            // Sending fails only if the receiver is gone, and it is gone only after a panic.
             scope.spawn(move |_| _ = sender.send(work(stop)));
             loop {
                 match receiver.recv_timeout(LOOK) {
                     Ok(done) => return Some(done),
-                    // The work panicked; the scope propagates the panic.
+                    // The work panicked. The scope propagates the panic.
                     Err(RecvTimeoutError::Disconnected) => return None,
                     Err(RecvTimeoutError::Timeout) => {}
                 }
@@ -274,8 +276,8 @@ pub(crate) fn whole<T>((done, raised): Interruptible<T>) -> PyResult<T> {
     raised.map_or(Ok(done), Err)
 }
 
-/// The number of robots that a thread simulates together: several if they share the controller. A single robot needs no
-/// thread pool.
+/// Returns the number of robots that a thread simulates together: several if they share the controller, otherwise one.
+/// For a single robot, the function starts no thread pool to count its threads.
 fn group_size(robots: usize, shared: bool) -> usize {
     if robots > 1 && shared {
         together(robots)
@@ -284,7 +286,7 @@ fn group_size(robots: usize, shared: bool) -> usize {
     }
 }
 
-/// Applies a function to every group of robots that a thread simulates together.
+/// Applies a function to every group of robots that a thread simulates together, and returns the results.
 pub(crate) fn in_groups<T: Send>(
     robots: usize,
     shared: bool,
@@ -297,7 +299,8 @@ pub(crate) fn in_groups<T: Send>(
     })
 }
 
-/// Applies a function to the number of every robot. Robots that have not begun when the work is stopped are skipped.
+/// Applies a function to the number of every robot, and returns the results. Robots that have not begun when the work
+/// is stopped are skipped.
 pub(crate) fn each<T: Send>(
     robots: usize,
     stop: &Stop,

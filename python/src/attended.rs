@@ -19,7 +19,7 @@ use std::time::Duration;
 /// The interval between checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// A message to the calling thread.
+/// A message from a run to the calling thread.
 enum Event {
     Iteration { last: usize, record: Box<Record> },
     Warning(String),
@@ -39,7 +39,7 @@ impl Watch {
     }
 
     fn send(&self, event: Event) {
-        // There is no receiver only if the process is about to end.
+        // Sending fails only if the process is about to end.
         let _ = self.events.send(event);
     }
 }
@@ -92,8 +92,8 @@ impl Listener<'_, '_> {
     }
 }
 
-/// Does the work on other threads while the current thread passes on progress and signals. Returns `None` if a signal
-/// interrupted the work. If other code sets the shared `stop`, the work ends with an error.
+/// Does the work on other threads. Meanwhile, the current thread reports progress to the listener and handles signals.
+/// Returns `None` if a signal interrupted the work. If other code sets the shared `stop`, the work ends with an error.
 pub(crate) fn attended<T: Send + 'static>(
     py: Python,
     threads: usize,
@@ -109,7 +109,7 @@ pub(crate) fn attended<T: Send + 'static>(
         failure: Arc::clone(failure),
     };
     let pool = pool::made(threads)?;
-    // When the work ends, its sender is dropped. This ends the loop of `attend`.
+    // The end of the work drops its sender, which ends the loop of `attend`.
     let worker = thread::spawn(move || pool.install(move || work(&mut watch)));
     let raised_here = attend(py, &mut heard, &stop, listener);
     let ended = py.detach(|| worker.join());
@@ -118,8 +118,8 @@ pub(crate) fn attended<T: Send + 'static>(
     }
     let ended = ended.map_err(|panic| panicked(&*panic))?;
     match (ended, raised_here) {
-        // The run finished before it saw the request to stop.
         (Ok(done), None) => Ok(Some(done)),
+        // The run finished before it saw the request to stop.
         (Ok(done), Some(error)) if is_interrupt(py, &error) => Ok(Some(done)),
         (Err(Error::Interrupted { .. } | Error::Stopped { .. }), Some(error))
             if is_interrupt(py, &error) =>
@@ -135,7 +135,7 @@ fn is_interrupt(py: Python, error: &PyErr) -> bool {
     error.is_instance_of::<PyKeyboardInterrupt>(py)
 }
 
-/// Handles events until the work is done. The first exception stops the work and is returned.
+/// Handles events and signals until the work is done. The first exception stops the work and is returned.
 fn attend(
     py: Python,
     heard: &mut Receiver<Event>,

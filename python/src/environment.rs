@@ -16,7 +16,7 @@ use cosmic::simulator::{Driven as Library, Span, Trajectory};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// A robot that is simulated with activations from the caller.
+/// A robot whose activations the caller supplies, without a controller.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Driven {
     driven: Library,
@@ -87,19 +87,19 @@ impl Driven {
         })
     }
 
-    /// The numbers of the edges that respond to activations.
+    /// The indices of the edges that respond to activations.
     #[getter]
     fn actuators(&self) -> Vec<usize> {
         self.actuators.clone()
     }
 
-    /// The length of an observation.
+    /// The number of values in an observation.
     #[getter]
     fn inputs(&self) -> usize {
         self.sizes.inputs
     }
 
-    /// Length of a step, s.
+    /// The length of a time step, in seconds.
     #[getter]
     fn dt(&self) -> f64 {
         self.physics.dt
@@ -111,13 +111,13 @@ impl Driven {
         self.physics.steps
     }
 
-    /// Positions at rest, shape `(nodes, 2)`.
+    /// The positions of the nodes at rest, of shape `(nodes, 2)`.
     #[getter]
     fn rest<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, flat(&self.rest.x), &[self.sizes.nodes, 2])
     }
 
-    /// The payload's position along the ground of each robot, m.
+    /// Returns the position of each robot's payload along the ground, in metres.
     fn along<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
         let states = self.states(x, x)?;
         let along = states.iter().map(|state| self.ground.along(state.x[0]));
@@ -125,8 +125,8 @@ impl Driven {
     }
 
     /// Simulates `steps` steps with constant activations, of shape `(robots, edges)`. `first` is the number of steps
-    /// that were done before. Returns positions and velocities, each of shape `(robots, nodes, 2)`, and whether each
-    /// robot diverged.
+    /// that the robots have done before. Returns positions and velocities, each of shape `(robots, nodes, 2)`, and a
+    /// list that says for each robot whether it diverged.
     fn advance<'py>(
         &self,
         py: Python<'py>,
@@ -176,7 +176,8 @@ impl Driven {
         ))
     }
 
-    /// The observation of each robot as the paper defines it. `done` has the number of steps that each robot has done.
+    /// Returns the observation of each robot, as the paper defines it. `done` contains the number of steps that each
+    /// robot has done.
     fn observe<'py>(
         &self,
         py: Python<'py>,

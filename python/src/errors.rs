@@ -20,7 +20,7 @@ pub(crate) fn raised(error: Library) -> PyErr {
     of_class(&error, in_python(error.within()))
 }
 
-/// Makes an exception with the message `says`. The kind of the error decides its class.
+/// Makes an exception with the message `says`. The kind of the library's error decides the class of the exception.
 pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
     match error {
         Library::Diverged { .. } | Library::NotFinite { .. } | Library::NoFigure(_) => {
@@ -34,14 +34,14 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         | Library::Write { .. }
         | Library::Taken(_) => FileError::new_err(says),
         Library::Interrupted { .. } | Library::Stopped { .. } => InterruptedError::new_err(says),
-        // Not the library's message, because it names Rust functions.
+        // The library's own message names Rust functions, so it is not used.
         Library::OwnLoss { file, .. } => InputError::new_err(format!(
             "{file}: this run has a loss in Python; pass it to cosmic.resume as `loss`"
         )),
         Library::Malformed { .. } | Library::Misfit { .. } | Library::Usage(_) => {
             InputError::new_err(says)
         }
-        // For several runs, the first error decides the class.
+        // If several runs failed, the first error decides the class.
         Library::PassedOver { error, .. } => of_class(error, says),
         Library::CheckFailed { .. } => Error::new_err(says),
         _ => Error::new_err(says),
@@ -57,7 +57,7 @@ pub(crate) fn in_python(says: String) -> String {
     Python::attach(translate).unwrap_or(says)
 }
 
-/// An [`InputError`] with this message.
+/// Returns an [`InputError`] with this message.
 pub(crate) fn refused(says: String) -> PyErr {
     InputError::new_err(says)
 }

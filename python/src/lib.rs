@@ -1,7 +1,7 @@
 //! The extension module `cosmic._core`: the library behind the package `cosmic`.
 //!
-//! It has no numerics: arrays come in, the library works without the interpreter's lock, arrays go
-//! out. What needs no speed is written in Python, in `cosmic/*.py`.
+//! This module computes nothing itself. It passes arrays from Python to the library, which works without the
+//! interpreter's lock, and returns arrays. Code that needs no speed is written in Python, in `cosmic/*.py`.
 
 mod errors;
 mod arrays;

@@ -10,7 +10,8 @@ use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The first exception that a loss raised. All later values of the loss are NaN, and the run stops.
+/// The first exception that a loss raised, if any. After an exception, all values of the loss are NaN, and the run
+/// stops.
 pub(crate) type Failure = Arc<Mutex<Option<PyErr>>>;
 
 /// Removes and returns the exception, if there is one.
@@ -21,7 +22,7 @@ pub(crate) fn taken(failure: &Failure) -> Option<PyErr> {
         .take()
 }
 
-/// A loss in Python: a `cosmic._loss.Loss`.
+/// A loss in Python: an object of the class `cosmic._loss.Loss`.
 pub(crate) struct PythonLoss {
     object: Arc<Py<PyAny>>,
     failure: Failure,
@@ -34,7 +35,7 @@ impl PythonLoss {
     }
 }
 
-/// The value of a result. An exception is kept in `failure`, and the value is then `None`.
+/// Returns the value of a result. If the result is an exception, keeps it in `failure` and returns `None`.
 fn noted<T>(failure: &Failure, result: PyResult<T>) -> Option<T> {
     result
         .map_err(|error| {
@@ -51,7 +52,8 @@ impl Loss for PythonLoss {
                 .call_method1(py, "observed", (steps,))?
                 .extract(py)
         };
-        // After an exception the states are not used, but a rollout must still end with its last step.
+        // After an exception, the observed states are not used, but the list must still end with the rollout's last
+        // step.
         noted(&self.failure, Python::attach(call)).unwrap_or_else(|| vec![steps])
     }
 
@@ -73,19 +75,20 @@ impl Loss for PythonLoss {
     }
 }
 
-/// The loss as a function of one list of numbers: the positions of all observed states, then their velocities. All
-/// number types of an optimisation are first-order, so Python only sees floats.
+/// The loss as a function of one list of numbers: the positions of all observed states, then their velocities. The
+/// optimisation takes only first derivatives of it, so Python only sees floats.
 #[derive(Clone)]
 struct Call {
     object: Arc<Py<PyAny>>,
     failure: Failure,
     steps: Vec<usize>,
-    /// The gradient. `value` gets it from Python together with the value and keeps it for `partials`.
+    /// The gradient of the last call of `value`, which gets it from Python together with the value. `partials` returns
+    /// it.
     gradient: Arc<Mutex<Vec<f64>>>,
 }
 
 impl Call {
-    /// Calls Python for the value and the gradient.
+    /// Calls Python, which returns the value and the gradient.
     fn ask(&self, numbers: &[f64]) -> PyResult<(f64, Vec<f64>)> {
         Python::attach(|py| {
             let (x, v) = numbers.split_at(numbers.len() / 2);
@@ -113,7 +116,7 @@ impl Rule for Call {
     fn value<R: Real>(&self, x: &[R]) -> R {
         let numbers: Vec<f64> = x.iter().map(|x| x.primal()).collect();
         let lost = || (f64::NAN, vec![f64::NAN; numbers.len()]);
-        // The loss is not called with states that diverged. The library reports them itself.
+        // Python is not asked about states that diverged. The library reports them itself.
         let is_finite = numbers.iter().all(|x| x.is_finite());
         let asked = is_finite
             .then(|| noted(&self.failure, self.ask(&numbers)))

@@ -1,4 +1,5 @@
-//! Checks of memory. A failed allocation in the library would end the process, so sizes are checked beforehand.
+//! Checks whether there is enough memory. A failed allocation in the library would end the process, so sizes are
+//! checked beforehand.
 
 use crate::arrays::Sizes;
 use crate::errors::OutOfMemoryError;
@@ -8,7 +9,7 @@ use pyo3::PyResult;
 use std::fs;
 use std::hint::black_box;
 
-/// The number of bytes below which memory is not checked, because a check takes about 20 us.
+/// Memory is not checked for fewer bytes than this, because a check takes about 20 us.
 const LITTLE: f64 = 16e6;
 
 /// Returns an error if fewer than `bytes` bytes are available. The message begins with `what` and ends with `remedy`.
@@ -30,7 +31,7 @@ pub(crate) fn has_room(bytes: f64, what: &str, remedy: &str) -> PyResult<()> {
     )))
 }
 
-/// Whether the system can allocate this many bytes. They are freed at once.
+/// True if the system can allocate this many bytes. They are freed at once.
 fn is_granted(bytes: f64) -> bool {
     let mut probe: Vec<u8> = Vec::new();
     // A number too large for `usize` saturates, and the allocation is refused.
@@ -40,7 +41,8 @@ fn is_granted(bytes: f64) -> bool {
     granted
 }
 
-/// The bytes that are free on the machine, or the limit of the container if it is smaller; `None` if both are unknown.
+/// Returns the number of bytes that are free on the machine, or the limit of the container if it is smaller. Returns
+/// `None` if both are unknown.
 fn free() -> Option<f64> {
     let number = |path: &str| fs::read_to_string(path).ok()?.trim().parse::<f64>().ok();
     let container = [
@@ -68,13 +70,13 @@ fn in_words(bytes: f64) -> String {
     }
 }
 
-/// Refuses scenes whose simulator is too large.
+/// Refuses a scene whose simulator does not fit into memory.
 pub(crate) fn simulator_fits(scene: &Scene) -> PyResult<()> {
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let sizes = Sizes::of(&lattice, &scene.controller);
     let (edges, steps) = (sizes.edges, scene.physics.steps);
-    // Each step has a sine, a cosine and a time. The list of them doubles as it grows, and is then copied. An edge
-    // takes 400 bytes.
+    // The simulator keeps a sine, a cosine and a time for each step, together 24 bytes. The list of them doubles as it
+    // grows and is then copied, so it needs up to three times as much. An edge takes about 400 bytes.
     let bytes = 72.0 * steps as f64 + 1e3 * edges as f64;
     has_room(
         bytes,
@@ -83,7 +85,7 @@ pub(crate) fn simulator_fits(scene: &Scene) -> PyResult<()> {
     )
 }
 
-/// Refuses scenes if `copies` copies of the initial inputs do not fit into memory.
+/// Refuses a scene if `copies` copies of the initial inputs do not fit into memory.
 pub(crate) fn start_fits(scene: &Scene, sizes: &Sizes, copies: f64) -> PyResult<()> {
     let (edges, hidden) = (sizes.edges, scene.controller.hidden);
     has_room(
@@ -93,13 +95,13 @@ pub(crate) fn start_fits(scene: &Scene, sizes: &Sizes, copies: f64) -> PyResult<
     )
 }
 
-/// Refuses scenes whose optimisation is too large. The gradient records every step of its horizon, unless the scene
-/// sets a memory budget.
+/// Refuses a scene whose optimisation does not fit into memory. The gradient records every step of its horizon, unless
+/// the scene sets a memory budget.
 pub(crate) fn optimisation_fits(scene: &Scene) -> PyResult<()> {
     simulator_fits(scene)?;
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let sizes = Sizes::of(&lattice, &scene.controller);
-    // The copies include gradients and the moments of two optimisers.
+    // The ten copies include gradients and the moments of two optimisers.
     start_fits(scene, &sizes, 10.0)?;
     let horizon = scene.schedule.horizon.into_iter().max().unwrap_or(0);
     let record = kept(scene, &sizes, horizon, 8.0);
@@ -110,11 +112,11 @@ pub(crate) fn optimisation_fits(scene: &Scene) -> PyResult<()> {
     )
 }
 
-/// The number of bytes that a gradient records over a rollout: for every step the state and the results of all
+/// Returns the number of bytes that a gradient records over a rollout: for every step the state and the results of all
 /// operations, limited by the scene's memory budget. A number takes `size` bytes.
 pub(crate) fn kept(scene: &Scene, sizes: &Sizes, steps: usize, size: f64) -> f64 {
     let (nodes, edges, hidden) = (sizes.nodes, sizes.edges, scene.controller.hidden);
-    // Measured on lattices of 6 x 6 and 16 x 16 nodes with 32 and 512 hidden neurons.
+    // The factors were measured on lattices of 6 x 6 and 16 x 16 nodes with 32 and 512 hidden neurons.
     let row = 5 * nodes + 4 * edges + 6 * hidden;
     let all = steps as f64 * row as f64 * size;
     let budget = scene.gradient.memory.map(|megabytes| megabytes * 1e6);

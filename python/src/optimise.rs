@@ -14,7 +14,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The optimisation of a scene, with a Python loss if there is one.
+/// Prepares the optimisation of a scene, with a Python loss if there is one.
 fn codesign(
     scene: &cosmic::scene::Scene,
     loss: Option<Py<PyAny>>,
@@ -26,7 +26,8 @@ fn codesign(
     }
 }
 
-/// Converts a result. If the loss raised an exception, this exception is raised, not the error that it caused.
+/// Converts an error of the library to an exception. If the loss raised an exception, that one is returned, because it
+/// caused the error.
 fn or_failure<T>(failure: &Failure, result: Result<T>) -> PyResult<T> {
     result.map_err(|error| taken(failure).unwrap_or_else(|| raised(error)))
 }
@@ -130,7 +131,7 @@ pub(crate) fn deliver_so_far(
     caught(|| or_failure(&failure, py.detach(deliver)).map(drop))
 }
 
-/// The optimisation of the scene in a run's folder, with a Python loss if there is one.
+/// Prepares the optimisation of a run's scene with a Python loss. Returns `None` if there is no Python loss.
 fn own(
     py: Python,
     folder: &Path,

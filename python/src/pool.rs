@@ -1,4 +1,4 @@
-//! The thread pool for batches.
+//! The thread pool that simulates batches of robots.
 
 use crate::errors::{Error, refused};
 use pyo3::prelude::*;
@@ -6,11 +6,11 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::process;
 use std::sync::{Arc, Mutex};
 
-/// The pool, with the number of the process that made it. A forked process gets a copy of the pool without its
-/// threads, so it makes a new pool.
+/// The pool, with the number of the process that made it. A forked process gets a copy of the pool without its threads,
+/// so it must make a new pool.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// The pool of this process: one thread per core, or as many as `RAYON_NUM_THREADS` says.
+/// Returns the pool of this process, which has one thread per core, or as many as `RAYON_NUM_THREADS` says.
 pub(crate) fn shared() -> PyResult<Arc<ThreadPool>> {
     let mut kept = POOL.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let process = process::id();
@@ -24,10 +24,10 @@ pub(crate) fn shared() -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-/// The maximum number of threads; starting more takes longer than a run.
+/// The maximum number of threads. To start more threads takes longer than a run.
 const MOST: usize = 1024;
 
-/// The default number of threads: one per core, or as many as `RAYON_NUM_THREADS` says.
+/// Returns the default number of threads: one per core, or as many as `RAYON_NUM_THREADS` says.
 #[pyfunction]
 pub(crate) fn usual_threads() -> PyResult<usize> {
     Ok(shared()?.current_num_threads())

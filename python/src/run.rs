@@ -1,4 +1,4 @@
-//! Finished runs: their arrays, pages and pictures.
+//! Reads finished runs, and makes their pages and pictures.
 
 use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
@@ -18,7 +18,7 @@ use pyo3::types::PyDict;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The text of a file; empty if the file does not exist.
+/// Returns the text of a file, or an empty text if the file does not exist.
 fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_default()
 }
@@ -78,7 +78,7 @@ pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
     caught(|| py.detach(write).map_err(raised))
 }
 
-/// A page with the moving robot of a run.
+/// Returns a page with the moving robot of a run.
 #[pyfunction]
 pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
     let page = || {

@@ -24,7 +24,7 @@ impl Scene {
     fn load(source: PathBuf) -> PyResult<Self> {
         let stem = source.file_stem().unwrap_or(source.as_os_str());
         let name = stem.to_string_lossy().into_owned();
-        // A path that is not UTF-8 is not a built-in name.
+        // A path that is not UTF-8 cannot be the name of a built-in scene.
         let read = || match source.to_str() {
             Some(text) => scene::Scene::load(text),
             None => scene::Scene::read(&source),
@@ -41,7 +41,7 @@ impl Scene {
         Ok(Self { scene, name })
     }
 
-    /// A copy of this scene, changed by the settings in a TOML text.
+    /// Returns a copy of this scene, changed by the settings in a TOML text.
     fn overridden(&self, text: &str) -> PyResult<Self> {
         Ok(Self {
             scene: caught(|| self.scene.with("overrides", text).map_err(raised))?,
@@ -49,12 +49,13 @@ impl Scene {
         })
     }
 
-    /// The complete scene as TOML.
+    /// Returns the complete scene as TOML.
     fn to_toml(&self) -> String {
         self.scene.to_toml()
     }
 
-    /// For `pickle` and `copy`: the scene as text, including the nodes and edges of a custom lattice.
+    /// Returns the scene as text, including the nodes and edges of a custom lattice. `pickle` and `copy` call this
+    /// method.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let plan = RunPlan::new(&self.name, self.scene.clone(), 0);
         let text =
@@ -84,7 +85,7 @@ impl Scene {
     }
 }
 
-/// The names of the built-in scenes, the default first.
+/// Returns the names of the built-in scenes, the default first.
 #[pyfunction]
 pub(crate) fn scenes() -> Vec<&'static str> {
     scene::BUILTIN.map(|scene| scene.name).to_vec()

@@ -1,4 +1,4 @@
-//! Rollouts and their derivatives.
+//! Computes rollouts and their derivatives.
 
 use crate::arrays::{Given, NAMES, Number, Sizes, array, behind};
 use crate::asked::{Asked, Stop, each, ends_absurd, in_pool, seen, whole};
@@ -26,11 +26,12 @@ pub(crate) struct Simulator {
     sizes: Sizes,
 }
 
-/// The arrays of observed positions and velocities.
+/// Two arrays: the observed positions and the observed velocities.
 type Seen<'py> = [Bound<'py, PyAny>; 2];
 
 impl Simulator {
-    /// Checks that a rollout of the scene has the observed steps, counted from step `first`.
+    /// Checks that the scene has the observed steps of a rollout. They are counted from step `first`, at which the
+    /// rollout starts.
     fn span(&self, observed: Vec<usize>, first: usize) -> PyResult<Span> {
         let planned = self.scene.physics.steps;
         let Some(&last) = observed.last() else {
@@ -58,7 +59,7 @@ impl Simulator {
     }
 
     /// Refuses rollouts whose results do not fit into memory. A rollout needs `copies` copies of the positions and
-    /// velocities, `each` more bytes per robot, and `thread` more bytes per thread.
+    /// velocities, `each` further bytes per robot, and `thread` further bytes per thread.
     fn results_fit<R: Number>(
         &self,
         asked: &Asked<R>,
@@ -95,7 +96,7 @@ impl Simulator {
         )
     }
 
-    /// The exception of a robot whose rollout diverges.
+    /// Returns the exception for a robot whose rollout diverges.
     fn diverged<R: Number>(&self, asked: &Asked<R>, robot: usize) -> PyErr {
         of_robot(asked.batch.size, robot, asked.divergence(&self.task, robot))
     }
@@ -111,7 +112,8 @@ impl Simulator {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         self.results_fit(&asked, 1, 0.0, 0.0)?;
         let shape = self.shape(asked.batch.size, &asked.span);
-        // NumPy requests large memory pages for large arrays, which makes them ten times cheaper.
+        // The arrays are made by NumPy: it requests large memory pages for large arrays, which makes them ten times
+        // cheaper.
         let (x, v) = (zeros::<R>(py, &shape)?, zeros::<R>(py, &shape)?);
         let (mut x_place, mut v_place) = (x.readwrite(), v.readwrite());
         let places = [x_place.as_slice_mut()?, v_place.as_slice_mut()?];
@@ -119,7 +121,7 @@ impl Simulator {
         let (done, interrupt) = in_pool(py, asked.batch.robots(), work)?;
         drop((x_place, v_place));
         if let Some(error) = interrupt {
-            // The exception gets the finished states, if it accepts attributes.
+            // The finished states become an attribute of the exception, if it accepts attributes.
             _ = error.value(py).setattr("trajectory", (x, v));
             return Err(error);
         }
@@ -244,7 +246,7 @@ fn of_robot(batch: Option<usize>, robot: usize, error: Error) -> PyErr {
     }
 }
 
-/// An array of zeros, or NumPy's exception if there is no memory for it.
+/// Returns an array of zeros, or NumPy's exception if there is no memory for it.
 fn zeros<'py, R: Number>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<R>>> {
     let numpy = py.import("numpy")?;
     let made = numpy.call_method1("zeros", (PyTuple::new(py, shape)?, numpy::dtype::<R>(py)))?;
@@ -262,7 +264,7 @@ fn cotangent<R: Number>(name: &str, object: &Bound<PyAny>, shape: &[usize]) -> P
     Ok(given.numbers()?.to_vec())
 }
 
-/// True if the arrays are in single precision; the first one decides, because all have the same type.
+/// True if the arrays are in single precision. The first array decides, because all have the same type.
 fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
     match arrays {
         [first, ..] if arrays.len() == NAMES.len() => Ok(first.cast::<PyArrayDyn<f32>>().is_ok()),
@@ -288,7 +290,7 @@ impl Simulator {
         })
     }
 
-    /// Length of a step, s.
+    /// The length of a time step, in seconds.
     #[getter]
     fn dt(&self) -> f64 {
         self.scene.physics.dt
@@ -300,13 +302,13 @@ impl Simulator {
         self.scene.physics.steps
     }
 
-    /// The shapes of the arrays of `Inputs`, by their names.
+    /// The names of the arrays of `Inputs`, each with its shape.
     #[getter]
     fn shapes(&self) -> Vec<(&'static str, Vec<usize>)> {
         NAMES.into_iter().zip(self.sizes.shapes()).collect()
     }
 
-    /// Nodes `[i, j]` of every edge, shape `(edges, 2)`.
+    /// The nodes `[i, j]` of every edge, of shape `(edges, 2)`.
     #[getter]
     fn edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
         let ends = self.task.lattice.edges.as_flattened().iter();
@@ -317,7 +319,7 @@ impl Simulator {
         )
     }
 
-    /// Rest length of every edge, m.
+    /// The rest length of every edge, in metres.
     #[getter]
     fn rest_length<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         array(
@@ -333,7 +335,7 @@ impl Simulator {
         self.task.ground().tangent().array()
     }
 
-    /// The seven arrays that an optimisation with this seed starts with.
+    /// Returns the seven arrays with which an optimisation with this seed starts.
     fn initial<'py>(
         &self,
         py: Python<'py>,
@@ -352,12 +354,13 @@ impl Simulator {
         })
     }
 
-    /// Raises an exception if a rollout of the scene does not have these steps.
+    /// Raises an exception if the scene has no rollout with these observed steps.
     fn check_span(&self, observed: Vec<usize>, first: usize) -> PyResult<()> {
         self.span(observed, first).map(drop)
     }
 
-    /// Positions and velocities after the observed steps. `first` is the number of steps before the start.
+    /// Returns positions and velocities after each of the observed steps. `first` is the number of steps before the
+    /// start.
     fn rollout<'py>(
         &self,
         py: Python<'py>,
@@ -377,8 +380,8 @@ impl Simulator {
         })
     }
 
-    /// The time in seconds that the library takes for the rollouts, without Python: the minimum of `rounds` rounds.
-    /// `benches/overhead.py` compares it with the time of a call.
+    /// Returns the time in seconds that the library takes for the rollouts, without the conversion from and to Python:
+    /// the minimum of `rounds` rounds. `benches/overhead.py` compares it with the time of a call.
     fn library_seconds<'py>(
         &self,
         py: Python<'py>,
@@ -399,7 +402,7 @@ impl Simulator {
         caught(|| whole(in_pool(py, asked.batch.robots(), work)?))
     }
 
-    /// The cotangents of the seven arrays, given the cotangents of positions and velocities.
+    /// Returns the cotangents of the seven arrays, given the cotangents of positions and velocities.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn vjp<'py>(
         &self,
@@ -430,7 +433,7 @@ impl Simulator {
         })
     }
 
-    /// Positions and velocities, and the tangents of both, given the tangents of the seven arrays.
+    /// Returns positions and velocities, and the tangents of both, given the tangents of the seven arrays.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn jvp<'py>(
         &self,

@@ -51,7 +51,7 @@ pub(crate) fn sweep_plan(
     caught(|| py.detach(freeze).map_err(raised))
 }
 
-/// Stops runs of a sweep in other threads, as a signal stops a run in the calling thread.
+/// A flag that stops runs of a sweep in other threads, in the same way as a signal stops a run in the calling thread.
 #[pyclass(frozen, module = "cosmic._core")]
 #[derive(Default)]
 pub(crate) struct Stop(Arc<AtomicBool>);
@@ -105,7 +105,7 @@ pub(crate) fn sweep_run(
     ended.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
 }
 
-/// The folders of all runs of a sweep, and the numbers of the unfinished runs.
+/// Returns the folders of all runs of a sweep, and the numbers of the unfinished runs.
 #[pyfunction]
 pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf>, Vec<usize>)> {
     let survey = || -> Result<_> {

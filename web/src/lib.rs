@@ -35,19 +35,19 @@ pub extern "C" fn input(bytes: usize) -> *mut u8 {
 pub extern "C" fn ask() -> usize {
     std::panic::set_hook(Box::new(|panic| ANSWER.set(panic.to_string())));
     let request = INPUT.take();
-    // Clear the last answer: after a trap without a panic there must be no message.
+    // Clear the last answer, because after a trap without a panic there must be no message.
     ANSWER.take();
     ANSWER.set(SESSION.with_borrow_mut(|session| request::answer(session, &request)));
     length()
 }
 
-/// The address of the answer.
+/// Returns the address of the answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const u8 {
     ANSWER.with_borrow(|answer| answer.as_ptr())
 }
 
-/// The length of the answer in bytes.
+/// Returns the length of the answer in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn length() -> usize {
     ANSWER.with_borrow(String::len)

@@ -8,7 +8,7 @@ use cosmic::scene::{BUILTIN, Scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// A request of the page.
+/// A request that the page sends.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 enum Request {
@@ -18,11 +18,11 @@ enum Request {
     Check(Asked),
     /// Begins a design, and returns the robot before the first iteration.
     Begin { scene: Asked, seed: u64 },
-    /// Does one iteration.
+    /// Does one iteration of the design.
     Iterate { shown: bool },
     /// Chooses the robot to deliver, after the last iteration.
     Deliver,
-    /// Gives the delivered robot other materials, or the designed ones again if there are none.
+    /// Gives the delivered robot other materials. Without `materials`, restores those of the design.
     Edit { materials: Option<Vec<Material>> },
     /// Returns the text of `design.json`.
     Design,
@@ -30,8 +30,8 @@ enum Request {
     Panic,
 }
 
-/// A scene that is asked for: the name of a built-in scene or the TOML text of a scene, and settings that replace its
-/// own.
+/// The scene of a request: the name of a built-in scene or the TOML text of a scene, and settings that replace some of
+/// its own.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {

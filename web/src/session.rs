@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 type Answer = cosmic::Result<Value>;
 
-/// The state of the page's library.
+/// The state that the library keeps between the requests of the page: the optimisation, once it has begun.
 #[derive(Default)]
 pub(crate) struct Session(Option<Work>);
 
@@ -28,13 +28,13 @@ struct Work {
 #[derive(Clone)]
 struct Robot {
     design: Design<[f64; 3]>,
-    /// The design after the projection, with the mixtures that are simulated.
+    /// The design after the projection. It contains the mixtures that are simulated.
     projected: Design<Mixture<f64>>,
     controller: Controller<f64>,
 }
 
 impl Session {
-    /// Begins a design in a scene. Answers with the world and the robot before the first iteration.
+    /// Begins a design in a scene. Returns the world and the robot before the first iteration.
     pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Answer {
         let codesign = CoDesign::new(scene)?;
         let progress = codesign.begin(seed)?;
@@ -91,7 +91,7 @@ impl Session {
         }))
     }
 
-    /// Gives the delivered robot other materials. `None` restores the designed ones.
+    /// Gives the delivered robot other materials. `None` restores those of the design.
     pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Answer {
         let work = self.work()?;
         let mut robot = work.delivered.clone().ok_or_else(nothing)?;
@@ -111,7 +111,7 @@ impl Session {
         Ok(json!({ "robot": shown }))
     }
 
-    /// The text of `design.json` for the delivered robot, including edits.
+    /// Returns the text of `design.json` for the delivered robot, including edits.
     pub(crate) fn design(&mut self) -> Answer {
         let work = self.work()?;
         let robot = work.edited.as_ref().or(work.delivered.as_ref());
@@ -136,7 +136,7 @@ fn nothing() -> Error {
 }
 
 impl Work {
-    /// The robot after the last iteration and its rollout, in the precision in which gradients are computed.
+    /// Returns the robot after the last iteration and its rollout, in the precision in which gradients are computed.
     fn present(&self) -> Value {
         let robot = Robot {
             design: self.progress.design.clone(),
@@ -147,7 +147,7 @@ impl Work {
         self.answer(&robot, seen.ok_or("its walk diverges".to_owned()))
     }
 
-    /// A robot and its rollout in double precision.
+    /// Returns a robot and its rollout in double precision.
     fn show(&self, robot: &Robot) -> Value {
         let task = self.codesign.task();
         let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
@@ -159,7 +159,7 @@ impl Work {
         self.answer(robot, seen)
     }
 
-    /// The steps whose states are needed: those that are drawn, and the last one for the displacement.
+    /// Returns the steps whose states are needed: those that are drawn, and the last one for the displacement.
     fn steps(&self) -> Vec<usize> {
         let last = self.codesign.scene().physics.steps;
         let mut steps = view::drawn_steps(&self.codesign);
@@ -169,7 +169,7 @@ impl Work {
         steps
     }
 
-    /// The answer's data of a robot: its design, and its rollout or the reason why there is none.
+    /// Returns the data of a robot for an answer: its design, and its rollout or the reason why there is none.
     fn answer(&self, robot: &Robot, seen: Result<Trajectory<f64>, String>) -> Value {
         let ground = self.codesign.task().ground();
         let along = |seen: &Trajectory<f64>| {

@@ -6,25 +6,25 @@ use cosmic::lattice::State;
 use cosmic::simulator::Trajectory;
 use serde_json::{Value, json};
 
-/// The longest time between two frames of a rollout, s. It is short enough for several frames in a step of the gait;
-/// the page interpolates between frames.
+/// The longest time between two frames of a rollout, in seconds. It is short enough for several frames in a step of the
+/// gait. The page interpolates between frames.
 const INTERVAL: f64 = 0.04;
-/// Positions are rounded to multiples of the lattice's spacing divided by this.
+/// Positions are rounded to multiples of a unit, which is the lattice's spacing divided by this.
 const PARTS: f64 = 1000.0;
 
-/// The steps that are drawn: at equal intervals, beginning with the start.
+/// Returns the steps that are drawn: at equal intervals, beginning with the start.
 pub(crate) fn drawn_steps(codesign: &CoDesign) -> Vec<usize> {
     let steps = codesign.scene().physics.steps;
     (0..=steps).step_by(every(codesign)).collect()
 }
 
-/// The number of time steps between two frames.
+/// Returns the number of time steps between two frames.
 fn every(codesign: &CoDesign) -> usize {
     let physics = &codesign.scene().physics;
     ((INTERVAL / physics.dt) as usize).clamp(1, physics.steps)
 }
 
-/// The lattice with lengths in metres, its world, and the number of iterations.
+/// Returns the lattice with lengths in metres, its world, and the number of iterations.
 pub(crate) fn world(codesign: &CoDesign) -> Value {
     let (scene, lattice) = (codesign.scene(), &codesign.task().lattice);
     let ground = codesign.task().ground();
@@ -51,7 +51,8 @@ pub(crate) fn world(codesign: &CoDesign) -> Value {
     })
 }
 
-/// The corners of the terrain in the world, m. To both sides the terrain extends farther than any robot gets.
+/// Returns the corners of the terrain in the world, in metres. On both sides the terrain extends farther than any robot
+/// gets.
 fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<Vector<f64>> {
     let side = codesign.task().lattice.side();
     let profile = codesign.scene().physics.ground.resolved();
@@ -60,8 +61,9 @@ fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<Vector<f64>> {
     points.map(|point| ground.point_to_world(point)).collect()
 }
 
-/// The positions of a rollout in the [`drawn_steps`], in the form of a walk in `designs.jsonl`. All are multiples of
-/// `unit` (m): first the positions at the start, then for each further frame the changes since the frame before it.
+/// Returns the positions of a rollout in the [`drawn_steps`], in the form that a walk has in `designs.jsonl`. All are
+/// multiples of `unit` (in metres): first the positions at the start, then for each further frame the changes since the
+/// frame before it.
 pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Value {
     let unit = codesign.task().lattice.spacing / PARTS;
     let mut before = vec![0; flat(&seen.states[0].x).len()];

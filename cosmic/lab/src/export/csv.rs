@@ -1,5 +1,5 @@
-//! The tables of bars and nodes, in SI units. Numbers have nine decimals: lengths are right to a nanometre, masses to a
-//! microgram, forces to a nanonewton.
+//! The tables `bars.csv` and `nodes.csv`, in SI units. Numbers have nine decimals: lengths are right to a nanometre,
+//! masses to a microgram, forces to a nanonewton.
 
 use super::layers::joints;
 use super::member::{MM, Member, place};
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 /// The number of decimals in all tables.
 const DECIMALS: usize = 9;
 
-/// The table of bars, one row for each.
+/// Returns the table of bars, with one row for each bar.
 pub(super) fn bars(
     run: &RunFiles,
     members: &[Member],
@@ -23,7 +23,7 @@ pub(super) fn bars(
     sizes: &Sizes,
 ) -> Result<Table> {
     let materials = &run.robot.scene.materials;
-    // If this program lacks a law of the scene, only the forces cannot be computed.
+    // The forces depend on all laws of the scene. If this program lacks one, it leaves out only the forces.
     let loads = match run.robot.lacks() {
         [] => Some(loads(run)?),
         _ => None,
@@ -83,7 +83,7 @@ pub(super) fn bars(
     Ok(table.rounded(DECIMALS).done())
 }
 
-/// The table of nodes, one row for each node at which a bar ends.
+/// Returns the table of nodes, with one row for each node at which a bar ends.
 pub(super) fn nodes(
     robot: &RobotFiles,
     members: &[Member],
@@ -135,7 +135,7 @@ pub(super) fn nodes(
         .done()
 }
 
-/// A column of whole numbers. A missing number is shown as `-`.
+/// Returns a column of whole numbers. A missing number is shown as `-`.
 fn whole(name: &str, says: &str) -> Column {
     Column::new(name, says).decimals(0, "-")
 }

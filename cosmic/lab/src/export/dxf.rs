@@ -1,5 +1,6 @@
 //! The flat pattern as a DXF file of release 12, which every program for laser cutters reads. A file consists of pairs
-//! of lines: a code and a value. Release 12 cannot express units; here a unit is a millimetre.
+//! of lines: a code and a value. Release 12 cannot say in which unit its numbers are; in this file they are in
+//! millimetres.
 
 use super::pattern::{LABEL, Part, Pattern};
 use cosmic::geometry::Vector;
@@ -23,7 +24,7 @@ impl Dxf {
         let _ = write!(self.0, "{code}\r\n{value}\r\n");
     }
 
-    /// Begins an entity or a vertex `name` at `place`.
+    /// Writes the beginning of an entity or of a vertex: its type `name`, its layer and its position.
     fn begin(&mut self, name: &str, layer: &str, place: Vector<f64>) {
         self.pair(0, name);
         self.pair(8, layer);
@@ -31,7 +32,8 @@ impl Dxf {
         self.pair(30, "0.0");
     }
 
-    /// Writes both coordinates of a point, to a nanometre. The first has the code `code`, the second `code + 10`.
+    /// Writes the two coordinates of a point, rounded to a nanometre. The code of the first is `code`. The code of the
+    /// second is `code + 10`.
     fn place(&mut self, code: u16, place: Vector<f64>) {
         let [x, y] = place.array();
         self.pair(code, format_args!("{x:.6}"));
@@ -50,7 +52,7 @@ impl Dxf {
         self.pair(40, format_args!("{:.6}", 0.5 * diameter));
     }
 
-    /// Draws the outline of a bar: a closed line. DXF writes a half circle as a segment with a "bulge" of 1.
+    /// Draws the outline of a bar as a closed line. DXF writes a half circle as a segment with a "bulge" of 1.
     fn outline(&mut self, layer: &str, part: &Part) {
         self.begin("POLYLINE", layer, Vector::zero());
         self.pair(66, 1);
@@ -76,13 +78,14 @@ impl Dxf {
     }
 }
 
-/// The name of the drawing's layer that holds the bars of one material in one layer of the pattern, counted from 0.
+/// Returns the name of the drawing's layer for the bars of one material in one layer of the pattern. The argument
+/// `layer` counts from 0.
 fn name(layer: usize, is_actuator: bool) -> String {
     let material = if is_actuator { "ACTUATOR" } else { "SKELETON" };
     format!("L{}_{material}", layer + 1)
 }
 
-/// The pattern as the text of a DXF file.
+/// Returns the pattern as the text of a DXF file.
 pub(super) fn draw(pattern: &Pattern) -> String {
     let mut dxf = Dxf::default();
     dxf.pair(
@@ -101,7 +104,8 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.section("ENTITIES", |dxf| {
         for (number, layer) in pattern.layers.iter().enumerate() {
             let label = format!("layer {}", number + 1);
-            // `text` places a text by its middle. The labels of layers are about 4 times as wide as high.
+            // `text` needs the middle of a text, but `layer.label` is its left end. The label of a layer is about 4
+            // times as wide as high.
             let middle = layer.label + Vector::new([2.0 * LABEL, 0.0]);
             dxf.text(middle, LABEL, 0.0, &label);
             for part in &layer.parts {

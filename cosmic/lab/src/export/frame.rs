@@ -7,8 +7,8 @@
 //! - **Joints** consist of flat prisms, one in each plane of the node, with a face for each strut, and of thin columns
 //!   between the prisms. A joint is as thick as is needed to have the volume of the missing ends of its struts.
 //!
-//! So no two parts overlap, the volume is exactly the sum of section times rest length, and the mass is the mass of the
-//! body's bars.
+//! As a result, no two parts overlap. The volume of the solid is exactly the sum over all bars of cross section times
+//! rest length, and its mass equals the mass of the bars.
 
 use super::joint::{Disc, Joint, Radii, SIDES, joint};
 use super::layers::{Stack, joints};
@@ -43,12 +43,12 @@ impl Kind {
 pub(super) struct Frame {
     members: Vec<Member>,
     radii: Radii,
-    /// The index of each strut's plane.
+    /// For each strut, the index of its plane.
     levels: Vec<usize>,
     joints: Vec<Joint>,
-    /// The distance between neighbouring planes, mm.
+    /// The distance between neighbouring planes, in mm.
     pitch: f64,
-    /// Line densities of the materials, kg/m.
+    /// The line density of each material, in kg/m.
     density: [f64; 3],
 }
 
@@ -122,7 +122,7 @@ impl Frame {
         Ok(())
     }
 
-    /// The axis of a strut from the face of one joint to the face of the other, mm.
+    /// Returns the axis of a strut, in mm, from the face of one joint to the face of the other.
     fn trimmed(&self, member: &Member) -> Segment {
         let at = |node: usize| self.joints.iter().find(|joint| joint.node == node);
         let trim = |node: usize| at(node).map_or(0.0, |joint| joint.trim);
@@ -133,7 +133,7 @@ impl Frame {
         )
     }
 
-    /// The parts for whose kind `is_asked` is true.
+    /// Returns the prisms of all parts whose kind satisfies `is_asked`.
     pub(super) fn prisms(&self, is_asked: impl Fn(Kind) -> bool) -> Vec<Prism> {
         let own = self.members.iter().zip(&self.levels);
         let own = own.filter(|(member, _)| is_asked(Kind::Strut(member.material)));
@@ -160,7 +160,7 @@ impl Frame {
         }
     }
 
-    /// A table of volumes and masses, with a row for each kind of part and a row for the whole robot.
+    /// Returns a table of volumes and masses, with a row for each kind of part and a row for the whole robot.
     pub(super) fn table(&self) -> Table {
         let (mut volumes, mut counts) = ([0.0; 3], [self.joints.len(), 0, 0]);
         for member in &self.members {
@@ -198,7 +198,8 @@ impl Frame {
     }
 }
 
-/// The distance between neighbouring planes at which neither struts nor joints touch those of the next plane.
+/// Returns the smallest distance between neighbouring planes that leaves `gap` between the struts, and between the
+/// discs of a joint, in different planes. All lengths are in mm; `strut` is the thickness of the thickest strut.
 fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
     let needed = |d: &[Disc]| {
         let levels = (d[1].level - d[0].level) as f64;
@@ -208,7 +209,7 @@ fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
     needed.fold(strut + gap, f64::max)
 }
 
-/// The length of the shortest bar at a node, mm.
+/// Returns the length of the shortest bar that ends at a node, in mm.
 fn shortest_at(members: &[Member], node: usize) -> f64 {
     let own = members.iter().filter(|m| m.nodes.contains(&node));
     own.map(|m| m.axis.length()).fold(f64::MAX, f64::min)

@@ -15,9 +15,9 @@ pub(super) const SIDES: usize = 24;
 /// The largest fraction of a joint's volume that may be in its columns.
 const COLUMNS: f64 = 0.2;
 
-/// The radii of the struts, mm.
+/// The radii of the struts, in mm.
 pub(super) struct Radii {
-    /// The radius for each material; 0 for void.
+    /// For each material, the radius of its struts; 0 for void.
     pub(super) of: [f64; 3],
 }
 
@@ -50,13 +50,13 @@ impl Radii {
         PI * self.radius(member).powi(2)
     }
 
-    /// The distance from a strut's axis to its corners, mm.
+    /// Returns the distance from a strut's axis to its corners, in mm.
     pub(super) fn reach(&self, member: &Member) -> f64 {
         self.radius(member) * corners_at(SIDES)
     }
 
-    /// The distance from the node `node` at which the struts `a` and `b` must end, mm, so that neither crosses the line
-    /// half-way between them. Both are in one plane.
+    /// Returns the distance from `node`, in mm, at which the struts `a` and `b` must end so that neither crosses the
+    /// line half-way between them. Both struts are in one plane.
     pub(super) fn trim(&self, node: usize, a: &Member, b: &Member) -> f64 {
         let (one, other) = (a.away_from(node), b.away_from(node));
         let between = one.cross(other).abs().atan2(one.dot(other));
@@ -64,18 +64,19 @@ impl Radii {
     }
 }
 
-/// The distance from the middle of a regular polygon to its corners if it has the area of a circle of radius 1.
+/// Returns the distance from the middle of a regular polygon to its corners. The polygon has the area of a circle of
+/// radius 1.
 fn corners_at(sides: usize) -> f64 {
     let n = sides as f64;
     (TAU / (n * (TAU / n).sin())).sqrt()
 }
 
-/// The prism of a joint in one plane.
+/// The part of a joint in one plane: a flat prism.
 pub(super) struct Disc {
     pub(super) level: usize,
-    /// The volume of the strut ends that the disc replaces, mm3.
+    /// The volume of the strut ends that the disc replaces, in mm3.
     missing: f64,
-    /// The thickness, mm.
+    /// The thickness of the disc, in mm.
     pub(super) height: f64,
 }
 
@@ -83,13 +84,13 @@ pub(super) struct Disc {
 pub(super) struct Joint {
     pub(super) node: usize,
     pub(super) place: Vector<f64>,
-    /// The distance from the node to the faces at which struts end, mm.
+    /// The distance from the node to the faces at which struts end, in mm.
     pub(super) trim: f64,
     /// The corners of the prism's base relative to the node, counterclockwise.
     corners: Vec<Vector<f64>>,
     /// One disc for each plane of the node, from the lowest to the highest.
     pub(super) discs: Vec<Disc>,
-    /// The cross section of the column between two discs, mm2.
+    /// The cross section of the column between two discs, in mm2.
     column: f64,
 }
 
@@ -100,21 +101,21 @@ impl Joint {
         0.5 * pairs.map(|(a, b)| a.cross(*b)).sum::<f64>()
     }
 
-    /// The distance from the node to the joint's farthest corner, mm.
+    /// Returns the distance from the node to the joint's farthest corner, in mm.
     pub(super) fn reach(&self) -> f64 {
         let far = self.corners.iter().map(|corner| corner.norm());
         far.fold(0.0, f64::max)
     }
 
-    /// The heights from the joint's lowest point to its highest, mm.
+    /// Returns the range from the height of the joint's lowest point to that of its highest, in mm.
     pub(super) fn heights(&self, pitch: f64) -> Range {
         let z = |disc: &Disc, side: f64| disc.level as f64 * pitch + side * 0.5 * disc.height;
         let (lowest, highest) = (&self.discs[0], &self.discs[self.discs.len() - 1]);
         Range::new(z(lowest, -1.0), z(highest, 1.0))
     }
 
-    /// Thins all discs by one factor to make room for the columns: afterwards discs and columns together have the
-    /// volume of the missing strut ends, which the discs had alone.
+    /// Thins all discs by one factor to make room for the columns. Before this, the discs alone have the volume of the
+    /// missing strut ends. Afterwards, discs and columns together have it.
     pub(super) fn make_columns(&mut self, pitch: f64) {
         let pairs = || self.discs.windows(2);
         let rise: f64 = pairs()
@@ -153,7 +154,7 @@ impl Joint {
     }
 }
 
-/// The joint of a node before [`Joint::make_columns`].
+/// Builds the joint of a node without columns. [`Joint::make_columns`] then makes room for them.
 pub(super) fn joint(
     node: usize,
     place: Vector<f64>,
@@ -204,16 +205,17 @@ pub(super) fn joint(
     joint
 }
 
-/// The corners of a polygon around the origin that has a side in the direction of each of `angles`, at `distance` from
-/// the origin. Further sides are added where two neighbouring directions are more than a right angle apart.
+/// Returns the corners of a polygon around the origin. The polygon has a side in the direction of each of `angles`, at
+/// `distance` from the origin. Further sides are added where two neighbouring directions are more than a right angle
+/// apart.
 fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
     angles.sort_by(f64::total_cmp);
-    // Struts of different planes may have the same direction.
+    // Struts in different planes may have the same direction. They share one side.
     angles.dedup_by(|a, b| *a - *b < 1e-6);
     let mut sides = Vec::new();
     for (k, &angle) in angles.iter().enumerate() {
         let next = angles.get(k + 1).copied().unwrap_or(angles[0] + TAU);
-        // The margin of 1e-9 is for a right angle that is rounded up.
+        // The margin of 1e-9 keeps a right angle in one part even if rounding has made it a little larger.
         let parts = ((next - angle) / FRAC_PI_2 - 1e-9).ceil().max(1.0);
         sides.extend((0..parts as usize).map(|p| angle + (next - angle) * p as f64 / parts));
     }
@@ -243,7 +245,7 @@ mod tests {
             assert!(corners.len() >= angles.len().max(4));
             for angle in angles {
                 let along = |corner: &Vector<f64>| corner.dot(Vector::at_angle(angle));
-                // No corner is outside the side, and two corners are on it.
+                // No corner lies beyond the side, and exactly two corners lie on it.
                 let on_it = corners.iter().filter(|c| (along(c) - 2.0).abs() < 1e-12);
                 assert_eq!(on_it.count(), 2);
                 assert!(corners.iter().all(|corner| along(corner) < 2.0 + 1e-12));

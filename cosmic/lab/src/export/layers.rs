@@ -1,4 +1,4 @@
-//! The layers into which bars are stacked. Bars of one layer do not touch.
+//! The layers into which bars are stacked. Two bars in the same layer do not touch.
 
 use super::member::Member;
 use cosmic::geometry::Vector;
@@ -9,17 +9,17 @@ use std::ops::RangeInclusive;
 pub(super) struct Stack {
     /// The layer of each bar.
     pub(super) of_member: Vec<usize>,
-    /// The range from the lowest to the highest layer at each node at which a bar ends.
+    /// For each node at which a bar ends, the range from the lowest to the highest layer of its bars.
     pub(super) at_node: BTreeMap<usize, RangeInclusive<usize>>,
-    /// The index of an edge and of a node if the stack cannot be built: the bar of the edge lies across the pin of the
-    /// node.
+    /// `None` if the stack can be built. Otherwise the index of an edge and the index of a node: the bar of this edge
+    /// lies across the pin of this node.
     pub(super) blocked: Option<[usize; 2]>,
 }
 
 impl Stack {
-    /// Stacks bars greedily, bars with the most conflicts first (D. Welsh and M. Powell, 1967). Each bar gets the
-    /// lowest layer without a conflict. Bars within `reach` (mm) of a node at which they do not end go on top of all
-    /// others, above the node's pin.
+    /// Stacks bars greedily, those with the most conflicts first (D. Welsh and M. Powell, 1967). Each bar gets the
+    /// lowest layer in which it has no conflict. A bar that passes a node within `reach` (mm) without ending there goes
+    /// on top of all others, above the node's pin.
     pub(super) fn new(
         members: &[Member],
         reach: f64,
@@ -45,7 +45,7 @@ impl Stack {
                 floor = used;
             }
             let is_free = |layer: &usize| conflicts[k].iter().all(|&c| layers[c] != Some(*layer));
-            // The search ends, because `floor..` has more layers than a bar has conflicts.
+            // The search always finds a layer, because a bar has finitely many conflicts and `floor..` has no end.
             let layer = (floor..).find(is_free).unwrap_or(floor);
             layers[k] = Some(layer);
             used = used.max(layer + 1);
@@ -64,19 +64,20 @@ impl Stack {
         }
     }
 
-    /// The number of layers.
+    /// Returns the number of layers.
     pub(super) fn height(&self) -> usize {
         self.of_member.iter().max().map_or(0, |top| top + 1)
     }
 }
 
-/// The nodes at which a bar ends, with their positions.
+/// Returns the nodes at which a bar ends, with their positions.
 pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, Vector<f64>> {
     let ends = |m: &Member| [(m.nodes[0], m.axis.from), (m.nodes[1], m.axis.to)];
     members.iter().flat_map(ends).collect()
 }
 
-/// For each bar, the nodes that are nearer than `reach` and at which it does not end.
+/// Returns for each bar the nodes that it passes: those at which it does not end and that are nearer to it than
+/// `reach`.
 fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
     let joints = joints(members);
     let of_member = |m: &Member| {
@@ -107,7 +108,7 @@ mod tests {
         Stack::new(members, 2.0, |a, b| a.distance(b) < 1.0)
     }
 
-    /// Bars between nodes that are in a row, 10 mm apart.
+    /// Returns bars between nodes that are in a row, 10 mm apart.
     fn in_a_row(edges: &[[usize; 2]]) -> Vec<Member> {
         let place = |node: usize| [10.0 * node as f64, 0.0];
         let bars = edges.iter().enumerate();
@@ -138,7 +139,7 @@ mod tests {
         let stack_of = |edges: &[[usize; 2]]| stack(&in_a_row(edges));
         let one = stack_of(&[[0, 2], [0, 1], [1, 2], [2, 3]]);
         assert_eq!((one.of_member[0], one.blocked), (2, None));
-        // In either order, the pin at the end of one bar would go through the other bar.
+        // Whichever of the first two bars is on top, the pin at its end goes through the other one.
         let two = stack_of(&[[0, 2], [1, 3], [0, 1], [1, 2], [2, 3]]);
         assert!(two.blocked.is_some());
     }

@@ -16,16 +16,16 @@ pub(super) struct Member {
     pub(super) edge: usize,
     /// The nodes at its ends.
     pub(super) nodes: [usize; 2],
-    /// The line from the first node to the second, mm along and above the ground.
+    /// The line from the first node to the second: positions along and above the ground, in mm.
     pub(super) axis: Segment,
     /// Skeleton or actuator.
     pub(super) material: Material,
-    /// Rest length, m.
+    /// The rest length, in metres.
     pub(super) length: f64,
 }
 
 impl Member {
-    /// The name of the bar's material in files.
+    /// Returns the name of the bar's material in files.
     pub(super) fn made_of(&self) -> &'static str {
         if self.material == Material::Actuator {
             "actuator"
@@ -34,7 +34,7 @@ impl Member {
         }
     }
 
-    /// The unit vector along the bar that points away from `node`, one of its two nodes.
+    /// Returns the unit vector along the bar that points away from `node`, which is one of the bar's two nodes.
     pub(super) fn away_from(&self, node: usize) -> Vector<f64> {
         let direction = self.axis.direction();
         if node == self.nodes[0] {
@@ -44,24 +44,24 @@ impl Member {
         }
     }
 
-    /// The node that two bars share, if any.
+    /// Returns the node that two bars share, if any.
     pub(super) fn meets(&self, other: &Self) -> Option<usize> {
         let is_shared = |node: &usize| other.nodes.contains(node);
         self.nodes.into_iter().find(is_shared)
     }
 
-    /// The smallest distance between the axes of two bars, mm; 0 if they cross.
+    /// Returns the smallest distance between the axes of two bars, in mm; 0 if they cross.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         self.axis.distance(&other.axis)
     }
 }
 
-/// The position of a node relative to the lattice's lower left corner, mm along and above the ground.
+/// Returns the position of a node along and above the ground, in mm, relative to the lattice's lower left corner.
 pub(super) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
     robot.lattice.places[node] * robot.lattice.spacing * MM
 }
 
-/// The bars of a robot: its solid edges. Fails if there are none.
+/// Returns the bars of a robot, which are its solid edges. Fails if there are none.
 pub(super) fn members(robot: &RobotFiles) -> Result<Vec<Member>> {
     let edges = robot.design.materials.iter().zip(&robot.lattice.edges);
     let member = |(edge, (&material, &nodes)): (usize, (&Material, &[usize; 2]))| {

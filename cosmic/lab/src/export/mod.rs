@@ -1,8 +1,8 @@
-//! Files that hand a finished robot to other programs: a model for MuJoCo, and tables, a flat pattern and a solid for
-//! the workshop.
+//! Writes files with which other programs use a finished robot: a model for MuJoCo; and, for a workshop, tables, a flat
+//! pattern and a solid.
 //!
-//! Files for the workshop show the bars at rest, without void edges. Positions are along and above the ground, with the
-//! lattice's lower left corner at the origin. Drawings and solids are in millimetres, tables in SI units.
+//! Files for the workshop show the bars at rest, without void edges. Positions are measured along and above the ground
+//! from the lattice's lower left corner. Drawings and solids are in millimetres, tables in SI units.
 
 mod sizes;
 mod member;
@@ -38,13 +38,13 @@ impl ExportFile {
     }
 }
 
-/// `bars.csv` and `nodes.csv`: the bars and nodes, with peak forces and masses.
+/// Returns `bars.csv` and `nodes.csv`: the bars and nodes, with peak forces and masses.
 ///
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars.
 pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let members = members(&run.robot)?;
-    // If the robot has no flat pattern, the tables are still useful for making it in another way.
+    // If the robot has no flat pattern, the tables are still useful: the workshop may make the robot in another way.
     let pattern = Pattern::new(&members, sizes).ok();
     let bars = csv::bars(run, &members, pattern.as_ref(), sizes)?;
     let nodes = csv::nodes(&run.robot, &members, pattern.as_ref(), sizes);
@@ -54,7 +54,7 @@ pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     ])
 }
 
-/// `pattern.svg`: the flat pattern.
+/// Returns `pattern.svg`: the flat pattern.
 ///
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for sizes that do not fit the robot, or a robot that cannot be stacked from
@@ -64,7 +64,7 @@ pub fn pattern_svg(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     Ok(vec![ExportFile::new("pattern.svg", svg::draw(&pattern))])
 }
 
-/// `pattern.dxf`: the pattern of [`pattern_svg`] as DXF.
+/// Returns `pattern.dxf`: the pattern of [`pattern_svg`] as DXF.
 ///
 /// # Errors
 /// The errors of [`pattern_svg`].
@@ -73,8 +73,8 @@ pub fn pattern_dxf(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     Ok(vec![ExportFile::new("pattern.dxf", dxf::draw(&pattern))])
 }
 
-/// `robot.stl`, the whole solid; `skeleton.stl`, its skeleton struts and joints; `actuators.stl`, its actuators; and
-/// `solid.csv`, the volumes, densities and masses of these parts.
+/// Returns `robot.stl`, the whole solid; `skeleton.stl`, its skeleton struts and joints; `actuators.stl`, its
+/// actuators; and `solid.csv`, the volumes, densities and masses of these parts.
 ///
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for struts that are too thick for the robot.

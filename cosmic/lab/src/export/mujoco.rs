@@ -1,8 +1,8 @@
 //! A robot for MuJoCo: a model in MJCF, the controller's weights, and a player.
 //!
-//! In flight, MuJoCo and this program agree except for rounding: nodes are bodies with two sliding joints, along and
-//! above the ground; bars are tendons; and MuJoCo takes semi-implicit Euler steps as the scene does. In contact they
-//! differ: MuJoCo's contact is soft and frictional, while this program finds the time of each impact.
+//! In flight, MuJoCo and this program agree except for rounding. Nodes are bodies with two sliding joints, along and
+//! above the ground. Bars are tendons. Both programs take semi-implicit Euler steps. In contact they differ: MuJoCo's
+//! contact is soft and frictional, while this program finds the time of each impact.
 
 use crate::files::write_text;
 use cosmic::case::Case;
@@ -16,30 +16,31 @@ use cosmic::scene::Integrator;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// The format of the controller's JSON.
+/// The format of `controller.json`.
 const FORMAT: Format = Format::new("cosmic-mujoco", 1);
 
-/// The model's file.
+/// The name of the model's file.
 pub const MODEL: &str = "robot.xml";
 
-/// The player's file.
+/// The name of the player's file, a Python program.
 pub const PLAYER: &str = "walk.py";
 
 /// The largest coefficient of friction that is allowed. Above it, MuJoCo's contacts creep and depend on the solver.
 pub const MOST_FRICTION: f64 = 5.0;
 
-/// Radius of the sphere at each node, which collides with the ground, m.
+/// The radius of the sphere at each node, in metres. The spheres collide with the ground.
 const RADIUS: f64 = 0.002;
 
-/// The settings of MuJoCo that a scene does not have.
+/// Settings that MuJoCo needs and a scene does not have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MujocoSettings {
     /// Coefficient of friction. `None` takes the scene's coefficient, but at most [`MOST_FRICTION`]. Ground without
     /// slipping gets [`MOST_FRICTION`].
     pub friction: Option<f64>,
-    /// Mechanical steps for each step of the controller; at least as many as in the scene.
+    /// The number of mechanical steps in each step of the controller. If the scene's number is larger, that one is
+    /// used.
     pub substeps: usize,
-    /// Time constant of a contact, s. MuJoCo raises it to two mechanical steps if it is shorter.
+    /// The time constant of a contact, in seconds. MuJoCo raises it to two mechanical steps if it is shorter.
     pub contact_time: f64,
     /// Ratio of frictional to normal impedance. Large values reduce creep.
     pub impedance_ratio: f64,
@@ -111,7 +112,7 @@ fn check(case: &Case) -> Result<()> {
     }
 }
 
-/// A robot in MuJoCo's terms.
+/// The robot of a case, with those of its nodes and edges that the MuJoCo model contains.
 struct Robot<'c> {
     case: &'c Case,
     settings: &'c MujocoSettings,
@@ -153,7 +154,7 @@ impl<'c> Robot<'c> {
             let mut rows = folded.first.weights.chunks_exact(4 * count + 2);
             rows.any(|row| (0..4).any(|part| row[part * count + node] != 0.0))
         };
-        // Node 0 stays in the model because its displacement counts.
+        // Node 0 always stays in the model, because its displacement is measured.
         let is_there = |&node: &usize| node == 0 || is_joined(node) || is_observed(node);
         let nodes: Vec<usize> = (0..count).filter(is_there).collect();
         Self {
@@ -183,7 +184,7 @@ impl<'c> Robot<'c> {
         self.settings.friction.unwrap_or(own).min(MOST_FRICTION)
     }
 
-    /// The text of the model in MJCF.
+    /// Returns the text of the model in MJCF.
     fn model(&self) -> String {
         let physics = &self.case.physics;
         let dt = physics.dt / self.substeps() as f64;
@@ -234,8 +235,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The plane of the ground. It is below the ground's line by the radius of the spheres, so that a sphere touches
-    /// the plane when its node is on the line.
+    /// Returns the element for the plane of the ground. The plane is below the ground's line by the radius of the
+    /// spheres, so that a sphere touches the plane when its node is on the line.
     fn ground(&self) -> String {
         if !self.case.physics.contact.has_ground() {
             return String::new();
@@ -248,8 +249,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The body of a node. MuJoCo's explicit step of `dt` seconds multiplies the velocity by `1 - damping dt / mass`.
-    /// `damping` is chosen such that this factor equals the scene's `exp(-gamma dt)`.
+    /// Returns the element for the body of a node. In an explicit step of `dt` seconds, MuJoCo multiplies the velocity
+    /// by `1 - damping dt / mass`. `damping` is chosen such that this factor equals the scene's `exp(-gamma dt)`.
     fn node(&self, node: usize, dt: f64) -> String {
         let mass = self.body.mass[node];
         let damping = -mass * (-self.case.physics.damping * dt).exp_m1() / dt;
@@ -288,7 +289,8 @@ impl<'c> Robot<'c> {
         self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
     }
 
-    /// The end stops of an actuator as a second tendon: a spring with a dead band.
+    /// Returns the end stops of an actuator as an element for a second tendon: a spring that has no force as long as
+    /// the length is between the two stops.
     fn stops(&self, edge: usize) -> String {
         let strain = self.body.strain[edge];
         match &self.stops {
@@ -303,7 +305,7 @@ impl<'c> Robot<'c> {
         }
     }
 
-    /// A tendon from one end of an edge to the other.
+    /// Returns the element for a tendon from one end of an edge to the other.
     fn between_ends(&self, edge: usize, attributes: &str) -> String {
         let [from, to] = self.case.lattice.edges[edge];
         format!(
@@ -311,8 +313,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// An actuator that pulls along its tendon with the force `k (l0 (1 + strain) - length)`. Its control is the
-    /// strain.
+    /// Returns the element for an actuator that pulls along its tendon with the force `k (l0 (1 + strain) - length)`.
+    /// Its control is the strain.
     fn actuator(&self, edge: usize) -> String {
         let stiffness = self.body.stiffness[edge];
         let gain = stiffness * self.case.lattice.rest_length[edge];
@@ -323,9 +325,9 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The rest length of a tendon. The scene softens lengths, which makes them some picometres too long (D4). MuJoCo
-    /// does not, so the rest length here is shorter by that. Without this correction, errors in flight are several
-    /// times larger.
+    /// Returns the rest length of a tendon. This program softens lengths, which makes them some picometres too long
+    /// (D4). MuJoCo does not soften lengths, so the tendon's rest length is shorter by the same amount. Without this
+    /// correction, errors in flight are several times larger.
     fn rest_length(&self, edge: usize) -> f64 {
         let length = self.case.lattice.rest_length[edge];
         length - 0.5 * SOFTENING / length
@@ -342,7 +344,7 @@ impl<'c> Robot<'c> {
         format!("    <key name=\"start\" qpos=\"{x}\" qvel=\"{v}\"/>\n")
     }
 
-    /// The strain of each actuator at an activation of 1.
+    /// Returns the target strain of each actuator at an activation of 1.
     fn strain(&self) -> Vec<f64> {
         self.actuators
             .iter()
@@ -350,7 +352,7 @@ impl<'c> Robot<'c> {
             .collect()
     }
 
-    /// The controller as JSON.
+    /// Returns the content of `controller.json`.
     fn weights(&self) -> ControllerFile {
         ControllerFile {
             nodes: self.nodes.clone(),
@@ -365,8 +367,8 @@ impl<'c> Robot<'c> {
     }
 }
 
-/// `controller.json`: the target strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is `qpos`, `qvel`,
-/// `sin(omega t)` and `cos(omega t)`.
+/// The content of `controller.json`. The target strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is
+/// `qpos`, `qvel`, `sin(omega t)` and `cos(omega t)`.
 #[derive(Serialize)]
 struct ControllerFile {
     nodes: Vec<usize>,
@@ -380,8 +382,9 @@ struct ControllerFile {
     steps: usize,
 }
 
-/// Reorders a folded controller of `count` nodes for the model. Its inputs become the positions node by node, the
-/// velocities node by node, and the clock. Only the outputs of `actuators` are kept.
+/// Converts a controller for the model. `folded` is a network whose inputs are the raw state of all `count` nodes and
+/// the clock. The inputs of the result are the positions of `nodes` node by node, their velocities node by node, and
+/// the clock. Its outputs are those for `actuators`.
 fn reordered(
     folded: &Network<f64>,
     nodes: &[usize],
@@ -413,7 +416,7 @@ fn reordered(
     }
 }
 
-/// A vector of the robot's plane as a vector of MuJoCo's space.
+/// Returns a vector of the robot's plane as a vector of MuJoCo's three-dimensional space, in text.
 fn spatial(vector: Vector<f64>) -> String {
     let [x, z] = vector.array();
     format!("{x} 0 {z}")

@@ -11,14 +11,14 @@ use cosmic::design::Material;
 use cosmic::error::Result;
 use cosmic::geometry::{Bounds, Segment, Vector};
 
-/// Space around each layer on the sheet, mm.
+/// The space around each layer on the sheet, in mm.
 const MARGIN: f64 = 10.0;
-/// The height of the labels of layers, mm.
+/// The height of the labels of layers, in mm.
 pub(super) const LABEL: f64 = 6.0;
 
-/// A bar on the sheet, mm from the sheet's lower left corner.
+/// A bar on the sheet. Positions are in mm from the sheet's lower left corner.
 pub(super) struct Part {
-    /// The index of its edge.
+    /// The index of the bar's edge.
     pub(super) edge: usize,
     /// The nodes at its first and second hole.
     pub(super) nodes: [usize; 2],
@@ -27,14 +27,14 @@ pub(super) struct Part {
     /// The ends of the two straight sides, counterclockwise: right of the first hole, right of the second, left of the
     /// second, left of the first. Half circles join the second corner to the third, and the fourth to the first.
     pub(super) corners: [Vector<f64>; 4],
-    /// The angle between the bar and the sheet's lower edge, degrees.
+    /// The angle between the bar and the sheet's lower edge, in degrees.
     pub(super) angle: f64,
     /// True for an actuator. Its strip only shows the space that the actuator needs.
     pub(super) is_actuator: bool,
 }
 
 impl Part {
-    /// The label on the bar: its first node, its edge in brackets, and its second node.
+    /// Returns the label on the bar: its first node, its edge in brackets, and its second node.
     pub(super) fn label(&self) -> String {
         let [i, j] = self.nodes;
         format!("{i} [{}] {j}", self.edge)
@@ -45,7 +45,7 @@ impl Part {
 pub(super) struct Layer {
     /// The bars of the layer.
     pub(super) parts: Vec<Part>,
-    /// The place where its label begins.
+    /// The position at which the layer's label begins.
     pub(super) label: Vector<f64>,
 }
 
@@ -53,9 +53,9 @@ pub(super) struct Layer {
 pub(super) struct Pattern {
     /// Layers from the lowest to the highest.
     pub(super) layers: Vec<Layer>,
-    /// The layer of each bar, and the layers at each node.
+    /// The assignment of bars to layers.
     pub(super) stack: Stack,
-    /// Width and height of the sheet, mm.
+    /// The width and height of the sheet, in mm.
     pub(super) size: Vector<f64>,
     /// The sizes of bars and holes.
     pub(super) sizes: Sizes,
@@ -77,7 +77,8 @@ impl Pattern {
             .iter()
             .flat_map(|member| [member.axis.from, member.axis.to]);
         let bounds = Bounds::of(ends);
-        // The offset from the lower left corner of a layer's tile to the lowest and leftmost node.
+        // A tile is the space for one layer on the sheet. `inset` leads from its lower left corner to the lower left
+        // corner of the nodes' bounding box.
         let inset = Vector::new([MARGIN + 0.5 * sizes.width; 2]);
         let tile = bounds.size() + inset * 2.0 + Vector::new([0.0, LABEL]);
         let count = stack.height();
@@ -105,13 +106,13 @@ impl Pattern {
         })
     }
 
-    /// The height of the labels on bars, mm.
+    /// Returns the height of the labels on bars, in mm.
     pub(super) fn label_height(&self) -> f64 {
         0.3 * self.sizes.width
     }
 }
 
-/// A bar, moved to its place on the sheet.
+/// Returns a bar at its place on the sheet: moved by `shift`, and `width` wide.
 fn part(member: &Member, shift: Vector<f64>, width: f64) -> Part {
     let (a, b) = (member.axis.from + shift, member.axis.to + shift);
     let direction = member.axis.direction();
@@ -134,7 +135,7 @@ fn check(members: &[Member], sizes: &Sizes) -> Result<()> {
             "the hole is {hole} mm wide, but must be narrower than the bar, which is {width} mm wide"
         )));
     }
-    // Between the two holes there must be as much material as beside a hole.
+    // There must be as much material between the two holes as beside a hole.
     let least = hole + 0.5 * (width - hole);
     match members.iter().find(|member| member.axis.length() < least) {
         None => Ok(()),

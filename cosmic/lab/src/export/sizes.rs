@@ -1,4 +1,4 @@
-//! The sizes that a workshop chooses.
+//! The sizes of bars, holes and struts, which a workshop chooses.
 
 use cosmic::error::Error;
 
@@ -17,7 +17,7 @@ pub struct Sizes {
     pub radius: f64,
 }
 
-/// The error for sizes that do not fit the robot.
+/// Returns the error for sizes that do not fit the robot.
 pub(super) fn misfit(says: String) -> Error {
     Error::Usage(format!("cannot export: {says}"))
 }

@@ -4,15 +4,15 @@ use cosmic::geometry::Vector;
 
 /// A convex prism in space.
 pub(super) struct Prism {
-    /// The corners of its base, counterclockwise as seen from its top, mm.
+    /// The corners of its base, counterclockwise as seen from its top, in mm.
     pub(super) base: Vec<[f64; 3]>,
-    /// The vector from the base to the top, mm.
+    /// The vector from the base to the top, in mm.
     pub(super) along: [f64; 3],
 }
 
 impl Prism {
-    /// The triangles of its surface, with corners counterclockwise as seen from outside. A corner has the same bits in
-    /// all of its triangles, so that other programs recognise a closed surface.
+    /// Returns the triangles of the prism's surface, with corners counterclockwise as seen from outside. A corner has
+    /// the same bits in all of its triangles, so that other programs recognise a closed surface.
     fn triangles(&self) -> Vec<[[f32; 3]; 3]> {
         let single = |corner: [f64; 3]| corner.map(|x| x as f32);
         let base: Vec<_> = self.base.iter().map(|&x| single(x)).collect();
@@ -33,7 +33,7 @@ impl Prism {
     }
 }
 
-/// The unit normal of a triangle. It points to the side from which the corners run counterclockwise.
+/// Returns the unit normal of a triangle. It points to the side from which the corners run counterclockwise.
 fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     let edge = |to: [f32; 3]| [0, 1, 2].map(|k| f64::from(to[k]) - f64::from(a[k]));
     let (u, v) = (edge(b), edge(c));
@@ -49,13 +49,13 @@ fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     })
 }
 
-/// The point in space at `height` above a point of the plane.
+/// Returns the point in space at `height` above a point of the plane.
 pub(super) fn spatial(point: Vector<f64>, height: f64) -> [f64; 3] {
     let [x, y] = point.array();
     [x, y, height]
 }
 
-/// The bytes of a binary STL file of these prisms.
+/// Returns the bytes of a binary STL file of these prisms.
 pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
     let triangles: Vec<_> = prisms.iter().flat_map(Prism::triangles).collect();
     // The head of 80 bytes must not begin with "solid", which would mean a text file.
@@ -75,7 +75,7 @@ pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
 mod tests {
     use super::{Prism, binary, normal};
 
-    /// Reads a file back: each triangle's normal and corners.
+    /// Reads an STL file. Returns the normal and the three corners of each triangle.
     fn read(bytes: &[u8]) -> Vec<[[f64; 3]; 4]> {
         let (head, triangles) = bytes.split_at(84);
         let count = u32::from_le_bytes(head[80..].try_into().unwrap());
@@ -86,7 +86,7 @@ mod tests {
         triangles.chunks(50).map(triangle).collect()
     }
 
-    /// The prism is hexagonal, and is shifted sideways and up.
+    /// Tests a hexagonal prism that is shifted sideways and up.
     #[test]
     fn normals_are_of_unit_length_and_point_outwards() {
         let corner = |k: usize| {
@@ -116,7 +116,8 @@ mod tests {
             volume += area * dot(a) / 3.0;
             (0..3).for_each(|k| vector_area[k] += area * n[k]);
         }
-        // Coordinates up to 20 mm are rounded to 1e-6 mm, and faces have about 20 mm2.
+        // Coordinates of up to 20 mm are rounded to 1e-6 mm, and faces have about 20 mm2, so the relative error of the
+        // volume is small.
         let expected = 1.5 * 3.0_f64.sqrt() * 9.0 * 7.0;
         assert!(
             (volume / expected - 1.0).abs() < 1e-5,

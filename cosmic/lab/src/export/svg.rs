@@ -4,12 +4,12 @@ use super::pattern::{LABEL, Layer, Part, Pattern};
 use cosmic::geometry::Vector;
 use std::fmt::Write;
 
-/// The colours of skeleton, actuators and labels. The program of a laser cutter tells them apart by colour.
+/// The colours of skeleton, actuators and labels. A laser cutter's program tells the three apart by these colours.
 const SKELETON: &str = "#000000";
 const ACTUATOR: &str = "#0000ff";
 const LABELS: &str = "#00a000";
 
-/// The pattern as the text of an SVG file. Coordinates are rounded to a nanometre.
+/// Returns the pattern as the text of an SVG file. Coordinates are rounded to a nanometre.
 pub(super) fn draw(pattern: &Pattern) -> String {
     let [width, height] = pattern.size.array();
     let mut svg = format!(
@@ -57,7 +57,7 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
     *svg += "</g>\n";
 }
 
-/// The coordinates of a point in the drawing. The second axis of SVG points down.
+/// Converts a point of the pattern to coordinates of SVG, whose second axis points down.
 fn down(pattern: &Pattern, point: Vector<f64>) -> Vector<f64> {
     point.with_up(pattern.size.up() - point.up())
 }

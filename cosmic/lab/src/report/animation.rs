@@ -18,20 +18,20 @@ use super::view::{EARTH, MARK, View, label};
 use crate::child;
 use crate::table::decimals;
 
-/// Width and height of a [`frame`] in pixels. Next: of a GIF, of a film.
+/// The width and height of a [`frame`] in pixels. The next two constants are those of a GIF and of a film.
 const FRAME_SIZE: [u16; 2] = [480, 240];
 const GIF_SIZE: [u16; 2] = [800, 334];
 const FILM_SIZE: [u16; 2] = [1600, 668];
-/// The width of a [`frame`], pixels.
+/// The width of a [`frame`] in pixels.
 pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
-/// The height of every frame, in units that are then scaled to the pixels of the animation.
+/// The height of every frame in the units of its picture. The picture is then scaled to the pixels of the animation.
 const ROWS: f64 = 240.0;
 /// The height of the part of the world that a frame shows, as a multiple of the lattice's side.
 const SIDES: f64 = 1.6;
 
-/// Seconds between two frames, and the largest number of frames of a rollout. A rollout that needs more frames is shown
-/// faster.
+/// The pace of an animation: the seconds between two frames, and the largest number of frames of a rollout. A rollout
+/// that needs more frames is shown faster.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {
     every: f64,
@@ -46,18 +46,18 @@ pub(super) const FILM: Pace = Pace {
     every: 0.04,
     most: 2000.0,
 };
-/// How long the last frame is shown, s.
+/// How many seconds the last frame is shown.
 const STAYS: f64 = 1.0;
 
-/// A frame of an animation: a state of a motion, and a label, which may be empty.
+/// A frame of an animation before it is drawn: a state of a motion, and a label, which may be empty.
 pub(super) struct Shot<'m> {
     motion: &'m Motion<'m>,
     index: usize,
     label: String,
 }
 
-/// The frames of the first `seconds` of a rollout. Each label is `says`, then the time and the distance travelled in
-/// metres.
+/// Returns the frames of the first `seconds` seconds of a rollout. The label of each frame is `says`, followed by the
+/// time and the distance travelled in metres.
 pub(super) fn shots<'m>(
     motion: &'m Motion<'m>,
     pace: Pace,
@@ -91,7 +91,7 @@ impl Shot<'_> {
         let x = motion.camera(self.index).forward();
         let view = View {
             motion,
-            // The ground below the robot is at the middle of the lower third.
+            // The ground below the robot appears in the lower part of the frame, in the middle of its width.
             corner: Vector::new([x, motion.floor(x)]),
             origin: Vector::new([0.5 * width, 0.78 * ROWS]),
             scale: ROWS / (SIDES * motion.robot.lattice.side()),
@@ -137,8 +137,7 @@ pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> 
 
 /// Encodes shots with ffmpeg as an MP4 film at the pace [`FILM`].
 ///
-/// # Errors
-/// [`Error::Read`] if ffmpeg is not on the path. If ffmpeg fails, the error has its message.
+/// [`Error::Read`] if ffmpeg is not on the path or fails. If it fails, the error contains ffmpeg's message.
 pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
     let failed = |error| Error::reading("ffmpeg's film")(error);
     let folder = tempfile::tempdir().map_err(failed)?;
@@ -165,13 +164,13 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
         .map_err(failed)
 }
 
-/// Writes the frames to ffmpeg and waits for its end.
+/// Draws the frames, writes them to ffmpeg, and waits until ffmpeg ends.
 fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
     let mut input = ffmpeg.stdin.take();
     let output = thread::spawn(move || ffmpeg.wait_with_output());
     let mut write = |frame: Pixmap| input.as_mut()?.write_all(frame.data()).ok();
     let frames = shots.iter().map_while(|shot| shot.draw(FILM_SIZE));
-    // If ffmpeg stops reading, its standard error tells why, so errors of writing are ignored.
+    // If ffmpeg stops reading, its standard error says why, so errors of writing are ignored here.
     let _all_written = frames.map(&mut write).all(|written| written.is_some());
     drop(input);
     let output = output.join().expect("waiting for a child does not panic")?;
@@ -182,8 +181,8 @@ fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
     Err(io::Error::other(format!("ffmpeg: {says}")))
 }
 
-/// One moment of a rollout as a picture: 240 rows of 480 pixels, the top row first and each from left to right. A pixel
-/// is three bytes: red, green, blue. Returns `None` if memory is short.
+/// Draws one state of a rollout. Returns 240 rows of 480 pixels: the top row comes first, and each row runs from left
+/// to right. A pixel is three bytes: red, green, blue. Returns `None` if memory is short.
 ///
 /// # Panics
 /// If the trajectory has no state `index`.
@@ -209,7 +208,8 @@ const SHADES: u16 = 4;
 /// The colour table of a GIF: shades of all colours that frames use.
 struct Palette {
     shades: Vec<[u8; 3]>,
-    /// The index of the nearest shade for every colour, of which only the upper five bits of red, green and blue count.
+    /// For every colour, the index of the nearest shade. Two colours count as equal if the upper five bits of their
+    /// red, green and blue agree.
     nearest: Vec<u8>,
 }
 

@@ -6,12 +6,12 @@ use crate::table::decimals;
 use cosmic::geometry::{Range, Vector};
 
 const WIDTH: f64 = 960.0;
-/// The smallest distance of the bars from the left edge, pixels. Longer names move the bars to the right.
+/// The smallest distance of the bars from the left edge, in pixels. Longer names move the bars to the right.
 const LEFT: f64 = 250.0;
-/// The width of a letter of the names, pixels.
+/// The width of a letter of the names, in pixels.
 const LETTER: f64 = 6.5;
 const TOP: f64 = 56.0;
-/// The height of a bar including the space around it.
+/// The height of a bar including the space around it, in pixels.
 const ROW: f64 = 30.0;
 
 /// A bar, which stands for one experiment. Numbers that are not finite are not drawn.
@@ -101,7 +101,7 @@ mod tests {
         let shapes = ["<circle", "#d9541e", "#9fc0e4", "a &lt; b", "NaN", "inf"];
         let counts = shapes.map(|shape| svg.matches(shape).count());
         assert_eq!(counts, [2, 1, 1, 1, 0, 0]);
-        // The right end of a name.
+        // Returns the position of the right end of a name that has this many letters.
         let end = |letters: usize| {
             let svg = chart("x".repeat(letters));
             let (before, _) = svg.split_once(">xxxx").unwrap();

@@ -11,7 +11,7 @@ const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 440.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 50.0;
-/// The width of the legend.
+/// The width of the legend, in pixels.
 const NAMES: f64 = 270.0;
 
 /// A chart with two logarithmic axes, which becomes a file `name.svg`.
@@ -61,20 +61,20 @@ impl LogChart {
         picture.to_svg([WIDTH, HEIGHT], &self.title)
     }
 
-    /// The axis that has room for all points. `number` selects a coordinate of a point.
+    /// Returns an axis that has room for all points. `number` selects a coordinate of a point.
     fn axis(&self, number: fn(Vector<f64>) -> f64) -> Axis {
         let points = self.lines.iter().flat_map(shown);
         let logs = Range::of(points.map(|point| number(point).log10()));
         if logs.size() < 0.0 {
             return Axis::logarithmic(Range::new(0.1, 1.0));
         }
-        // Some margin, so that no dot is on the frame. The axis spans at least a decade.
+        // The margin keeps all dots off the frame. The axis spans at least a decade.
         let room = 0.05_f64.max(0.5 * (1.0 - logs.size()));
         Axis::logarithmic(logs.widened(room).map(|v| 10f64.powf(v)))
     }
 }
 
-/// The points of a line that can be drawn: both numbers are positive and finite.
+/// Returns the points of a line that can be drawn: those whose coordinates are positive and finite.
 fn shown(line: &Line) -> impl Iterator<Item = Vector<f64>> + Clone {
     let fits = |point: &Vector<f64>| point.iter().all(|v| v.is_finite() && *v > 0.0);
     line.points.iter().copied().filter(fits)

@@ -1,4 +1,4 @@
-//! Several runs side by side: their numbers, and their robots in motion.
+//! Compares several runs side by side: their numbers, and their robots in motion.
 
 use super::files::{RobotFiles, read_trajectory};
 use super::motion::Motion;
@@ -23,7 +23,7 @@ pub struct Comparison {
 /// One run of a comparison.
 #[derive(Debug, Serialize)]
 struct ComparedRun {
-    /// The name of its folder, or the whole path if another run's folder has the same name.
+    /// The name of the run's folder, or the whole path if another run's folder has the same name.
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
@@ -32,7 +32,7 @@ struct ComparedRun {
 }
 
 impl ComparedRun {
-    /// The data of the run's lane on the page: the robot and its motion.
+    /// Returns the data of the run's lane on the page: the robot and its motion.
     fn lane(&self, registry: &Registry) -> Result<Value> {
         let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
         let trajectory = read_trajectory(&self.folder, &robot)?;
@@ -73,18 +73,19 @@ impl Comparison {
         Ok(Self { runs })
     }
 
-    /// Begins the table with a row for each run.
+    /// Starts the table, which has a row for each run. The caller may add columns and then finishes it.
     fn columns(&self) -> TableOf<'_, ComparedRun> {
         let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
         with_numbers(names, |run| &run.summary)
     }
 
-    /// The table as aligned text for a terminal.
+    /// Returns the table as aligned text for a terminal.
     pub fn to_text(&self) -> String {
         self.columns().done().to_text()
     }
 
-    /// A page on which the robots walk side by side, above the table. A run without a trajectory is only in the table.
+    /// Returns a page on which the robots walk side by side, above the table. A run without a trajectory is only in the
+    /// table.
     ///
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
@@ -113,7 +114,7 @@ impl Comparison {
     }
 }
 
-/// The last part of a path, or the whole path if it has none.
+/// Returns the last part of a path, or the whole path if it has none.
 fn name(folder: &Path) -> String {
     let path = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let last = path.file_name().unwrap_or(path.as_os_str());

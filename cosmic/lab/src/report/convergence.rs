@@ -12,18 +12,18 @@ use serde::Serialize;
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 66.0;
-/// The height of a chart without its titles.
+/// The height of a chart without its titles, in pixels.
 const HEIGHT: f64 = 130.0;
-/// The height of a chart with its titles.
+/// The height of a chart with its titles, in pixels.
 const PITCH: f64 = 182.0;
 
-/// A chart over the iterations. It is drawn in a picture, or becomes data of a page.
+/// A chart of numbers over the iterations. It is drawn as part of a picture, or a page gets its data.
 #[derive(Serialize)]
 pub(super) struct Chart {
     /// The id of the chart's canvas in a page.
     id: &'static str,
     title: &'static str,
-    /// What the dashed lines mean.
+    /// The text that says what the dashed lines mean.
     #[serde(skip)]
     note: &'static str,
     series: Vec<Series>,
@@ -39,11 +39,11 @@ struct Series {
     name: &'static str,
     /// The index of the line's colour.
     colour: usize,
-    /// A cell for each iteration. The line continues across a missing number, and is interrupted at a text.
+    /// A cell for each iteration. A missing number does not interrupt the line; a text does.
     numbers: Vec<Cell>,
 }
 
-/// A line of a chart. `number` returns the cell of an iteration.
+/// Creates a line of a chart. `number` returns the number of an iteration, if there is one.
 fn series(
     run: &RunFiles,
     name: &'static str,
@@ -61,8 +61,8 @@ fn series(
     }
 }
 
-/// Two lines: the displacement in a full rollout after each iteration, and the displacement in the rollout from which
-/// the gradient was computed.
+/// Creates two lines: the displacement in a full rollout after each iteration, and the displacement in the rollout from
+/// which the gradient was computed.
 fn displacements(run: &RunFiles) -> Vec<Series> {
     let full = |r: &Record| match r.diverged {
         true => Some(f64::NAN),
@@ -79,7 +79,7 @@ fn displacements(run: &RunFiles) -> Vec<Series> {
     ]
 }
 
-/// The charts of a run, the first on top.
+/// Creates the charts of a run, from top to bottom.
 pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
     let bounds = &run.robot.scene.volume;
     let mut bounds = [bounds.solid, bounds.actuator].concat();
@@ -169,7 +169,8 @@ pub(super) fn draw(run: &RunFiles) -> String {
 }
 
 impl Chart {
-    /// The lines of the chart. The first number is drawn at iteration `before + 1`.
+    /// Returns the lines of the chart. The first number is drawn at iteration `before + 1`: `before` iterations precede
+    /// the history.
     fn lines(&self, before: usize) -> Vec<Line> {
         let number = |cell: &Cell| match cell {
             Cell::Missing => None,
@@ -184,8 +185,8 @@ impl Chart {
         self.series.iter().map(line).collect()
     }
 
-    /// The range of the vertical axis. A linear axis begins at zero, or at the least number if that is negative. On a
-    /// logarithmic axis, zeros are drawn at the lower edge.
+    /// Returns the range of the vertical axis. A linear axis begins at zero, or at the least number if that is
+    /// negative. On a logarithmic axis, zeros are drawn at the lower edge.
     fn range(&self, lines: &[Line]) -> Range {
         let numbers = lines.iter().flat_map(|line| &line.points).map(|p| p.up());
         if self.log {
@@ -198,7 +199,7 @@ impl Chart {
     }
 }
 
-/// Draws the phases as bands behind a chart, with their names above if `named`.
+/// Draws the phases as bands behind a chart. If `named`, writes their names above the bands.
 fn draw_phases(picture: &mut Picture, axes: &Axes, history: &[Record], named: bool) {
     for part in history.chunk_by(|a, b| a.phase == b.phase) {
         let [first, last] = [&part[0], &part[part.len() - 1]];

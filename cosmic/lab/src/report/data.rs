@@ -16,15 +16,15 @@ const FRAME: f64 = 0.04;
 const LANE_FRAME: f64 = 0.08;
 /// On a page with one robot, positions are rounded to the lattice's spacing divided by this.
 const PARTS: f64 = 1000.0;
-/// The divisor on a page with several runs.
+/// On a page with several runs, positions are rounded to the lattice's spacing divided by this.
 const LANE_PARTS: f64 = 200.0;
 
-/// The data of a page that shows only a robot in motion.
+/// Returns the data of a page that shows only a robot in motion.
 pub(super) fn of_motion(motion: &Motion) -> Value {
     of_walks(motion, motion.robot, &[walk(motion)])
 }
 
-/// The data of a run's page.
+/// Returns the data of a run's page.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
@@ -45,7 +45,8 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data
 }
 
-/// The data of a robot and its walks. The first walk is that of the delivered robot.
+/// Returns the data of a robot and its world. `walks` begins with the walk of the delivered robot. The world contains
+/// the ground that any of the walks reaches.
 fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
     json!({
         "robot": of_robot(robot, &motion.states()[0].x),
@@ -54,11 +55,11 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
     })
 }
 
-/// The data of one of several runs that a page shows on one ground. Positions are along and above the ground, with the
-/// payload's start as origin.
+/// Returns the data of one run for a page that shows several runs on one ground. Positions are measured along the
+/// ground from the payload's start, and in height from the ground's line.
 pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
-    // The origin moves only along the ground. Heights stay relative to the ground's line.
+    // The payload's start is the origin only along the ground. Heights stay relative to the ground's line.
     let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
     let (seconds, indices) = motion.every(LANE_FRAME);
     let along = |k: usize| -> State<f64> {
@@ -82,7 +83,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     })
 }
 
-/// The data of a robot: its lattice and the delivered design.
+/// Returns the data of a robot: its lattice and the delivered design.
 fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
@@ -97,7 +98,7 @@ fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     })
 }
 
-/// The mixture of every edge: void, skeleton and actuator in thousandths.
+/// Returns the mixture of every edge: its void, skeleton and actuator in thousandths.
 fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
     let mixtures = robot.mixtures(z).into_iter();
     mixtures
@@ -105,7 +106,7 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
-/// The part of the ground that the walks reach.
+/// Returns the data of the world: the part of the ground that the walks reach.
 fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
@@ -123,14 +124,14 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     })
 }
 
-/// The walk of the delivered robot, with 25 frames per second, or fewer if the rollout is long.
+/// Returns the walk of the delivered robot, with 25 frames per second, or fewer if the rollout is long.
 fn walk(motion: &Motion) -> Option<Walk> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);
     Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
-/// The data of the charts over the iterations, and the phases.
+/// Returns the data of the charts over the iterations, and the phases.
 fn history(run: &RunFiles) -> Value {
     let phases = run.history.chunk_by(|a, b| a.phase == b.phase).map(|part| {
         let ends = [&part[0], &part[part.len() - 1]].map(|record| record.iteration);

@@ -1,5 +1,5 @@
-//! How the robot changes during an optimisation: walks of robots from the first iteration to the last. The run recorded
-//! these walks.
+//! Shows how the robot changes during an optimisation: walks of robots from the first iteration to the last. The run
+//! recorded these walks.
 
 use super::animation::{Pace, Shot, shots};
 use super::files::{RobotFiles, RunFiles};
@@ -12,20 +12,21 @@ use cosmic::record::history::{DESIGNS, Walk};
 
 /// The number of robots that are shown before the delivered robot.
 const ROBOTS: usize = 6;
-/// How long each robot is shown, s.
+/// How many seconds each robot is shown.
 const SECONDS: f64 = 2.0;
 
-/// A robot, its recorded walk, and how it is shown.
+/// A robot and its recorded walk, with a text and a duration for the animation.
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,
-    /// The text with which its labels begin.
+    /// The text with which the labels of its frames begin.
     says: String,
-    /// How long it is shown, s.
+    /// How many seconds of the walk are shown.
     seconds: f64,
 }
 
-/// A few robots at equal intervals of iterations, beginning with the first iteration, and then the delivered robot.
+/// Returns a few robots at equal intervals of iterations, beginning with the first iteration, and then the delivered
+/// robot.
 ///
 /// # Errors
 /// [`Error::Usage`] if the run kept no walks.
@@ -67,7 +68,7 @@ pub(super) fn motions<'m>(walkers: &'m [Walker]) -> Vec<Motion<'m>> {
     walkers.iter().map(motion).collect()
 }
 
-/// The frames of all robots, one robot after another.
+/// Returns the frames of all robots, one robot after another.
 pub(super) fn in_turn<'m>(
     walkers: &[Walker],
     motions: &'m [Motion<'m>],
@@ -80,7 +81,7 @@ pub(super) fn in_turn<'m>(
     turns.flat_map(shots).collect()
 }
 
-/// A walk as a trajectory whose steps are the recorded moments of the walk.
+/// Converts a walk to a trajectory whose steps are the recorded moments of the walk.
 fn trajectory(walk: &Walk) -> TrajectoryFile {
     let state = |x: Vec<Vector<f64>>| State {
         v: vec![Vector::zero(); x.len()],

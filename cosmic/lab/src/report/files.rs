@@ -39,8 +39,7 @@ impl RobotFiles {
     /// Reads a design and the scene beside it. Leaves out laws that this program does not have, so that the robot can
     /// still be shown.
     ///
-    /// # Errors
-    /// [`Error::Read`] for a missing file, [`Error::Malformed`] for a malformed one, [`Error::Misfit`] or
+    /// [`Error::Read`] if a file is missing, [`Error::Malformed`] if a file is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if the two files do not belong together.
     pub fn read(path: &Path, registry: &Registry) -> Result<Self> {
         // The design is read first: if the file is not a design, its scene does not matter.
@@ -58,14 +57,14 @@ impl RobotFiles {
         })
     }
 
-    /// The laws of the scene that this program does not have. Without them the robot cannot be simulated.
+    /// Returns the laws of the scene that this program does not have. Without them the robot cannot be simulated.
     pub fn lacks(&self) -> &[String] {
         let foreign = self.foreign.as_ref();
         foreign.map_or(&[], |foreign| &foreign.lacks.laws)
     }
 
-    /// A sentence which says that `what` is left out because this program lacks laws of the scene. `None` if it has all
-    /// laws.
+    /// Returns a sentence which says that `what` is left out because this program lacks laws of the scene. Returns
+    /// `None` if it has all laws.
     pub fn left_out(&self, what: &str) -> Option<String> {
         let quoted: Vec<String> = self.lacks().iter().map(|law| format!("`{law}`")).collect();
         let laws = match &quoted[..] {
@@ -79,21 +78,22 @@ impl RobotFiles {
         ))
     }
 
-    /// The text of the scene.
+    /// Returns the text of the scene.
     pub(super) fn scene_text(&self) -> String {
         let foreign = self.foreign.as_ref();
         foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
-    /// The indices of the edges for whose delivered material `kind` is true.
+    /// Returns the indices of the edges whose delivered material satisfies `kind`.
     pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
         let materials = self.design.materials.iter().enumerate();
         let of_kind = materials.filter(|(_, material)| kind(**material));
         of_kind.map(|(edge, _)| edge).collect()
     }
 
-    /// The robot with the design vectors `z` instead of its own design, as it is drawn. Each edge gets the solid
-    /// material of which it has more, or void if it has almost no solid material.
+    /// Returns a copy of the robot for drawing, with the design vectors `z` instead of its own. The copy's materials
+    /// follow from `z`: each edge gets the solid material of which it has more, or void if it has almost no solid
+    /// material.
     pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
         let drawn = |mixture: Mixture<f64>| {
             if mixture[Material::Void] > 0.98 {
@@ -115,7 +115,8 @@ impl RobotFiles {
         }
     }
 
-    /// The mixtures of the edges with design vectors `z`, which may also be those of a layout.
+    /// Returns the mixture of each edge for the design vectors `z`. The rows of `z` may also be the one-hot vectors of
+    /// a layout.
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
         let settings = &self.scene.projection;
         let holds = Holds::new(settings, &self.lattice);
@@ -133,7 +134,7 @@ pub struct RunFiles {
     pub robot: RobotFiles,
     /// The summary of the run.
     pub summary: Summary,
-    /// The iterations from first to last; empty if no history was kept.
+    /// The records of the iterations from first to last; empty if no history was kept.
     pub history: Vec<Record>,
     /// The designs recorded during the optimisation; empty in runs of older versions.
     pub designs: Vec<DesignRow>,
@@ -172,13 +173,13 @@ impl RunFiles {
         })
     }
 
-    /// The title of the run in documents.
+    /// Returns the title of the run in documents.
     pub(super) fn title(&self) -> String {
         format!("{}, seed {}", self.summary.scene, self.summary.seed)
     }
 }
 
-/// Reads the row of every iteration. Returns no rows if the run has no history.
+/// Reads the history: a record for every iteration. Returns no records if the run has no history.
 fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     let path = folder.join(history::LINES);
     if !path.exists() {

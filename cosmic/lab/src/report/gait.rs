@@ -1,6 +1,6 @@
-//! The gait of a robot for the scripts of a page: when its nodes touch the ground, the target strains and strains of
-//! its actuators, the loads of its bars, and its energies. All are computed from the states of the trajectory file,
-//! except the loads: the run recorded them in every step.
+//! Prepares the gait of a robot for the scripts of a page: when its nodes touch the ground, the target strains and
+//! strains of its actuators, the loads of its bars, and its energies. All of this is computed from the states of the
+//! trajectory file, except the loads: the run recorded them in every step.
 
 use std::f64::consts::TAU;
 
@@ -16,12 +16,12 @@ use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
 use cosmic::{Error, Result};
 
-/// The number of the clock's periods that are shown: the last ones of the rollout.
+/// How many periods of the clock a page shows: the last ones of the rollout.
 const PERIODS: f64 = 3.0;
 /// The largest number of states for which energies are computed.
 const MOST_STATES: usize = 600;
-/// A node is on the ground if its height above the ground is below this, m. Contact puts nodes exactly onto the ground,
-/// except for rounding.
+/// A node counts as on the ground if its height above the ground, in metres, is below this. Contact puts nodes exactly
+/// onto the ground, except for rounding.
 const TOUCHES: f64 = 1e-6;
 
 /// A run's delivered robot, and the strains and forces of its edges in the states of the trajectory.
@@ -29,12 +29,14 @@ pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
     moments: Vec<EdgeMoments>,
-    /// The loads of every edge, over all steps of the rollout. If an earlier version made the run, they are only over
+    /// The loads of every edge over all steps of the rollout. If an earlier version made the run, the loads cover only
     /// the states in the trajectory file.
     pub(super) loads: Vec<BarLoad>,
 }
 
 impl<'r> Gait<'r> {
+    /// Computes the strains and forces of a run's delivered robot from the states of the run's trajectory.
+    ///
     /// # Errors
     /// If the design does not fit its scene, or if this program does not have a law of the scene.
     pub(super) fn new(run: &'r RunFiles) -> Result<Self> {
@@ -63,7 +65,7 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// Words that end a sentence about loads: the states over which the loads are taken.
+    /// Returns the words that end a sentence about loads and say which states the loads cover.
     pub(super) fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {
@@ -76,8 +78,8 @@ impl<'r> Gait<'r> {
         }
     }
 
-    /// The data of the last periods of the clock: which feet are on the ground, target strains and strains; and the
-    /// peaks of strains and forces.
+    /// Returns the data of the last periods of the clock: which nodes are on the ground, and the target strains and
+    /// strains of actuators. Also returns the peaks of the strains and forces of all bars over the whole rollout.
     pub(super) fn last_periods(&self, motion: &Motion) -> Value {
         let omega = motion.scene().controller.omega;
         let period = (TAU / omega).min(motion.duration());
@@ -110,8 +112,8 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// The nodes that are on the ground in at least one of `states`. Each has a text with a character for every state:
-    /// `1` if the node is on the ground in that state.
+    /// Returns the nodes that are on the ground in at least one of `states`. Each has a text with a character for every
+    /// state: `1` if the node is on the ground in that state, otherwise `0`.
     fn feet(&self, motion: &Motion, states: &[State<f64>]) -> Vec<(usize, String)> {
         let ground = motion.ground();
         let heights: Vec<Vec<f64>> = states
@@ -133,7 +135,7 @@ impl<'r> Gait<'r> {
             .collect()
     }
 
-    /// The forces along the bars in the states with these indices, rounded to 1/500 of the largest force.
+    /// Returns the forces along the bars in the states with these indices, rounded to 1/500 of the largest force.
     pub(super) fn forces(&self, states: &[usize]) -> Value {
         let bars = self.run.robot.edges_of(Material::is_solid);
         let tensions = |&state: &usize| bars.iter().map(move |&edge| (state, edge));
@@ -149,7 +151,8 @@ impl<'r> Gait<'r> {
         json!({ "unit": unit, "counts": states.iter().map(count).collect::<Vec<_>>() })
     }
 
-    /// Three energies over time, J: kinetic, of springs and stops, and potential relative to the start.
+    /// Returns three energies over time, in joules: the kinetic energy, the energy of springs and stops, and the
+    /// potential energy relative to the start.
     pub(super) fn energies(&self, motion: &Motion) -> Value {
         let (states, mass) = (motion.states(), &self.case.body().mass);
         let every = states.len().div_ceil(MOST_STATES);
@@ -178,7 +181,7 @@ impl<'r> Gait<'r> {
     }
 }
 
-/// A number rounded to four digits, which are enough for a picture.
+/// Rounds a number to four digits, which are enough for a picture.
 pub(super) fn brief(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
@@ -192,7 +195,7 @@ mod tests {
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{Scene, StartKind};
 
-    /// The short three-legged robot of the paper's scene after one iteration, for 0.3 s.
+    /// Tests the short three-legged robot of the paper's scene after one iteration. Its rollout lasts 0.3 s.
     #[test]
     fn a_gait_agrees_with_the_trajectory() {
         let mut scene = Scene::paper();
@@ -208,7 +211,7 @@ mod tests {
         let gait = Gait::new(&run).unwrap();
         let shown = gait.last_periods(&motion);
 
-        // The largest strain and force equal those in the summary. Both are over all steps.
+        // The largest strain and force equal those in the summary. Both are the largest over all steps.
         let summary = run.summary.loads.as_ref().unwrap();
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         let most = |of: fn(&[f64]) -> f64| {

@@ -6,7 +6,7 @@ use super::picture::{Colour, Font, MUTED, PAPER, Pen, Picture};
 use super::view::draw_payload;
 use cosmic::design::Material;
 
-/// The colour of a material in a picture that does not show strains.
+/// Returns the colour of a material in a picture that does not show strains.
 pub(super) fn colour(material: Material) -> Colour {
     match material {
         Material::Void => Colour::hex(0xc4cad1),
@@ -15,7 +15,7 @@ pub(super) fn colour(material: Material) -> Colour {
     }
 }
 
-/// Draws the layout on the lattice at rest, in the ground's frame.
+/// Draws the layout on the lattice at rest, in the frame of the ground.
 pub(super) fn draw_layout(robot: &RobotFiles) -> String {
     let (lattice, design) = (&robot.lattice, &robot.design);
     let [width, height] = lattice.extent().array();

@@ -8,7 +8,7 @@ use cosmic::geometry::Vector;
 const DIGIT: f64 = 8.0;
 /// The height of a digit as a fraction of the font's size.
 const OF_SIZE: f64 = 0.7;
-/// The space after a glyph, and after a character without a glyph, in the units of the glyphs.
+/// The space after a glyph, in the units of the glyphs. The next constant is the width of a character without a glyph.
 const GAP: f64 = 1.9;
 const BLANK: f64 = 4.1;
 
@@ -43,7 +43,7 @@ const GLYPHS: [(char, &[&str]); 25] = [
     ('v', &["0,5.6 1.8,0 3.6,5.6"]),
 ];
 
-/// The strokes of a text. A character without a glyph becomes a blank.
+/// Returns the strokes of a text. A character without a glyph becomes a blank.
 pub(super) fn letters(text: &str, place: Place, font: Font) -> Vec<Vec<Place>> {
     let scale = OF_SIZE * font.size / DIGIT;
     let (mut left, mut strokes) = (0.0, Vec::new());

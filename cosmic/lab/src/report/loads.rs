@@ -6,7 +6,8 @@ use crate::table::{Column, Table, decimals};
 use cosmic::Result;
 use cosmic::simulator::BarLoad;
 
-/// The loads of every edge, over all steps if the run recorded them.
+/// Returns the loads of every edge: over all steps of the rollout if the run recorded them, otherwise over the states
+/// in the trajectory file.
 ///
 /// # Errors
 /// If the design does not fit its scene.
@@ -14,7 +15,7 @@ pub(crate) fn loads(run: &RunFiles) -> Result<Vec<BarLoad>> {
     Ok(Gait::new(run)?.loads)
 }
 
-/// A sentence that compares the largest strains of actuators with their limit.
+/// Returns a sentence that compares the largest strains of actuators with their limit.
 pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> String {
     let percent = |strain: f64| decimals(100.0 * strain, 1) + " %";
     let peak = |edge: &&usize| loads[**edge].strain.peak;
@@ -37,7 +38,7 @@ pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> Strin
     )
 }
 
-/// The table of all actuators, hidden until the reader opens it.
+/// Returns the table of all actuators, hidden until the reader opens it.
 pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
     let number = |name, unit, decimals| Column::new(name, "").unit(unit).decimals(decimals, "-");
     if actuators.is_empty() {

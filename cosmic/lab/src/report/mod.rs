@@ -38,11 +38,11 @@ pub use numbers::departures;
 pub use page::player_page;
 pub use work::{Animations, write};
 
-/// A picture of a run: the name of its files, and the function that draws it as SVG.
+/// A kind of picture of a run: the name of its files, and the function that draws it as SVG.
 pub(crate) type RunPicture = (&'static str, fn(&RunFiles) -> String);
 
-/// Three pictures: the robot at several moments with the path of its payload; charts over the iterations; and the path
-/// of every edge's mixture between the three materials.
+/// The three pictures: the robot at several moments with the path of its payload; charts over the iterations; and, for
+/// every edge, the path of its mixture in the triangle of void, skeleton and actuator.
 pub(crate) const PICTURES: [RunPicture; 3] = [
     ("robot", |run| {
         robot::draw(&motion::Motion::new(&run.robot, &run.trajectory))

@@ -1,4 +1,4 @@
-//! A robot's rollout as it is drawn: bars coloured by strain, in the frame of the world.
+//! Prepares a robot's rollout for drawing: bars coloured by strain, in the frame of the world.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,8 @@ use cosmic::scene::Scene;
 pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
 /// The colour of the payload and its path.
 pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
-/// The colour of an actuator at the largest contraction. Next: at rest, at the largest extension, beyond these strains.
+/// The colour of an actuator at the largest contraction. The next three constants are the colours at rest, at the
+/// largest extension, and at strains beyond this range.
 const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
 const AT_REST: Colour = Colour::hex(0xb4aeba);
 const EXTENDED: Colour = Colour::hex(0xd61f1f);
@@ -23,13 +24,13 @@ pub(super) const BEYOND: Colour = Colour::hex(0xb800b8);
 /// The largest number of frames of an animation.
 const MOST_FRAMES: usize = 2000;
 
-/// The camera's height follows the mean height of the ground at the ends of this many intervals.
+/// The mean height of the ground in [`Motion::floor`] is taken over the ends of this many intervals.
 const FLOORS: u32 = 16;
 
 /// An edge as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
-    /// The line from the edge's first node to its second, m.
+    /// The line from the edge's first node to its second, in metres.
     pub(super) line: Segment,
     pub(super) colour: Colour,
     pub(super) actuator: bool,
@@ -45,11 +46,11 @@ pub(super) struct Motion<'r> {
     body: Vec<usize>,
     /// The payload's node and the ends of solid edges, ascending.
     pub(super) seen: Vec<usize>,
-    /// The fraction of solid material in every edge. Edges with less are drawn fainter.
+    /// For each edge, the fraction of solid material in its mixture. An edge with a smaller fraction is drawn fainter.
     presence: Vec<f64>,
     /// The strain at which an actuator has its full colour.
     pub(super) limit: f64,
-    /// The terrain above the ground's line.
+    /// The terrain, as heights above the ground's line.
     pub(super) profile: Profile,
 }
 
@@ -80,12 +81,12 @@ impl<'r> Motion<'r> {
         &self.trajectory.states
     }
 
-    /// The time of the state `index`, in seconds from the start.
+    /// Returns the time of the state `index`, in seconds from the start.
     pub(super) fn time(&self, index: usize) -> f64 {
         self.trajectory.steps[index] as f64 * self.trajectory.dt
     }
 
-    /// The index of the last state at or before a time, or of the first state.
+    /// Returns the index of the last state at or before a time. If there is none, returns 0.
     pub(super) fn index_at(&self, time: f64) -> usize {
         // Times are rounded products of a step and dt, so round to the nearest step.
         let step = (time / self.trajectory.dt + 0.5) as usize;
@@ -93,8 +94,8 @@ impl<'r> Motion<'r> {
         after.saturating_sub(1)
     }
 
-    /// The interval between frames in seconds, and the indices of the frames' states. The interval is `seconds`, or
-    /// longer if the rollout would have too many frames.
+    /// Returns the interval between frames in seconds, and the indices of the frames' states. The interval is
+    /// `seconds`, or longer if the rollout would otherwise have too many frames.
     pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
         let most = MOST_FRAMES as f64;
         let seconds = seconds.max(self.duration() / most);
@@ -103,13 +104,13 @@ impl<'r> Motion<'r> {
         (seconds, indices.collect())
     }
 
-    /// The duration of the rollout, s.
+    /// Returns the duration of the rollout, in seconds.
     pub(super) fn duration(&self) -> f64 {
         self.time(self.states().len() - 1)
     }
 
-    /// The solid edges as they are drawn in a state. Faint edges come first and actuators last, so that actuators are
-    /// on top.
+    /// Returns the solid edges as they are drawn in a state. Faint edges come first and actuators last, so that
+    /// actuators are on top.
     pub(super) fn bars(&self, state: &State<f64>) -> Vec<DrawnEdge> {
         let (design, lattice) = (&self.robot.design, &self.robot.lattice);
         let bar = |(e, material): (usize, &Material)| {
@@ -134,27 +135,29 @@ impl<'r> Motion<'r> {
         bars
     }
 
-    /// The colour of an actuator that has this strain.
+    /// Returns the colour of an actuator that has this strain.
     pub(super) fn colour(&self, strain: f64) -> Colour {
         strained(strain / self.limit)
     }
 
-    /// The positions of the payload in all states.
+    /// Returns the positions of the payload in all states.
     pub(super) fn path(&self) -> Vec<Vector<f64>> {
         self.states().iter().map(|state| state.x[0]).collect()
     }
 
-    /// The middle of the body that carries the payload: of all nodes that solid edges connect to it.
+    /// Returns the middle of [`Motion::bounds`].
     pub(super) fn centre(&self, state: &State<f64>) -> Vector<f64> {
         self.bounds(state).centre()
     }
 
-    /// The bounds of the body that carries the payload.
+    /// Returns the bounding box of the body that carries the payload: of all nodes that a chain of solid edges connects
+    /// to the payload.
     pub(super) fn bounds(&self, state: &State<f64>) -> Bounds {
         Bounds::of(self.body.iter().map(|&node| state.x[node]))
     }
 
-    /// True if a bar is at most a lattice's width away from the body that carries the payload.
+    /// True if the middle of a bar is horizontally at most the lattice's width away from the body that carries the
+    /// payload.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
         let width = self.robot.lattice.width();
         let Bounds { low, high } = self.bounds(state);
@@ -162,12 +165,13 @@ impl<'r> Motion<'r> {
         (low.forward() - width..high.forward() + width).contains(&middle)
     }
 
-    /// The positions in a state that a picture must show.
+    /// Returns the positions that a picture of a state must show: those of the payload and of the ends of solid edges.
     pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
         self.seen.iter().map(|&node| state.x[node])
     }
 
-    /// Where the camera looks: the middle of the body, averaged over a second so that the picture does not shake.
+    /// Returns the point at which the camera looks: the middle of the body that carries the payload, averaged over a
+    /// second so that the picture does not shake.
     pub(super) fn camera(&self, index: usize) -> Vector<f64> {
         let time = self.time(index);
         let span = self.index_at((time - 0.5).max(0.0))..=self.index_at(time + 0.5);
@@ -175,17 +179,20 @@ impl<'r> Motion<'r> {
         mean(&centres)
     }
 
-    /// The height of the terrain in the world above the point `x` of the ground's line.
+    /// Returns the height of the terrain in the world, above the point of the ground's line whose horizontal position
+    /// is `x`.
     pub(super) fn ground_height(&self, x: f64) -> f64 {
         self.profile.height_in_world(&self.ground(), x)
     }
 
-    /// The terrain above the part `across` of the ground's line, as points of the world.
+    /// Returns the terrain as points of the world, above the part of the ground's line whose horizontal positions are
+    /// in `across`.
     pub(super) fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
         self.profile.in_world(&self.ground(), across)
     }
 
-    /// The mean height of the terrain around `x`. A camera that follows it does not jump where the ground has a step.
+    /// Returns the mean height of the terrain within half a lattice's width of `x`. A camera that follows it does not
+    /// jump where the ground has a step.
     pub(super) fn floor(&self, x: f64) -> f64 {
         if self.profile.is_flat() {
             return self.ground_height(x);
@@ -195,8 +202,9 @@ impl<'r> Motion<'r> {
         places.map(|x| self.ground_height(x)).sum::<f64>() / f64::from(FLOORS + 1)
     }
 
-    /// How deep bars cut into the ground at most in the states of the trajectory, m. Only nodes collide with the
-    /// ground, so a bar between two nodes can cut a corner of it. `None` if the ground has no corners.
+    /// Returns the largest depth, in metres, to which a bar cuts into the ground in a state of the trajectory. Only
+    /// nodes collide with the ground, so a bar between two nodes can cut a corner of it. Returns `None` if the ground
+    /// has no corners.
     pub(super) fn deepest_cut(&self) -> Option<f64> {
         let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
         let (ground, edges) = (self.ground(), solid_edges(self.robot));
@@ -215,7 +223,7 @@ impl<'r> Motion<'r> {
     }
 }
 
-/// The colour of an actuator whose strain is `share` times the limit.
+/// Returns the colour of an actuator whose strain is `share` times the limit.
 pub(super) fn strained(share: f64) -> Colour {
     if share.abs() > 1.0 {
         return BEYOND;
@@ -244,7 +252,7 @@ mod tests {
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{GroundSettings, Scene, StartKind};
 
-    /// A run of one iteration with the short three-legged robot.
+    /// Does a run of one iteration with the short three-legged robot.
     fn results() -> RunFiles {
         results_on(GroundSettings::default())
     }
@@ -292,7 +300,7 @@ mod tests {
         }
     }
 
-    /// If nodes stand between ridges of 1 and 3 cm, the bars between them cut into the ridges.
+    /// Nodes stand between ridges of 1 and 3 cm, so the bars between these nodes cut into the ridges.
     #[test]
     fn bars_cut_into_ridges_between_their_nodes() {
         let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
@@ -302,7 +310,7 @@ mod tests {
         let motion = Motion::new(&results.robot, &results.trajectory);
         let start = &motion.states()[0];
         let floor = |x: f64| motion.ground_height(x) - 0.1;
-        // The tolerance is for sums of numbers below 1.
+        // The tolerance allows the rounding errors of sums of numbers below 1.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(near(floor(0.35), 0.03) && near(floor(0.3), 0.0) && near(floor(0.34), 0.015));
         let line = motion.ground_line(Range::new(0.0, 0.36));
@@ -328,11 +336,12 @@ mod tests {
         assert_eq!(motion.duration(), 64.0 * 0.002);
         assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
         assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
-        // The short layout: legs two cells high under one body as wide as the lattice.
+        // In the short layout all solid edges belong to one body: legs that are two cells high, and above them a trunk
+        // as wide as the lattice.
         let state = &motion.states()[0];
         let bounds = Bounds::of(motion.places(state));
         assert_eq!(motion.bounds(state), bounds);
-        // The width is 0.6 - 0.1, rounded once.
+        // The expected width is 0.6 - 0.1, with one rounding error.
         assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn with_numbers<'r, S>(
     numbers().into_iter().chain(rare).fold(table, add)
 }
 
-/// The columns that every table has.
+/// Returns the columns that every table has.
 fn numbers() -> [Number; 16] {
     let share = |name, says| Column::new(name, says).decimals(3, "diverged");
     let metres = |name, says| share(name, says).unit("m");
@@ -70,8 +70,8 @@ fn numbers() -> [Number; 16] {
     ]
 }
 
-/// Columns that a table has only if one of its runs has the number: the displacement with a second goal; and the loss,
-/// which ranks a run if its task is not distance or the caller supplied the loss.
+/// Returns the columns that a table has only if one of its runs has the number. The first is the displacement with a
+/// second goal. The second is the loss, which ranks a run whose task is not distance or whose loss the caller supplied.
 fn rare() -> [Number; 2] {
     let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
     let behind = Column::new("behind", says).decimals(3, "diverged");
@@ -83,8 +83,8 @@ fn rare() -> [Number; 2] {
     ]
 }
 
-/// The cell of a number of bars. An undecided design has no bars yet; its cell says "undecided" instead of looking
-/// missing.
+/// Returns the cell of a number that describes the bars. An undecided design has no bars yet; its cell says "undecided"
+/// instead of looking missing.
 fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
     match summary.is_undecided() {
         true => "undecided".into(),
@@ -92,7 +92,7 @@ fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
     }
 }
 
-/// A text with the names of the options by which a run departs from the paper.
+/// Returns a text with the names of the options by which a run departs from the paper.
 pub fn departures(summary: &Summary) -> String {
     let departures = summary.departures.iter();
     let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();

@@ -16,7 +16,7 @@ use std::slice::from_ref;
 const UNDECIDED: &str = "The design is undecided: the run ended before every edge had one material. \
     There are no bars and no actuators yet.";
 
-/// A complete HTML page.
+/// Returns a complete HTML page.
 pub(super) fn html(title: &str, body: &str) -> String {
     let title = escape(title);
     let style = [
@@ -32,7 +32,8 @@ pub(super) fn html(title: &str, body: &str) -> String {
     )
 }
 
-/// The page of a run: the robot in motion, its design, gait and energies, and the convergence if the run has a history.
+/// Returns the page of a run: the robot in motion, its design, gait and energies, and the convergence if the run has a
+/// history.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
     let summary = &run.summary;
     let about = format!(
@@ -77,7 +78,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
     html(&run.title(), &body.concat())
 }
 
-/// The page that a notebook shows: the four most important numbers of a run and the robot in motion.
+/// Returns the page that a notebook shows: the four most important numbers of a run and the robot in motion.
 pub fn player_page(run: &RunFiles) -> String {
     let motion = Motion::new(&run.robot, &run.trajectory);
     let body = [
@@ -88,7 +89,7 @@ pub fn player_page(run: &RunFiles) -> String {
     html(&run.title(), &body.concat())
 }
 
-/// The page of a design alone: the robot at rest.
+/// Returns the page of a design alone, without a run: the robot at rest.
 pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     let at_rest = TrajectoryFile {
         dt: robot.scene.physics.dt,
@@ -106,8 +107,8 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     html(title, &body.concat())
 }
 
-/// The script elements of a page: its data, the script that draws robots and curves on all pages, and the page's own
-/// script.
+/// Returns the script elements of a page: its data, the script that draws robots and curves on all pages, and the
+/// page's own script `of_page`.
 pub(super) fn script(data: &Value, of_page: &str) -> String {
     // A `</script>` in a text would end the script element, so `<` is escaped.
     let data = data.to_string().replace('<', "\\u003c");
@@ -121,7 +122,7 @@ pub(super) fn script(data: &Value, of_page: &str) -> String {
 /// The script of a page with one robot.
 const ONE_ROBOT: &str = concat!(include_str!("page/gait.js"), include_str!("page/page.js"));
 
-/// The heading, and below it a line with the size of the lattice, followed by `about`.
+/// Returns the heading, and below it a line with the size of the lattice, followed by `about`.
 fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
     let (nodes, edges) = (robot.lattice.nodes(), robot.lattice.edges.len());
     let title = escape(title);
@@ -135,7 +136,7 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// The four most important numbers of a run, and a warning if the robot is unreliable.
+/// Returns the four most important numbers of a run, and a warning if the robot is unreliable.
 fn figures(summary: &Summary) -> String {
     let ends = summary.displacement_p10.zip(summary.displacement_p90);
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
@@ -177,8 +178,8 @@ fn figures(summary: &Summary) -> String {
     format!("<div class=\"figures\">{cells}</div>\n{warning}")
 }
 
-/// The sections with all numbers and with the departures from the paper. `deepest_cut` is the deepest cut of a bar into
-/// the ground, if the ground has corners.
+/// Returns two sections: all numbers, and the departures from the paper. `deepest_cut` is the largest depth in metres
+/// to which a bar cuts into the ground; `None` if the ground has no corners.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
@@ -202,7 +203,7 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
 }
 
-/// A table of two columns without headings.
+/// Returns a table of two columns without headings.
 fn pairs(rows: &[[String; 2]]) -> String {
     let table = Table::of("", "", rows).columns(["", ""], "", |row, k| &row[k][..]);
     table.done().to_html()

@@ -1,8 +1,8 @@
-//! A picture as a list of shapes. It is written as SVG or painted as pixels.
+//! A picture is a list of shapes. It is written as SVG or painted as pixels.
 
 use cosmic::geometry::Vector;
 
-/// A position or a size in a picture, pixels: to the right and downwards.
+/// A position or a size in a picture, in pixels. The first coordinate points to the right, the second downwards.
 pub(super) type Place = Vector<f64>;
 
 /// A colour.
@@ -15,7 +15,7 @@ pub struct Colour {
 }
 
 impl Colour {
-    /// The opaque colour `0xRRGGBB`.
+    /// Returns the opaque colour `0xRRGGBB`.
     pub(super) const fn hex(rgb: u32) -> Self {
         let [_, r, g, b] = rgb.to_be_bytes();
         Self {
@@ -24,12 +24,12 @@ impl Colour {
         }
     }
 
-    /// The colour with another opacity.
+    /// Returns this colour with the opacity `opacity`.
     pub(super) const fn faint(self, opacity: f64) -> Self {
         Self { opacity, ..self }
     }
 
-    /// The opaque mixture of this colour (`share` 0) and the other (`share` 1).
+    /// Returns the opaque mixture of this colour and `other`. `share` is the fraction of `other`, from 0 to 1.
     pub(super) fn mixed(self, other: Self, share: f64) -> Self {
         let mix = |k: usize| {
             let (from, to) = (f64::from(self.rgb[k]), f64::from(other.rgb[k]));
@@ -56,7 +56,7 @@ pub(super) struct Pen {
     pub(super) colour: Colour,
     /// The width in pixels.
     pub(super) width: f64,
-    /// Lengths of dashes and gaps in turn, pixels, as in SVG; empty for a solid line.
+    /// The lengths of dashes and gaps in turn, in pixels, written as in SVG; empty for a solid line.
     pub(super) dashes: &'static str,
 }
 
@@ -78,7 +78,7 @@ impl Pen {
 #[derive(Clone, Copy)]
 pub(super) struct Font {
     pub(super) colour: Colour,
-    /// The fraction of the text that is to the left of its place: 0, 0.5 or 1.
+    /// The fraction of the text's width that is to the left of its place: 0, 0.5 or 1.
     pub(super) anchor: f64,
     pub(super) bold: bool,
     /// The size in pixels.
@@ -116,7 +116,7 @@ pub(super) enum Shape {
     Disc(Place, f64, Colour, Pen),
     /// A rectangle: its upper left corner, its size and its fill.
     Rectangle(Place, Place, Colour),
-    /// A text with its baseline at a place.
+    /// A text: the place on its baseline, the letters and the font.
     Text(Place, String, Font),
 }
 

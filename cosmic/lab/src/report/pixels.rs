@@ -1,4 +1,4 @@
-//! Painting of pictures as pixels.
+//! Paints pictures as pixels.
 
 use super::lettering::letters;
 use super::picture::{Colour, PAPER, Pen, Picture, Place, Shape};
@@ -8,7 +8,7 @@ use tiny_skia::{
     Transform,
 };
 
-/// Lines are cut this many pixels outside the picture. It must be more than the width of any line.
+/// Lines that leave the picture are cut this many pixels outside it. The number must exceed the width of any line.
 const MARGIN: f64 = 64.0;
 
 /// A picture while it is painted.
@@ -21,8 +21,8 @@ struct Canvas {
 }
 
 impl Picture {
-    /// Paints a part of the picture, enlarged by `scale`: the part has the size `size` and includes the upper left
-    /// corner. Returns `None` if memory is short.
+    /// Paints the upper left part of the picture, which has the size `size`. Enlarges it by `scale`. Returns `None` if
+    /// memory is short.
     pub(super) fn to_pixels(&self, size: impl Into<Place>, scale: f64) -> Option<Pixmap> {
         let size: Place = size.into();
         let [width, height] = (size * scale).map(|x| x.round() as u32).array();

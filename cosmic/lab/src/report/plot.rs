@@ -32,7 +32,7 @@ impl Axis {
         Self { range, log: true }
     }
 
-    /// The position of a number on the axis, from 0 to 1.
+    /// Returns the position of a number on the axis: 0 at its beginning, 1 at its end.
     fn share(&self, number: f64) -> f64 {
         let scale = |v: f64| {
             if self.log {
@@ -45,7 +45,7 @@ impl Axis {
         ((scale(number) - range.low) / range.size()).clamp(0.0, 1.0)
     }
 
-    /// The numbers to label: about `count` round numbers, or powers of ten on a logarithmic axis.
+    /// Returns the numbers to label: about `count` round numbers, or powers of ten on a logarithmic axis.
     fn marks(&self, count: usize) -> Vec<f64> {
         if self.log {
             decades(self.range)
@@ -102,18 +102,19 @@ impl Line {
 }
 
 impl Axes {
-    /// The place of a point in the picture. A point outside the range of an axis is moved to the end of that axis.
+    /// Returns the place of a point in the picture. A point outside the range of an axis is moved to the end of that
+    /// axis.
     pub(super) fn place(&self, point: Vector<f64>) -> Place {
         let [x, y] = point.array();
         Vector::new([self.across(x), self.down(y)])
     }
 
-    /// The place of a number on the horizontal axis, pixels from the left.
+    /// Returns the place of a number on the horizontal axis, in pixels from the left.
     pub(super) fn across(&self, x: f64) -> f64 {
         self.origin[0] + self.size[0] * self.x.share(x)
     }
 
-    /// The place of a number on the vertical axis, pixels from the top.
+    /// Returns the place of a number on the vertical axis, in pixels from the top.
     pub(super) fn down(&self, y: f64) -> f64 {
         self.origin[1] + self.size[1] * (1.0 - self.y.share(y))
     }
@@ -167,7 +168,7 @@ impl Axes {
     }
 }
 
-/// A range that contains the finite ones of `numbers`, and `always`. Its width is not 0.
+/// Returns a range that contains `always` and those of `numbers` that are finite. Its width is not 0.
 pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
     let range = numbers.filter(|v| v.is_finite()).fold(always, Range::with);
     if range.size() > 0.0 {
@@ -177,19 +178,19 @@ pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range 
     }
 }
 
-/// About `count` values in a range, at steps of 1, 2 or 5 times a power of ten.
+/// Returns about `count` values in a range, at steps of 1, 2 or 5 times a power of ten.
 fn round_values(range: Range, count: usize) -> Vec<f64> {
     let Range { low, high } = range;
     let least = range.size() / count as f64;
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
-    // The last step is at least `least`, except for rounding.
+    // The last of the four steps is at least `least`, except for rounding.
     let step = step.into_iter().find(|s| *s >= least).unwrap_or(step[3]);
     let [first, last] = [(low / step).ceil() as i64, (high / step).floor() as i64];
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// The powers of ten in a range, or some of them if there are more than six.
+/// Returns the powers of ten in a range, or only some of them if there are more than six.
 fn decades(range: Range) -> Vec<f64> {
     let Range { low, high } = range;
     let [first, last] = [low.log10().ceil() as i32, high.log10().floor() as i32];
@@ -198,12 +199,12 @@ fn decades(range: Range) -> Vec<f64> {
     powers.map(|k| 10f64.powf(k.into())).collect()
 }
 
-/// The text of a number on an axis.
+/// Returns the text of a number on an axis.
 fn number(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.0e}");
     }
-    // Multiples of a decimal step have rounding errors in their last digits.
+    // The number is a multiple of a decimal step, so its last digits have rounding errors.
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0" } else { text }.replace('-', "\u{2212}")
@@ -248,7 +249,7 @@ mod tests {
             y: Axis::logarithmic(Range::new(1.0, 100.0)),
         };
         let middle = Vector::new([60.0, 45.0]);
-        // The tolerance is for quotients of logarithms, rounded at 1e-16, times 50 pixels.
+        // The tolerance allows the rounding errors of quotients of logarithms, 1e-16, times 50 pixels.
         assert!(axes.place(Vector::new([2.0, 10.0])).distance(middle) < 1e-12);
         assert_eq!(axes.place(Vector::new([9.0, 0.0])), [110.0, 70.0]);
         let both = Axes {

@@ -1,4 +1,4 @@
-//! The picture of a robot's rollout: its journey, and one period of its gait.
+//! Draws the picture of a robot's rollout: its journey, and one period of its gait.
 
 use std::f64::consts::TAU;
 use std::iter::once;
@@ -11,10 +11,10 @@ use cosmic::geometry::{Bounds, Range, Vector};
 
 const WIDTH: f64 = 960.0;
 const MARGIN: f64 = 24.0;
-/// The width of a panel of the gait.
+/// The width of one of the six panels that show the gait, in pixels.
 const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
-/// Draws the journey above, and one period of the gait below.
+/// Draws the journey at the top and one period of the gait below it.
 pub(super) fn draw(motion: &Motion) -> String {
     let mut picture = Picture::default();
     let title = format!("{:.1} s of walking", motion.duration());
@@ -26,7 +26,7 @@ pub(super) fn draw(motion: &Motion) -> String {
     picture.to_svg([WIDTH, bottom + 44.0], title)
 }
 
-/// Draws the whole rollout in one view of the world. Returns its lower edge.
+/// Draws the whole rollout in one view of the world. Returns the position of the view's lower edge.
 fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let moments = moments(motion);
     let states = moments.iter().map(|&i| &motion.states()[i]);
@@ -62,7 +62,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     bottom + 12.0
 }
 
-/// The indices of the first state, the last state, and as many states in between as fit side by side.
+/// Returns the indices of the first state, the last state, and as many states in between as fit side by side.
 fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
@@ -83,8 +83,8 @@ fn moments(motion: &Motion) -> Vec<usize> {
     once(0).chain(between.map(nearest)).chain([last]).collect()
 }
 
-/// Draws six moments of the last whole period of the clock, each in its own panel. Returns the lower edge of the
-/// panels.
+/// Draws six moments of the last whole period of the clock, each in its own panel. Returns the position of the panels'
+/// lower edge.
 fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     let period = (TAU / motion.scene().controller.omega).min(motion.duration());
     let start = motion.duration() - period;
@@ -120,7 +120,8 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     bottom
 }
 
-/// The largest rise or fall of the ground at most `half` metres from one of the `middles`.
+/// Returns the largest distance by which the ground is above or below its mean height, in metres, up to `half` metres
+/// from each of the `middles`.
 fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     let rises = middles.iter().flat_map(|&middle| {
         let line = motion.ground_line(Range::new(middle, middle).widened(half));
@@ -131,7 +132,8 @@ fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     rises.fold(0.0, f64::max)
 }
 
-/// Draws the robot in the last of `states`, and the payload's path through all of them. Cuts both at the panel's edges.
+/// Draws the robot in the last of `states`, and the payload's path through all of them. Cuts the robot and the path at
+/// the panel's edges.
 fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>) {
     let motion = view.motion;
     let state = &motion.states()[*states.end()];

@@ -87,7 +87,7 @@ impl Section {
     }
 }
 
-/// A table for a terminal. A row with the scene's own settings begins with `*`, a failed row with `!`.
+/// Returns a table as text for a terminal. A row with the scene's own settings begins with `*`, a failed row with `!`.
 fn marked(table: &Table) -> String {
     let mark = |standing| match standing {
         Standing::Plain => ' ',
@@ -107,7 +107,7 @@ fn marked(table: &Table) -> String {
 pub struct Sheet {
     /// The heading.
     pub title: String,
-    /// A sentence about the case.
+    /// A sentence that describes the case.
     pub subject: String,
     /// The sections.
     pub sections: Vec<Section>,
@@ -131,7 +131,7 @@ impl Sheet {
         })
     }
 
-    /// All results as JSON, except the charts.
+    /// Returns all results as JSON, except the charts.
     pub fn to_json(&self) -> Value {
         json!({
             "title": self.title,
@@ -140,14 +140,14 @@ impl Sheet {
         })
     }
 
-    /// The notes and tables as text for a terminal. A row with the scene's own settings begins with `*`, a failed row
-    /// with `!`.
+    /// Returns the notes and tables as text for a terminal. A row with the scene's own settings begins with `*`, a
+    /// failed row with `!`.
     pub fn to_text(&self) -> String {
         let sections: String = self.sections.iter().map(Section::to_text).collect();
         format!("{}: {}\n{sections}", self.title, self.subject)
     }
 
-    /// One HTML page that loads nothing from elsewhere.
+    /// Returns one HTML page that loads nothing from elsewhere.
     fn to_html(&self) -> String {
         let (title, subject) = (escape(&self.title), escape(&self.subject));
         let sections: String = self.sections.iter().map(Section::to_html).collect();

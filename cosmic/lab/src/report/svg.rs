@@ -1,10 +1,10 @@
-//! Pictures as SVG.
+//! Writes pictures as SVG.
 
 use super::picture::{Colour, Pen, Picture, Place, Shape};
 use crate::table::escape;
 
 impl Picture {
-    /// The picture as an SVG file on white paper.
+    /// Returns the picture as an SVG file on white paper.
     pub(super) fn to_svg(&self, size: impl Into<Place>, title: &str) -> String {
         let [width, height] = size.into().array();
         let title = escape(title);
@@ -68,7 +68,8 @@ fn stroke(pen: &Pen) -> String {
     format!("{colour} stroke-width=\"{width:.1}\"{dashes}")
 }
 
-/// The attributes for a colour: `name` is `fill` or `stroke`; the second attribute is its opacity.
+/// Returns two attributes for a colour: the attribute `name`, which is `fill` or `stroke`, and the attribute for its
+/// opacity.
 fn paint(name: &str, colour: Colour) -> String {
     let [r, g, b] = colour.rgb;
     let opacity = match colour.opacity {

@@ -1,4 +1,4 @@
-//! A picture of the mixtures of edges, as points of a triangle whose corners are void, skeleton and actuator.
+//! Draws the mixtures of edges as points of a triangle whose corners are void, skeleton and actuator.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ fn place(mixture: &[f64; 3]) -> Place {
     corners.map(|(corner, &share)| corner * share).sum()
 }
 
-/// The triangle with its grid and the names of its corners.
+/// Returns a picture of the triangle with its grid and the names of its corners.
 fn frame(title: &str) -> Picture {
     let mut picture = Picture::default();
     picture.text([24.0, 26.0], title, Font::BOLD);
@@ -44,8 +44,8 @@ fn frame(title: &str) -> Picture {
     picture
 }
 
-/// Draws the path of every edge's mixture, for edges that end as solid, in the colour of the delivered material. Rings
-/// mark the ends of the paths.
+/// Draws, for every edge that is solid in the delivered design, the path of its mixture during the optimisation. A path
+/// has the colour of the delivered material. Rings mark the ends of the paths.
 pub(super) fn draw_paths(run: &RunFiles) -> String {
     let robot = &run.robot;
     let mut picture = frame("Mixtures of the robot's edges during the optimisation");
@@ -79,7 +79,8 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     picture.to_svg(SIZE, title)
 }
 
-/// The places in the picture where paths of solid edges end, each with the number of these edges and their material.
+/// Returns the places in the picture where the paths of solid edges end. With each place come the number of edges that
+/// end there and their material.
 fn ends(robot: &RobotFiles) -> Vec<(Place, usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);

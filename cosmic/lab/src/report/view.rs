@@ -11,10 +11,10 @@ pub(super) const MARK: Colour = Colour::hex(0x999999);
 /// The largest number of marks across a picture.
 const MOST_MARKS: f64 = 100.0;
 
-/// A view of a motion's world: where its points are in a picture.
+/// A view of a motion's world: it maps points of the world to places in a picture.
 pub(super) struct View<'m> {
     pub(super) motion: &'m Motion<'m>,
-    /// A point of the world, m. The next field is the place of this point in the picture.
+    /// A point of the world, in metres. The picture shows it at the place `origin`.
     pub(super) corner: Vector<f64>,
     pub(super) origin: Place,
     /// Pixels per metre.
@@ -22,7 +22,7 @@ pub(super) struct View<'m> {
 }
 
 impl View<'_> {
-    /// The place in the picture of a point of the world.
+    /// Returns the place in the picture at which a point of the world is drawn.
     pub(super) fn place(&self, point: Vector<f64>) -> Place {
         let away = (point - self.corner) * self.scale;
         // The world's y points up, but pixels are counted downwards.
@@ -33,7 +33,7 @@ impl View<'_> {
         picture.line(points.iter().map(|point| self.place(*point)), pen);
     }
 
-    /// Draws the ground above the part `across` of its line.
+    /// Draws the part of the ground whose horizontal positions in the world are in the range `across`.
     pub(super) fn draw_ground(&self, picture: &mut Picture, across: Range) {
         let line = self.motion.ground_line(across).into_iter();
         let line: Vec<Place> = line.map(|point| self.place(point)).collect();
@@ -43,7 +43,7 @@ impl View<'_> {
     }
 
     /// Draws a mark at every tenth of a metre along the ground, counted from the payload's start, and a longer mark
-    /// with a number at every metre. If these are too many, both distances grow by a power of ten.
+    /// with a number at every metre. If there were too many marks, both distances are increased by a power of ten.
     pub(super) fn draw_marks(&self, picture: &mut Picture, across: Range) {
         let motion = self.motion;
         let per_metre = 10f64.powf((MOST_MARKS / across.size()).log10().floor().min(1.0));
@@ -96,7 +96,7 @@ pub(super) fn draw_payload(picture: &mut Picture, place: impl Into<Place>, radiu
     picture.disc(place, radius, PAYLOAD, Pen::new(PAPER, 1.2));
 }
 
-/// The font of labels in animations.
+/// Returns the font of labels in animations.
 pub(super) fn label(size: f64) -> Font {
     Font {
         size,

@@ -17,11 +17,12 @@ use std::path::{Path, PathBuf};
 /// The animations of a report. If neither `gif` nor `mp4` is true, the report of a run has a GIF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Animations {
-    /// Write `gait.gif`.
+    /// Whether to write `gait.gif`.
     pub gif: bool,
-    /// Write `gait.mp4`, which needs ffmpeg on the path.
+    /// Whether to write `gait.mp4`, which needs ffmpeg on the path.
     pub mp4: bool,
-    /// Also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first iteration to the last.
+    /// Whether to also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first iteration to
+    /// the last.
     pub evolution: bool,
 }
 
@@ -31,9 +32,9 @@ pub struct Animations {
 /// report of a design alone is `report.html` and `robot.svg`. A design alone is a `.json` file, or a folder with a
 /// design but without a run. Its scene is the file `scene.toml` beside it.
 ///
-/// # Errors
-/// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Usage`] for animations of a design alone, or of
-/// an evolution without recorded walks; [`Error::Read`] for a film without ffmpeg; [`Error::Write`].
+/// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Usage`] if animations are wanted of a design
+/// alone, or an evolution of a run without recorded walks; [`Error::Read`] if a film is wanted and ffmpeg is missing or
+/// fails; [`Error::Write`].
 pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Result<Vec<PathBuf>> {
     let (folder, design) = if path.is_file() {
         if path.extension().is_none_or(|name| name != "json") {
@@ -87,7 +88,7 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// Writes an animation as GIF, MP4 or both. `shots` returns its frames at the pace of the format.
+/// Writes an animation as GIF, MP4 or both. `shots` returns its frames at the pace of a format.
 fn animate<'m>(
     run: &RunFiles,
     animations: &Animations,
