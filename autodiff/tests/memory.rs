@@ -76,7 +76,7 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
 fn least(refused: impl FnOnce()) -> usize {
     let message = panic_message(refused);
     let (_, end) = message
-        .split_once("give it ")
+        .split_once("use at least ")
         .expect("the message names the smallest budget");
     let least = end.trim_end_matches(" states");
     least.parse().expect("a number")

@@ -40,7 +40,7 @@ fn one_number_type_too_many_is_told() {
         .expect("a sentence with numbers");
     assert_eq!(
         *message,
-        "a process cannot record on tapes of more than 255 number types"
+        "this process has recorded on tapes of 255 number types, which is the maximum"
     );
     // Types that already have a tape must still work, even after a refusal.
     AsManyAsFit::of::<f64>();

@@ -83,7 +83,10 @@ fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, Strin
     if json.trim_ascii().is_empty() {
         return (place, "the file is empty".to_owned());
     }
-    if error.is_eof() {
+    // serde_json calls a number that the end of the text cuts off an invalid number.
+    let is_cut_number = json.last().is_some_and(|last| b"-+.eE".contains(last))
+        && error.to_string().starts_with("invalid number");
+    if error.is_eof() || is_cut_number {
         let says = "the text ends too early: the file is truncated or damaged";
         return (place, with_keys(keys, says));
     }
@@ -281,7 +284,7 @@ mod tests {
             let told = from_json::<serde_json::Value>("a.json", 0, text.as_bytes());
             told.unwrap_err().to_string()
         };
-        let whole = r#"{"a": [1, "x"]}"#;
+        let whole = r#"{"a": [-1.5e+3, "x"]}"#;
         for end in 1..whole.len() {
             let told = refusal(&whole[..end]);
             assert!(told.contains("the file is truncated or damaged"), "{told}");

@@ -23,7 +23,7 @@ fn gradcheck_prints_a_row_per_group_and_a_negative_control() {
         assert!(line.starts_with(&format!("{name} ")), "{told}");
         assert!(line.ends_with(&format!(" {verdict}")), "{told}");
     }
-    assert!(lines[9].starts_with("x0: nodes rest on the ground"));
+    assert!(lines[9].starts_with("x0: nodes start on the ground"));
     let control =
         "negative control: the gradient with respect to z, made wrong by 1 %, is called wrong";
     assert_eq!(lines[10..], [control]);

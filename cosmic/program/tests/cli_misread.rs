@@ -85,7 +85,7 @@ fn a_folder_that_is_not_a_run_is_refused() {
             told.fails(4, &["cannot read nowhere: No such file"]);
         }
     }
-    let says = "tiny.toml: expected the folder of a run or a design.json";
+    let says = "tiny.toml: this is neither the folder of a run nor a design.json";
     bench.fails("report tiny.toml", 2, &[says]);
     let says = "cannot read tiny.toml: it is a file; name the folder of a run";
     bench.fails("resume tiny.toml", 4, &[says]);

@@ -217,13 +217,19 @@ fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
         stopped.contains("record::resume_with") && !stopped.contains("cosmic resume"),
         "{stopped}"
     );
-    bench.fails("resume b", 2, &["loss of its own"]);
+    bench.fails(
+        "resume b",
+        2,
+        &["the loss of this run is code of the program"],
+    );
     let go_on = |codesign: cosmic::Result<CoDesign>| {
         let observer = &mut StopsAfter(usize::MAX);
         resume_with(&bench.path("b"), codesign.unwrap(), observer)
     };
     let said = |codesign| go_on(codesign).unwrap_err().to_string();
-    assert!(said(CoDesign::new(&plan.scene)).contains("loss of its own"));
+    assert!(
+        said(CoDesign::new(&plan.scene)).contains("the loss of this run is code of the program")
+    );
     let other = CoDesign::with_loss(&Scene::paper(), Lift);
     assert!(said(other).contains("different scene"));
     let own = CoDesign::with_loss(&plan.scene, Lift);

@@ -138,7 +138,7 @@ fn a_scene_that_could_not_be_read_again_is_refused() {
     plan.scene.schedule.horizon = [8, 8];
     let refused = optimise(&bench.path("run"), &plan, &mut ()).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
-    let says = "the shortest horizon has (8)";
+    let says = "the shortest horizon has only 8";
     assert!(refused.to_string().contains(says), "{refused}");
     assert!(!bench.path("run").exists());
 }

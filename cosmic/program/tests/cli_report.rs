@@ -218,7 +218,10 @@ fn a_design_alone_is_drawn() {
     assert!(page.contains("9 nodes, 20 edges") && !page.contains("id=\"stage\""));
     fetches_nothing(&page);
     let told = bench.cosmic("report alone --gif");
-    told.fails(2, &["alone/design.json: a design alone does not move"]);
+    told.fails(
+        2,
+        &["alone/design.json: a design without a run has no rollout to animate"],
+    );
 
     bench.remove("alone/report.html");
     bench.remove("alone/robot.svg");

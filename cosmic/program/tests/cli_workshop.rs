@@ -239,8 +239,8 @@ fn a_kind_that_cannot_be_made_does_not_stop_the_other_kinds() {
     told.fails(
         2,
         &[
-            "error: --svg: cannot export: a hole",
-            "error: --dxf: cannot export: a hole",
+            "error: --svg: cannot export: the hole",
+            "error: --dxf: cannot export: the hole",
         ],
     );
     assert_eq!(told.out, "other/bars.csv\nother/nodes.csv\n");

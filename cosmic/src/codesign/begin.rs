@@ -357,7 +357,7 @@ mod tests {
         assert_eq!(said(&z, controller), "");
         let mut broken = controller.clone();
         broken.numbers_mut()[3] = f64::NAN;
-        assert!(said(&z, &broken).contains("not finite"));
+        assert!(said(&z, &broken).contains("NaN or infinite"));
         let mut outside = z.to_vec();
         outside[2][1] = f64::NAN;
         assert!(said(&outside, controller).contains("`z[2]`"));
