@@ -38,7 +38,8 @@ fn main() {
     println!("a smooth law, bouncing\n{report}\n");
     assert_eq!(report.verdict, Verdict::Smooth);
 
-    // The linear law has a kink at first contact. A single step from there shows it.
+    // A single time step of the linear law, from the moment of first contact. The law has a kink there, so the check
+    // must find one.
     struct Touch;
     impl Function for Touch {
         fn eval<R: Real>(&self, x: &[R]) -> R {
