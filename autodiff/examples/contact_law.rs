@@ -38,8 +38,7 @@ fn main() {
     println!("a smooth law, bouncing\n{report}\n");
     assert_eq!(report.verdict, Verdict::Smooth);
 
-    // A single time step of the linear law, from the moment of first contact. The law has a kink there, so the check
-    // must find one.
+    // The force of the linear law at the moment of first contact, as a function of the depth. It has a kink there.
     struct Touch;
     impl Function for Touch {
         fn eval<R: Real>(&self, x: &[R]) -> R {
