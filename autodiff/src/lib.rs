@@ -65,11 +65,11 @@
 //! results and the settings [`check::Options`] and [`Rollout`] may get new fields or variants. Build settings from
 //! their defaults: `Options { seed: 1, ..Options::default() }`.
 
-// Unit tests in `src` share helper files with the tests in `tests`.
+// The crate's own name, so that unit tests in `src` can share helper files with the tests in `tests`.
 #[cfg(test)]
 extern crate self as autodiff;
 
-// The order of the modules is the architecture: each uses only those above it.
+// The modules are in the order of the architecture: each module uses only those above it.
 mod literal;
 mod mask;
 mod operators;
