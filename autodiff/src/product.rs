@@ -262,7 +262,8 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
         self.check();
         let (columns, mut column) = (self.columns, 0);
         // SAFETY: the slices were checked, and the registers are within the columns.
-        // Processors have 32 of the widest registers and 16 of others.
+        // If the registers are the widest (64 bytes), four columns of registers are computed at once: processors have
+        // 32 of these registers, but only 16 narrower ones.
         unsafe {
             while const { size_of::<L>() == 64 } && column + 4 * L::N <= columns {
                 self.add_columns::<L, 4>(column, L::N);

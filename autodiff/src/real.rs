@@ -46,7 +46,7 @@
 //! mode does. For example `1 / (1 / x)` at 0 has the slope 1, but its partials are infinity and 0 and do not determine
 //! the slope. A partial of 0 further back stops the NaN, as it stops a tangent: `sqrt(x * x)^2` at 0 has the slope 0.
 //!
-//! The order of zero and infinity still matters. The slope of `0 * sqrt(x)` at 0 is 0 in reverse
+//! It still matters which a mode meets first, the zero or the infinity. The slope of `0 * sqrt(x)` at 0 is 0 in reverse
 //! mode and NaN in forward mode. For `sqrt(x * x)` it is the other way round.
 //!
 //! Sweeps over lanes do not distinguish chosen and computed zeros. In a [`Program`](crate::Program), in
@@ -59,9 +59,10 @@
 //!
 //! # Second derivatives at kinks
 //!
-//! Second derivatives differentiate the rows of the table above literally, in all four nestings of modes:
-//! the derivative of a chosen 0 is 0. So a smooth function of a kink may have a wrong second derivative.
-//! Write the smooth function directly instead: `x * x + y * y`. `tests/kinks.rs` has a test per row.
+//! A second derivative is the derivative of the first derivative in the table above, in all four nestings of modes.
+//! Where the table says 0, the second derivative is 0 too. So if a smooth function is composed of functions with kinks,
+//! its second derivative may be wrong. Write the smooth function directly instead: `x * x + y * y`. `tests/kinks.rs`
+//! has a test per row.
 //!
 //! | function | where | second derivative |
 //! | --- | --- | --- |

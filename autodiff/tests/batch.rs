@@ -481,7 +481,7 @@ fn an_infinite_cotangent_passes_only_the_chosen_side() {
     }
 }
 
-/// A term of values that have no derivative, or that of another function.
+/// A term in which some values have no derivative, and others have the derivative of another function.
 fn apart(shared: &[Sym], datum: &[Sym]) -> Sym {
     let (a, b) = (shared[0], shared[1]);
     let soft = (a * a * a).straight_through(a * b);
