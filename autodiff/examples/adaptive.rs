@@ -1,5 +1,5 @@
-//! Differentiates an integrator that chooses its own step lengths: the end of a pendulum's swing with respect to its
-//! start and its damping.
+//! Differentiates through an integrator that chooses its own step lengths. The derivatives are those of a pendulum's
+//! final angle with respect to its initial angle and its damping.
 use autodiff::{Real, gradient, lit};
 
 fn rates<R: Real>([angle, speed]: [R; 2], damping: R) -> [R; 2] {
@@ -10,7 +10,8 @@ fn axpy<R: Real>(x: [R; 2], h: f64, k: [R; 2]) -> [R; 2] {
     [x[0] + lit(h) * k[0], x[1] + lit(h) * k[1]]
 }
 
-/// Returns the angle after 10 s, from rest, by the midpoint rule. Euler's rule estimates the error of each step.
+/// Returns the pendulum's angle after 10 s. It starts at rest. Each step uses the midpoint rule, and its difference
+/// from Euler's rule estimates the error.
 fn angle<R: Real>(p: &[R]) -> R {
     let (mut x, mut t, mut h) = ([p[0], R::zero()], 0.0, 0.1);
     while t < 10.0 {

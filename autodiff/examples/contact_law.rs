@@ -38,7 +38,7 @@ fn main() {
     println!("a smooth law, bouncing\n{report}\n");
     assert_eq!(report.verdict, Verdict::Smooth);
 
-    // The linear law has a kink at first contact. A single step from there shows it.
+    // The force of the linear law at the moment of first contact, as a function of the depth. It has a kink there.
     struct Touch;
     impl Function for Touch {
         fn eval<R: Real>(&self, x: &[R]) -> R {

@@ -1,5 +1,5 @@
-//! A custom rule: differentiates the solution of Kepler's equation through the equation, not through the
-//! iterations of the solver.
+//! A custom derivative rule for the solution of Kepler's equation. The derivative follows from the equation itself, so
+//! the iterations of the solver are not differentiated.
 //!
 //! `cargo run -p cosmic-autodiff --example custom_rule`
 
@@ -29,7 +29,7 @@ impl Rule for EccentricAnomaly {
     }
 }
 
-/// The distance from the focus, in units of the semi-major axis.
+/// The distance of the orbiting body from the focus, in units of the semi-major axis.
 struct Distance;
 
 impl Function for Distance {

@@ -1,4 +1,4 @@
-//! One function, written once: its slope, its gradient, its curvature.
+//! Computes the slope, the gradient and the Hessian of one function, whose code is written only once.
 //!
 //! `cargo run -p cosmic-autodiff --example derivative`
 
@@ -36,7 +36,7 @@ fn main() {
     println!("gradient {gradient:.6?}");
     assert_eq!(gradient[0], slope);
 
-    // Forward over reverse mode.
+    // The Hessian is computed by forward mode over reverse mode.
     let hessian = hessian(|x| potential.eval(x), &x);
     println!("hessian  {hessian:.6?}");
 }

@@ -1,4 +1,5 @@
-//! Logistic regression: its Hessian, and the derivative of the optimum with respect to the regularisation weight.
+//! Computes the Hessian of a logistic regression, and the derivative of its optimum with respect to the regularisation
+//! weight.
 use autodiff::implicit::{Residual, root};
 use autodiff::{Dual, Real, Var, gradient, jvp, lit};
 use nalgebra::{DMatrix, DVector};

@@ -1,4 +1,5 @@
-//! Fits the Lotka-Volterra model to observations, with the gradient by tape, by rollout and by dual numbers.
+//! Fits the Lotka-Volterra model to observations. The gradient is computed in three ways: on a tape, by a rollout and
+//! by dual numbers.
 use autodiff::{Kernel, Model, Program, Real, Rollout, Var, jacobian, lit, vjp};
 use nalgebra::{DMatrix, DVector};
 #[derive(Clone)]

@@ -2,8 +2,8 @@
 use autodiff::data::{Sum, Summand};
 use autodiff::{Real, gradient};
 
-/// Returns the log-odds at `[x, y]`. Each neuron has four numbers: weight of x, weight of y, bias, output weight. The
-/// last number of `net` is the output bias.
+/// Returns the log-odds that the point `[x, y]` is on the ring. Each neuron has four numbers in `net`: the weight of x,
+/// the weight of y, the bias and the output weight. The last number of `net` is the output bias.
 #[inline(always)]
 fn log_odds<R: Real>(net: &[R], [x, y]: [R; 2]) -> R {
     let mut sum = net[48];

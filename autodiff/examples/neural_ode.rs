@@ -5,7 +5,7 @@
 
 use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
 
-/// One minute of growth at the rate that the network returns.
+/// A time step of one minute, in which the population grows at the rate that the network returns.
 #[derive(Clone)]
 struct Minute;
 impl Kernel<2, 1> for Minute {
@@ -26,13 +26,13 @@ impl Model for Minute {
     }
 }
 
-/// Returns the population after some minutes, according to the network.
+/// Returns the population that the network predicts after this number of minutes.
 fn grown<R: Real>(weights: &[R], from: f64, minutes: usize) -> R {
     let parameters = [0..8, 8..16, 16..24, 24..25].map(|part| &weights[part]);
     Rollout::new(Minute, minutes).run(&[R::lit(from)], &parameters)[0]
 }
 
-/// Returns the population after some minutes, according to the true law `x' = x (1 - x)` per hour.
+/// Returns the population after this number of minutes under the true growth law, `x' = x (1 - x)` per hour.
 fn counted(from: f64, minutes: f64) -> f64 {
     from / (from + (1.0 - from) * (-minutes / 60.0).exp())
 }

@@ -7,8 +7,8 @@ use autodiff::{Real, value_and_gradient};
 const STEPS: usize = 80;
 const STEP: f64 = 0.05;
 
-/// Returns the angle from hanging down and the angular velocity after all steps, from rest. The units are the weight
-/// and the length of the pendulum.
+/// Returns the final angle, measured from hanging down, and the final angular velocity. The pendulum starts at rest.
+/// Its weight and its length are the units.
 fn swing<R: Real>(torques: &[R]) -> [R; 2] {
     let (mut angle, mut velocity, step) = (R::zero(), R::zero(), R::lit(STEP));
     for &torque in torques {
@@ -18,7 +18,7 @@ fn swing<R: Real>(torques: &[R]) -> [R; 2] {
     [angle, velocity]
 }
 
-/// Returns the distance from standing still at the top, plus the cost of the torques.
+/// Returns how far the pendulum is from standing still at the top in the end, plus the cost of the torques.
 fn cost<R: Real>(torques: &[R]) -> R {
     let [angle, velocity] = swing(torques);
     let missed = R::one() + angle.cos() + R::lit(0.5) * velocity * velocity;
@@ -26,7 +26,7 @@ fn cost<R: Real>(torques: &[R]) -> R {
 }
 
 fn main() {
-    // The start is not exactly zero torque, because hanging still is a stationary point.
+    // The torques do not start at zero: while the pendulum hangs still without a torque, the gradient is zero.
     let mut torques = vec![0.1; STEPS];
     let (mut mean, mut square) = (vec![0.0; STEPS], vec![0.0; STEPS]);
     for iteration in 0..500 {
@@ -34,7 +34,7 @@ fn main() {
         if iteration % 100 == 0 {
             println!("{iteration}: cost {cost:.5}");
         }
-        // Adam (Kingma and Ba 2014), without the correction of its first steps.
+        // Adam (Kingma and Ba 2014), without its bias correction for the first steps.
         for i in 0..STEPS {
             mean[i] += 0.1 * (gradient[i] - mean[i]);
             square[i] += 0.01 * (gradient[i] * gradient[i] - square[i]);

@@ -1,5 +1,5 @@
-//! Parameters in nested structs: the gradient has the shape of the structs, and a check reports the names of the
-//! parameters.
+//! Differentiates a function of nested structs of parameters. The gradient has the same structs, and a gradient check
+//! reports the parameters by name.
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use autodiff::{Parameters, Real, parameters};
 

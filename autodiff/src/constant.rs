@@ -1,4 +1,4 @@
-//! Constants in generic code.
+//! The function [`lit`], which makes constants in generic code.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -20,7 +20,7 @@ pub fn lit(value: f64) -> Literal {
     Literal(value)
 }
 
-/// Implements operators with a literal on the left: `literal op number`.
+/// Implements the operators whose left operand is a literal: `literal op number`.
 macro_rules! literal_first {
     ($($trait:ident $method:ident |$literal:ident, $number:ident| $result:expr),*) => {
         $(

@@ -1,13 +1,13 @@
-//! A user's own derivative rule.
+//! Derivative rules that a user writes for a function.
 //!
-//! There are three ways, from the shortest to the longest:
+//! There are three ways to give a rule, from the shortest code to the longest:
 //!
 //! - [`Real::straight_through`]: the value of one expression with the derivative of another.
 //!   `hard.straight_through(soft)` is a step function that learns like a sigmoid.
-//! - [`Rule`], called through [`apply`]: one output with known partials. Value and partials are each written once.
-//!   Forward, reverse and nested derivatives all use them.
-//! - [`Fused`]: any number of inputs and outputs. Its reverse rule can do more than partials can, such as bound the
-//!   cotangent.
+//! - [`Rule`], called through [`apply`]: a function with one output and known partials. You write the value and the
+//!   partials once, and forward, reverse and nested derivatives all use them.
+//! - [`Fused`]: a function with any number of inputs and outputs. Its reverse rule is free code, so it can do more than
+//!   multiply by partials: for example, it can bound the cotangent.
 //!
 //! A rule is not checked. [`check_gradient`](crate::check::check_gradient) tests whether it is correct.
 //!
@@ -30,13 +30,13 @@
 use crate::dual::Dual;
 use crate::real::{Fused, Real};
 
-/// A scalar function of a vector with given partials. It must own its data or share them through an `Arc`, because
-/// the tape keeps it.
+/// A scalar function of a vector, with partials that you give. The tape keeps the rule, so the rule must own its data
+/// or share them through an `Arc`.
 ///
-/// Use it for code that should not be differentiated itself, such as an iterative solver, whose partials follow
-/// from its equation. Or use it for special functions: the error function is a series over `R` with the partial
-/// `2 / sqrt(pi) exp(-x^2)`. There is an example in `examples/custom_rule.rs`. The value must be computed with
-/// operations of `R`, because a function of floats would not work in every mode.
+/// Use it for code that should not be differentiated itself. Examples are an iterative solver, whose partials follow
+/// from the equation that it solves, and a special function: the error function can be computed as a series, and its
+/// partial is known to be `2 / sqrt(pi) exp(-x^2)`. There is an example in `examples/custom_rule.rs`. The value must be
+/// computed with operations of `R`, because a function of floats would not work in every mode.
 pub trait Rule: Clone + Send + 'static {
     /// Returns the value at `x`. It is never differentiated, in any mode or nesting.
     fn value<R: Real>(&self, x: &[R]) -> R;
@@ -71,9 +71,10 @@ pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {
     R::fused(Single(rule), &[x])[0]
 }
 
-/// A rule as a fused function of one slice with one output.
+/// Wraps a rule as a fused function that has one input slice and one output.
 ///
-/// In every mode the rule runs on the numbers inside that mode, so nested derivatives also come from the rule.
+/// Each mode calls the rule with its inner number type. So if modes are nested, every one of them uses the rule's
+/// partials.
 struct Single<T>(T);
 
 impl<T: Rule> Single<T> {

@@ -1,8 +1,8 @@
-//! The dual number of forward mode. Its arithmetic is in `forward`.
+//! The dual number type of forward mode. Its arithmetic is in the module `forward`.
 
 use crate::operators::by_primal;
 
-/// A value and its tangents along `N` directions at once.
+/// A value, with its derivatives (tangents) along `N` directions.
 ///
 /// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `==`, `<` and
 /// [`Real::less`](crate::Real::less) compare primals. [`Zero::is_zero`](num_traits::Zero::is_zero) also looks
@@ -17,9 +17,9 @@ use crate::operators::by_primal;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Dual<R, const N: usize> {
-    /// The primal: the value without derivatives.
+    /// The value without its tangents. It may carry derivatives of an inner mode.
     pub value: R,
-    /// One tangent per direction.
+    /// The tangents, one for each direction.
     pub tangent: [R; N],
 }
 

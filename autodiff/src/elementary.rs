@@ -1,14 +1,15 @@
-//! The table of functions of one number.
+//! The table of the elementary functions of one number.
 
-/// Passes the table to a macro. To add a function, add an entry.
+/// Passes the table of elementary functions to a macro. To add a function, add an entry.
 ///
-/// - *Basic* functions are implemented by every number type. An entry has the method of [`Real`](crate::Real) and
-///   the variant of the recorded operations. The derivative is the function of the module `rule` with the name of
-///   the method.
-/// - *Composed* functions consist of methods of [`Real`](crate::Real). An entry has the method, the variant of
-///   [`Elementary`] and the documentation, then the value at `x`, then the partial at `x`, given the value `y`.
-///   Formulas must select and not branch, so that they run in lanes. Constants must be small integers and halves,
-///   which every number type represents exactly. Longer formulas are functions in `math/table.rs`.
+/// - *Basic* functions are implemented by every number type. An entry has the name of the method of
+///   [`Real`](crate::Real) and the name of the variant of a recorded operation. The derivative is in the module `rule`,
+///   in a function with the name of the method.
+/// - *Composed* functions are computed from other methods of [`Real`](crate::Real). An entry has the name of the
+///   method, the name of the variant of [`Elementary`] and the documentation. Then follow two closures: one returns the
+///   value at `x`, and the other returns the partial at `x`, given the value `y`. Formulas must select and not branch,
+///   so that they run in lanes. Constants must be small integers and halves, which every number type represents
+///   exactly. Longer formulas are functions in `math/table.rs`.
 macro_rules! functions {
     ($then:ident) => {
         $then! {
@@ -68,8 +69,8 @@ macro_rules! define {
             $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
         }
     ) => {
-        /// A function of one number for [`Real::elementary`](crate::Real::elementary). Number types need no
-        /// implementation of these functions, because they are composed of others.
+        /// A function of one number, as an argument of [`Real::elementary`](crate::Real::elementary). These functions
+        /// are composed of other methods of `Real`, so a number type need not implement them.
         ///
         /// At an end of the domain the derivative is the limit from inside. It is infinite for `asin`, `acos`,
         /// `acosh`, `atanh`, `ln_1p` and the logarithms, and for `cbrt` at 0. Outside the domain it is NaN, like
@@ -81,7 +82,7 @@ macro_rules! define {
         }
 
         impl Elementary {
-            /// The name of the method.
+            /// Returns the name of the method of [`Real`](crate::Real).
             pub(crate) fn name(self) -> &'static str {
                 match self {
                     $(Self::$Function => stringify!($method),)*

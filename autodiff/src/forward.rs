@@ -1,4 +1,4 @@
-//! Forward mode: the arithmetic of [`Dual`], a number that carries tangents.
+//! The arithmetic of [`Dual`], the number of forward mode.
 
 use crate::dual::Dual;
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
@@ -6,7 +6,7 @@ use crate::real::{ByType, Fused, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
-    /// A constant: all tangents are zero.
+    /// Makes a constant, whose tangents are all zero.
     #[inline(always)]
     pub fn constant(value: R) -> Self {
         Dual {
@@ -15,7 +15,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
         }
     }
 
-    /// A variable: its tangent is 1 in direction `index` and 0 in all others.
+    /// Makes a variable, whose tangent is 1 in direction `index` and 0 in all other directions.
     ///
     /// # Panics
     /// If `index` is not below `N`.
@@ -30,7 +30,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
         dual
     }
 
-    /// Applies a function of this number, whose value and partial are given.
+    /// Returns the result of a function of this number, given the function's value and partial.
     #[inline(always)]
     fn apply(self, (value, partial): (R, R)) -> Self {
         let mut tangent = self.tangent;
@@ -46,10 +46,10 @@ impl<R: Real, const N: usize> Dual<R, N> {
         Dual { value, tangent }
     }
 
-    /// Applies a function of this number and another, whose value and partials are given.
+    /// Returns the result of a function of this number and `other`, given the function's value and its two partials.
     #[inline(always)]
     fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
-        // The sum is finite only if both partials are.
+        // A sum is finite only if both of its terms are finite.
         let finite = is_finite(partials[0] + partials[1]);
         self.joined(other, (value, partials), finite)
     }
@@ -72,9 +72,10 @@ impl<R: Real, const N: usize> Dual<R, N> {
     }
 }
 
-/// Whether a number is a finite float. The product of such a partial and a tangent equals [`Real::chain`] except for
-/// the sign of a zero, so one test is enough for all tangents. It is false for lanes, which cannot branch, and for
-/// numbers that carry derivatives, which may be infinite when the primal is not.
+/// Returns whether a partial is a finite float. The product of a finite partial and a tangent equals [`Real::chain`],
+/// except for the sign of a zero. So one test is enough for all tangents. The result is false for lanes, because code
+/// cannot branch on them. It is also false for numbers that carry derivatives, because these may be infinite even if
+/// the primal is finite.
 #[inline(always)]
 fn is_finite<R: Real>(partial: R) -> bool {
     R::by_type(FiniteFloat, partial)
@@ -108,7 +109,7 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         |x, y, _, rule| x.apply2(y, rule),
     }
 
-    /// One product for each tangent.
+    /// Multiplies by a constant, which takes only one product for each tangent.
     #[inline(always)]
     fn scale(self, factor: f64) -> Self {
         self.apply((self.value.scale(factor), R::lit(factor)))
@@ -128,7 +129,7 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     fn fma(self, factor: Self, term: Self) -> Self {
         let value = self.value.fma(factor.value, term.value);
         let mut tangent = term.tangent;
-        // The result is finite only if both factors are.
+        // The value is finite only if both factors are finite.
         if is_finite(value) {
             for i in 0..N {
                 let by_self = factor.value.fma(self.tangent[i], tangent[i]);
@@ -175,7 +176,8 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
             tangent: soft.tangent,
         }
     }
-    /// Guards each part of the cotangent separately: a zero part passes zero even if another part is not zero.
+    /// Treats the value and each tangent of the cotangent separately. A part that is zero passes zero, even if another
+    /// part is not zero.
     #[inline(always)]
     fn chain(partial: Self, cotangent: Self) -> Self {
         let mut tangent = cotangent.tangent;

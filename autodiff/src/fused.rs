@@ -1,9 +1,10 @@
-//! Functions that are one entry on the reverse tape.
+//! Functions that are a single entry on the reverse tape.
 
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Fused, Real};
 
-/// A dense layer, `weights * x + biases`, as one entry on the tape. `weights` is given row by row.
+/// Returns the outputs of a dense layer, `weights * x + biases`. On the tape the layer is one entry. `weights` is a
+/// matrix, row by row.
 ///
 /// ```
 /// use autodiff::{Var, fused::dense, gradient};
@@ -30,8 +31,9 @@ pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     R::fused(Dense { vectors: 1 }, &[weights, x, biases])
 }
 
-/// The [`dense`] layer of a mini-batch as one entry on the tape. `x` holds vectors one after the other, and the
-/// results are in the same order. Both the layer and its reverse are matrix products.
+/// Applies a [`dense`] layer to each vector of a mini-batch. On the tape this is one entry. `x` holds the input vectors
+/// one after the other, and the outputs are in the same order. The forward and the reverse computation are matrix
+/// products.
 ///
 /// ```
 /// use autodiff::fused::{dense, dense_batch};
@@ -65,11 +67,11 @@ struct Dense {
     vectors: usize,
 }
 
-/// Below this number of vectors, transposing the weights does not pay.
+/// The smallest number of vectors for which it pays to transpose the weights.
 const FEW: usize = 4;
 
 impl Fused for Dense {
-    /// The weights and `x`.
+    /// The weights and the inputs `x`.
     type Saved<R: Real> = [Vec<R>; 2];
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {

@@ -36,7 +36,7 @@
 //! | the gradient of a sum over data, such as a network's loss | [`data::Sum`] | a few, in lanes over the data |
 //! | Jacobians of one small function at many points | [`data::jacobians`] | one per input, in lanes over the points; a few with an [emitted](emit::adjoint) adjoint |
 //! | the derivative of a solver's solution | [`implicit::root`] | two Jacobians |
-//! | a derivative that you know better | [`custom`] | |
+//! | a derivative whose rule you write yourself | [`custom`] | |
 //!
 //! Every driver takes the function, then the point, then any other arguments. [`check`] tells whether a gradient is
 //! right. [`trace`] finds where a NaN came from. [`DoubleDouble`] runs the same source in 31 digits to show rounding
@@ -65,11 +65,11 @@
 //! results and the settings [`check::Options`] and [`Rollout`] may get new fields or variants. Build settings from
 //! their defaults: `Options { seed: 1, ..Options::default() }`.
 
-// Unit tests in `src` share helper files with the tests in `tests`.
+// The crate's own name, so that unit tests in `src` can share helper files with the tests in `tests`.
 #[cfg(test)]
 extern crate self as autodiff;
 
-// The order of the modules is the architecture: each uses only those above it.
+// The modules are in the order of the architecture: each module uses only those above it.
 mod literal;
 mod mask;
 mod operators;

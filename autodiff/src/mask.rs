@@ -1,24 +1,25 @@
-//! The results of comparisons.
+//! The trait [`Mask`]: the result of a comparison.
 
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
 
 /// The result of a comparison: `bool`, or one boolean for each lane.
 ///
-/// [`any`](Mask::any) and [`all`](Mask::all) are for skipping work that no lane needs. The result of a lane must
-/// not depend on them, because other lanes influence the answer.
+/// [`any`](Mask::any) and [`all`](Mask::all) allow code to skip work that no lane needs. A lane's result must not
+/// depend on their answer, because the answer also depends on the other lanes.
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// Whether a comparison has a single answer, because the numbers are neither lanes nor recorded symbols. Code
-    /// inside `if R::Mask::IS_SINGLE` may branch on comparisons. It is only compiled if the condition is true.
+    /// Whether a comparison has one answer and not one for each lane. This is false for lanes, and for the symbols that
+    /// recordings use. Code inside `if R::Mask::IS_SINGLE` may branch on comparisons. It is compiled only if the
+    /// condition is true.
     const IS_SINGLE: bool = false;
 
-    /// The same boolean in every lane.
+    /// Returns a mask with the same boolean in every lane.
     fn splat(value: bool) -> Self;
-    /// Whether any lane is true.
+    /// Returns whether the mask is true in any lane.
     fn any(self) -> bool;
-    /// Whether all lanes are true.
+    /// Returns whether the mask is true in all lanes.
     fn all(self) -> bool {
         !(!self).any()
     }

@@ -1,4 +1,4 @@
-//! The operators and identities of number types.
+//! Macros that implement operators and related traits for number types.
 
 /// Implements `+ - * /`, negation, the assigning operators, `Zero`, `One`, `Sum` and `Product` for a number type:
 ///
@@ -16,8 +16,8 @@
 /// }
 /// ```
 ///
-/// The attributes before `impl` go to every operator. Assigning operators, sums and products follow from the
-/// others.
+/// The attributes before `impl` are added to every operator. Assigning operators, sums and products are derived from
+/// the other operators.
 macro_rules! operators {
     (
         $(#[$attribute:meta])*
@@ -72,8 +72,8 @@ macro_rules! operators {
     };
 }
 
-/// Implements operators with a literal on the right: `number op literal`. Multiplication has its own expression,
-/// because a literal has no tangents to multiply.
+/// Implements the operators whose right operand is a literal: `number op literal`. Multiplication may have an
+/// expression of its own, because a literal has no tangents to multiply.
 macro_rules! literal_operators {
     ($generics:tt $number:ty) => {
         $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
@@ -110,7 +110,7 @@ macro_rules! literal_operators {
     };
 }
 
-/// Implements sums and products of iterators, over numbers and over references to numbers.
+/// Implements the traits `Sum` and `Product` for iterators over numbers and over references to numbers.
 macro_rules! folds {
     ([$($generics:tt)*] $number:ty) => {
         impl<$($generics)*> std::iter::Sum for $number {
@@ -148,8 +148,8 @@ macro_rules! folds {
     };
 }
 
-/// Implements operators for a concrete number type, so that closures over it read like formulas: with floats on
-/// either side, with references, and comparisons with floats.
+/// Implements more operators for one concrete number type, so that formulas in closures are easy to read: operators
+/// with a float or a reference on either side, and comparisons with floats.
 macro_rules! closure_operators {
     ([$($generics:tt)*] $number:ty) => {
         $crate::operators::closure_operators! {
@@ -196,7 +196,7 @@ macro_rules! closure_operators {
     };
 }
 
-/// Implements one operator of `closure_operators` and its assigning operator.
+/// Implements one binary operator of `closure_operators` and its assigning operator.
 macro_rules! closure_operator {
     (
         [$($generics:tt)*] $number:ty,
@@ -245,7 +245,7 @@ macro_rules! closure_operator {
     };
 }
 
-/// Implements `number op operand`.
+/// Implements a binary operator for one type of the right operand: `number op operand`.
 macro_rules! right_operand {
     (
         [$($generics:tt)*] $number:ty, $trait:ident $method:ident $operand:ty,
@@ -262,7 +262,7 @@ macro_rules! right_operand {
     };
 }
 
-/// Implements `number op= operand`.
+/// Implements an assigning operator: `number op= operand`.
 macro_rules! assigning {
     (
         [$($generics:tt)*] $number:ty,
@@ -301,7 +301,7 @@ macro_rules! operator {
     };
 }
 
-/// Converts integers and floats to constants of a number type, through f64.
+/// Implements the conversion of integers and floats to constants of a number type. They are first converted to f64.
 macro_rules! constants_by_f64 {
     ([$($generics:tt)*] $number:ty) => {
         impl<$($generics)*> num_traits::FromPrimitive for $number {
@@ -318,7 +318,7 @@ macro_rules! constants_by_f64 {
     };
 }
 
-/// Compares and displays numbers over `R` by their primals, the field `value`.
+/// Implements comparison and display for a number type over `R`. Only the primal counts, which is the field `value`.
 macro_rules! by_primal {
     ([$($generics:tt)*] $number:ty) => {
         impl<R: PartialEq $($generics)*> PartialEq for $number {

@@ -1,8 +1,8 @@
-//! Structures of parameters: nested structs, arrays and matrices of numbers instead of one long slice.
+//! Parameters in structures: nested structs, arrays and matrices of numbers instead of one long slice.
 //!
-//! With the feature `derive`, `#[derive(Parameters)]` implements [`Parameters`] for a struct that is generic
-//! over its number. [`value_and_gradient`] then takes and returns the struct itself, and
-//! [`names`](Parameters::names) gives a gradient check the name of each number.
+//! With the feature `derive`, `#[derive(Parameters)]` implements [`Parameters`] for a struct that is generic over its
+//! number type. [`value_and_gradient`] then takes and returns the struct itself, and [`names`](Parameters::names) gives
+//! a gradient check the name of each number.
 //!
 //! - The struct may also have lifetime and constant parameters, but no other type parameters.
 //! - Bounds on the number type must follow from [`Real`].
@@ -63,13 +63,13 @@ use crate::reverse::Var;
 #[cfg(feature = "derive")]
 pub use autodiff_derive::Parameters;
 
-/// A structure of numbers of type `R`. See the [module](self).
+/// A structure whose numbers have the type `R`. See the [module](self).
 pub trait Parameters<R: Real> {
-    /// The structure over another number.
+    /// The same structure with numbers of another type.
     type With<S: Real>: Parameters<S>;
 
-    /// Returns the structure with every number replaced, in a fixed order. An implementation by hand calls
-    /// [`Walk::field`] for each part.
+    /// Returns the structure with every number replaced by `walk`, in a fixed order. If you implement this method
+    /// yourself, call [`Walk::field`] for each part.
     fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S>;
 
     /// Returns all numbers in the order of [`map_numbers`](Self::map_numbers).
@@ -83,7 +83,7 @@ pub trait Parameters<R: Real> {
         numbers
     }
 
-    /// Returns the name of each number, for example `hidden.weights[1][0]`.
+    /// Returns the names of all numbers, for example `hidden.weights[1][0]`.
     fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
         let visit = &mut |path: &[Step<'_>], number| {
@@ -94,7 +94,7 @@ pub trait Parameters<R: Real> {
         names
     }
 
-    /// Returns the structure with these numbers, in the order of [`flatten`](Self::flatten).
+    /// Returns the same structure with the given numbers, in the order of [`flatten`](Self::flatten).
     ///
     /// # Panics
     /// If `numbers` has more or fewer entries than the structure has numbers.
@@ -119,8 +119,8 @@ pub trait Parameters<R: Real> {
     }
 }
 
-/// Returns the value and the gradient of a function of a structure, by one reverse sweep. The gradient is a
-/// structure too.
+/// Returns the value and the gradient of a function of a structure, by one reverse sweep. The gradient has the form of
+/// the structure.
 pub fn value_and_gradient<R: Real, P: Parameters<R, With<R> = P>>(
     function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
     at: &P,
@@ -129,7 +129,7 @@ pub fn value_and_gradient<R: Real, P: Parameters<R, With<R> = P>>(
     (value, at.with(&gradient))
 }
 
-/// Returns the gradient of a function of a structure, as a structure.
+/// Returns the gradient of a function of a structure. The gradient has the form of the structure.
 pub fn gradient<R: Real, P: Parameters<R, With<R> = P>>(
     function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
     at: &P,
@@ -137,7 +137,7 @@ pub fn gradient<R: Real, P: Parameters<R, With<R> = P>>(
     value_and_gradient(function, at).1
 }
 
-/// One step of the path to a number.
+/// One step on the path from the structure to a number: a field or an index.
 #[derive(Clone, Copy)]
 enum Step<'a> {
     Field(&'a str),
@@ -147,7 +147,7 @@ enum Step<'a> {
 fn name(path: &[Step<'_>]) -> String {
     let mut name = String::new();
     for step in path {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = match step {
             Step::Field(field) if name.is_empty() => write!(name, "{field}"),
             Step::Field(field) => write!(name, ".{field}"),
@@ -169,12 +169,12 @@ impl<'a, R: Real, S: Real> Walk<'a, R, S> {
         Self { path, visit }
     }
 
-    /// Replaces the numbers of a field.
+    /// Returns a field with its numbers replaced. `name` is the name of the field.
     pub fn field<P: Parameters<R>>(&mut self, name: &'a str, part: &P) -> P::With<S> {
         self.part(Step::Field(name), part)
     }
 
-    /// Replaces the numbers of an element of a list.
+    /// Returns an element of a list with its numbers replaced. `index` is its place in the list.
     pub fn element<P: Parameters<R>>(&mut self, index: usize, part: &P) -> P::With<S> {
         self.part(Step::Index(index), part)
     }

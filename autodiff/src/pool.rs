@@ -1,21 +1,22 @@
-//! A pool of buffers for each thread. A recording or a sweep reuses the buffer of the last one, because fresh pages
-//! from the system cost as much as a large part of the work.
+//! Keeps used buffers for each thread. A recording or a sweep reuses the buffer of the last one, because the time that
+//! the system takes for fresh memory pages would be a large part of the whole time.
 
 use std::any::Any;
 use std::cell::RefCell;
 
-/// The largest number of buffers that a thread keeps, one of each type. Nested modes use only a few types.
+/// The largest number of buffers that a thread keeps. It keeps at most one buffer of each type, and even nested modes
+/// use only a few types.
 const MOST: usize = 6;
 /// The largest number of bytes that a thread keeps in all buffers together.
 const MOST_BYTES: usize = 1 << 30;
 
-/// A buffer that a thread may keep. It must own no caller data, whose destructor would otherwise run late.
+/// A buffer that a thread may keep. It must not own data of the caller, because their destructors would run too late.
 pub(crate) trait Pooled: Any {
     /// The number of bytes that the buffer has allocated.
     fn bytes(&self) -> usize;
 }
 
-/// The buffers of a thread, the most recently used first.
+/// The buffers that a thread keeps, with the most recently used one first.
 struct Pool {
     buffers: Vec<Box<dyn Pooled>>,
     most_bytes: usize,
@@ -38,7 +39,8 @@ impl Pool {
         buffer.downcast().ok()
     }
 
-    /// Keeps a buffer unless it is too large, and drops the least recently used buffers that no longer fit.
+    /// Keeps a buffer unless it alone is too large. Drops the least recently used buffers if all together are too
+    /// large.
     fn keep<T: Pooled>(&mut self, buffer: Box<T>) {
         self.take::<T>();
         if buffer.bytes() > self.most_bytes {
@@ -55,14 +57,14 @@ impl Pool {
     }
 }
 
-/// The thread's buffer of this type, if it has one.
+/// Takes the thread's buffer of this type out of the pool, if there is one.
 pub(crate) fn take<T: Pooled>() -> Option<Box<T>> {
-    // Here and below, thread-locals may already be destroyed while a thread ends.
+    // `try_with` is used here and below, because the pool may already be destroyed while its thread ends.
     let taken = POOL.try_with(|pool| pool.borrow_mut().take());
     taken.ok().flatten()
 }
 
-/// Keeps a buffer in place of the earlier buffer of its type, if it is not too large for the pool.
+/// Puts a buffer into the pool, unless it is too large. It replaces the earlier buffer of its type.
 pub(crate) fn keep<T: Pooled>(buffer: Box<T>) {
     let _ = POOL.try_with(|pool| pool.borrow_mut().keep(buffer));
 }
@@ -79,7 +81,7 @@ mod tests {
     use crate::data::{Sum, Summand};
     use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient};
 
-    /// A buffer with this number of bytes. The constant `TYPE` makes different types.
+    /// A buffer that pretends to have this number of bytes. Different values of `TYPE` make different types.
     struct Bytes<const TYPE: usize>(usize);
 
     impl<const TYPE: usize> Pooled for Bytes<TYPE> {
@@ -131,7 +133,7 @@ mod tests {
         assert!(pool.take::<Bytes<0>>().is_none() && pool.take::<Bytes<6>>().is_some());
     }
 
-    /// Halves a number.
+    /// A kernel that halves a number.
     #[derive(Clone)]
     struct Half;
 
@@ -150,7 +152,7 @@ mod tests {
         }
     }
 
-    /// The sum of the parameters times the datum.
+    /// A summand: the sum of the parameters times the datum.
     #[derive(Clone)]
     struct Line;
 
@@ -161,7 +163,7 @@ mod tests {
         }
     }
 
-    /// Does every kind of work that keeps a buffer. Each buffer has at least `numbers` numbers.
+    /// Runs each kind of work that keeps a buffer. Each buffer has at least `numbers` numbers.
     fn work_of_every_kind(numbers: usize) {
         let rollout = Rollout {
             memory: Memory::All,
@@ -173,7 +175,7 @@ mod tests {
         assert_eq!(gradient(|x| sum.run(x), &vec![1.0; numbers])[0], 3.0);
         let power = |x: &[Var<f64>]| (0..numbers).fold(x[0], |y, _| y * x[0]);
         assert_eq!(gradient(power, &[1.0]), [numbers as f64 + 1.0]);
-        // Selects and sums are entries too; their operands are stored elsewhere.
+        // Makes entries of selections and sums, whose operands are stored in a separate list.
         let least = |x: &[Var<f32>]| (0..numbers).fold(x[0], |y, _| y.min(x[0]));
         assert_eq!(gradient(least, &[1.0]), [1.0]);
     }

@@ -1,4 +1,4 @@
-//! Products of matrices in slices, computed in tiles that stay in registers.
+//! Multiplies matrices that are stored in slices. The result is computed in tiles that stay in registers.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use crate::real::Real;
@@ -8,9 +8,9 @@ use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
 #[derive(Clone, Copy)]
 pub(crate) struct Strided<'a, R> {
     pub(crate) numbers: &'a [R],
-    /// The distance from a number to the number below it.
+    /// The distance in the slice from a number to the number below it.
     pub(crate) row: usize,
-    /// The distance from a number to the next number of its row.
+    /// The distance in the slice from a number to the next number in its row.
     pub(crate) column: usize,
 }
 
@@ -34,47 +34,49 @@ impl<'a, R: Real> Strided<'a, R> {
         }
     }
 
-    /// Whether the first `size[0]` rows and `size[1]` columns contain only finite numbers, including the derivatives
-    /// that the numbers carry. Rows must be contiguous.
+    /// Returns whether all numbers in the first `size[0]` rows and `size[1]` columns are finite, including the
+    /// derivatives that they carry. The numbers of a row must be adjacent.
     pub(crate) fn all_finite(self, size: [usize; 2]) -> bool {
         debug_assert_eq!(self.column, 1);
         R::vectorize(AllFinite(self, size))
     }
 }
 
-/// `to += a b`. The rows of `b` and of `to` are contiguous.
+/// A product of matrices that is added to a result: `to += a b`. The numbers of each row of `b` and of `to` are
+/// adjacent.
 pub(crate) struct Product<'a, R> {
     pub(crate) a: Strided<'a, R>,
     pub(crate) b: &'a [R],
-    /// The distance from a row of `b` to the next.
+    /// The distance in the slice from one row of `b` to the next.
     pub(crate) b_row: usize,
     pub(crate) to: &'a mut [R],
-    /// The distance from a row of the result to the next.
+    /// The distance in the slice from one row of the result to the next.
     pub(crate) to_row: usize,
     pub(crate) rows: usize,
-    /// Columns of `a` and rows of `b`.
+    /// The number of columns of `a`, which is the number of rows of `b`.
     pub(crate) depth: usize,
     pub(crate) columns: usize,
 }
 
-/// The factor of a product that holds cotangents. The other factor holds partials.
+/// The factor of a product that holds the cotangents: `a` or `b`. The other factor holds the partials.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cotangents {
     A,
     B,
 }
 
-/// Rows of a tile.
+/// The number of rows in a tile.
 const TILE: usize = 6;
 
 impl<R: Real> Product<'_, R> {
-    /// Adds the product. Each number is summed in a register, from first to last.
+    /// Adds the product to the result. Each number of the product is summed in a register, from the first term to the
+    /// last.
     pub(crate) fn add(self) {
         R::vectorize(self);
     }
 
-    /// Adds a product of cotangents and partials with [`Real::chain`]. If all partials are `finite`, a plain product
-    /// is enough, because no zero cotangent meets an infinite partial.
+    /// Adds a product of cotangents and partials to the result. The terms are computed by [`Real::chain`], in which a
+    /// zero cotangent stops an infinite partial. If all partials are `finite`, a plain product is enough.
     pub(crate) fn add_chained(self, cotangents: Cotangents, finite: bool) {
         if finite {
             return self.add();
@@ -107,8 +109,8 @@ impl<R: Real> Product<'_, R> {
         );
     }
 
-    /// Computes `H` registers of columns in all rows, and adds them to the result. The last register holds `last`
-    /// numbers.
+    /// Computes some columns of the product, as many as fit into `H` registers, for all rows. Adds them to the result.
+    /// The last register holds only `last` columns.
     ///
     /// # Safety
     /// The slices were checked and have these columns.
@@ -134,7 +136,7 @@ impl<R: Real> Product<'_, R> {
         }
     }
 
-    /// Computes `H` registers of columns in `T` rows, and adds them to the result.
+    /// Computes some columns of the product, as many as fit into `H` registers, for `T` rows. Adds them to the result.
     ///
     /// # Safety
     /// Like [`add_columns`](Self::add_columns), and the matrix must have these rows.
@@ -171,20 +173,21 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// Two matrices to be multiplied. Their row-by-column sums are the core of every product.
+/// Two matrices to be multiplied. Their method [`sums`](Self::sums) is the core of every product.
 pub(crate) struct Factors<'a, R> {
     pub(crate) a: Strided<'a, R>,
-    /// The rows are contiguous.
+    /// The second matrix. The numbers of each row are adjacent.
     pub(crate) b: &'a [R],
-    /// The distance from a row of `b` to the next.
+    /// The distance in the slice from one row of `b` to the next.
     pub(crate) b_row: usize,
-    /// Columns of `a` and rows of `b`.
+    /// The number of columns of `a`, which is the number of rows of `b`.
     pub(crate) depth: usize,
 }
 
 impl<R: Real> Factors<'_, R> {
-    /// Returns the products of `T` rows and `H` registers of columns. The last register holds `last` numbers. Each
-    /// product is split into `P` sums of every `P`-th term, so that consecutive additions do not wait for each other.
+    /// Returns the product of `T` rows of `a` with some columns of `b`, as many as fit into `H` registers. The last
+    /// register holds only `last` columns. Each number of the product is returned as `P` partial sums, each of every
+    /// `P`-th term, so that an addition need not wait for the one before.
     ///
     /// # Safety
     /// The slices have these rows and columns.
@@ -243,8 +246,8 @@ impl<R: Real> Factors<'_, R> {
     }
 }
 
-/// Whether a number or a register of lanes fits into one register. For larger numbers, such as duals, unrolled
-/// loops would only take longer to compile.
+/// Returns whether a lane type fits into one register of the processor. Larger numbers, such as duals, do not: for them
+/// unrolled loops would only take longer to compile.
 pub(crate) const fn fits_registers<R, L: Lane<R>>() -> bool {
     L::N > 1 || size_of::<R>() <= size_of::<f64>()
 }
@@ -259,7 +262,8 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
         self.check();
         let (columns, mut column) = (self.columns, 0);
         // SAFETY: the slices were checked, and the registers are within the columns.
-        // Processors have 32 of the widest registers and 16 of others.
+        // If the registers are the widest (64 bytes), four columns of registers are computed at once: processors have
+        // 32 of these registers, but only 16 narrower ones.
         unsafe {
             while const { size_of::<L>() == 64 } && column + 4 * L::N <= columns {
                 self.add_columns::<L, 4>(column, L::N);
@@ -277,7 +281,7 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
     }
 }
 
-/// Whether all numbers of the first rows and columns are finite; see [`Strided::all_finite`].
+/// Computes [`Strided::all_finite`] for the given matrix and size.
 struct AllFinite<'a, R>(Strided<'a, R>, [usize; 2]);
 
 impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
@@ -290,7 +294,7 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
             for part in matrix.numbers[row * matrix.row..][..columns].chunks(L::N) {
                 let x = L::load_up_to(part);
                 let same = x;
-                // Adds 0 unless a part of the number is infinite or NaN.
+                // The difference is 0 unless a part of the number is infinite or NaN.
                 sum += x - same;
             }
             if !sum.is_zero() {
@@ -304,12 +308,12 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
 /// Writes the transpose of a matrix whose rows are contiguous.
 pub(crate) struct Transpose<'a, R> {
     pub(crate) from: &'a [R],
-    /// The distance from a row to the next.
+    /// The distance in the slice from one row to the next.
     pub(crate) from_row: usize,
     pub(crate) rows: usize,
     pub(crate) columns: usize,
     pub(crate) to: &'a mut [R],
-    /// The distance from a row of the transpose to the next.
+    /// The distance in the slice from one row of the transpose to the next.
     pub(crate) to_row: usize,
 }
 
@@ -346,7 +350,7 @@ impl<R: Real> Vectorized<R> for Transpose<'_, R> {
     }
 }
 
-/// The transpose of the first `N` registers: lane `j` of register `i` becomes lane `i` of register `j`.
+/// Transposes a square matrix in the first `N` registers: lane `j` of register `i` becomes lane `i` of register `j`.
 #[inline(always)]
 fn transposed<R: Real, L: Lane<R>>(mut lanes: [L; WIDEST]) -> [L; WIDEST] {
     // Each round is a perfect shuffle, which rotates the bits of the index `i N + j` by one. After log2 N rounds
@@ -366,7 +370,7 @@ mod tests {
     use crate::real::Real;
     use crate::simd::{Level, at_most, level};
 
-    /// Numbers with few digits, so that every sum is exact.
+    /// Returns numbers with few digits, so that every sum of their products is exact.
     fn numbers(count: usize) -> Vec<f64> {
         (0..count).map(|i| (i * 7 % 11) as f64 - 4.0).collect()
     }
@@ -432,7 +436,7 @@ mod tests {
         });
     }
 
-    /// A zero cotangent must pass nothing, in either factor.
+    /// A zero cotangent must stop an infinite partial, whichever factor holds the cotangents.
     #[test]
     fn guarded_products_have_no_zero_times_infinity() {
         let (zero, infinite) = ([0.0, 2.0], [f64::INFINITY, 3.0]);

@@ -1,8 +1,8 @@
-//! The trait [`Real`], the numbers of generic code.
+//! The trait [`Real`]: the number type that generic code is written against.
 //!
-//! Code over `R: Real` runs unchanged on plain floats, on dual numbers, on the reverse tape and in SIMD lanes.
-//! Since it also runs in lanes, it must not branch on a value with `if`. It computes a mask and
-//! [`select`](Real::select)s.
+//! Code over `R: Real` runs unchanged on plain floats, on dual numbers, on the reverse tape and in SIMD lanes. In
+//! lanes, an `if` cannot decide differently for each lane. So the code must not branch on a value: it computes a mask
+//! and calls [`select`](Real::select).
 //!
 //! # Conventions at kinks
 //!
@@ -39,30 +39,30 @@
 //!
 //! # Zero times infinity
 //!
-//! A cotangent is 0 because of a choice in four cases. `select`, `max`, `min`, `clamp` or an `if` chose another
-//! operand. Or the number passes through `abs` at 0 or `powi(x, 0)`. Or it is multiplied by a constant factor of 0,
-//! such as a mask from `select`. Or the caller passes 0. Any other zero was computed: a number underflowed, a
-//! partial is 0, or terms cancelled. A computed zero times an infinite partial is unknown, so the tape returns NaN,
-//! as forward mode does. For example `1 / (1 / x)` at 0 has the slope 1, but its partials are infinity and 0 and do
-//! not determine the slope. A partial of 0 further back stops the NaN, as it stops a tangent: `sqrt(x * x)^2` at 0
-//! has the slope 0.
+//! A cotangent is 0 because of a choice in four cases: `select`, `max`, `min`, `clamp` or an `if` chose another
+//! operand; the number passes through `abs` at 0 or `powi(x, 0)`; the number is multiplied by a constant factor of 0,
+//! such as a mask from `select`; or the caller passes 0. Any other zero was computed: a number underflowed, a partial
+//! is 0, or terms cancelled. A computed zero times an infinite partial is unknown, so the tape returns NaN, as forward
+//! mode does. For example `1 / (1 / x)` at 0 has the slope 1, but its partials are infinity and 0 and do not determine
+//! the slope. A partial of 0 further back stops the NaN, as it stops a tangent: `sqrt(x * x)^2` at 0 has the slope 0.
 //!
-//! The order of zero and infinity still matters. The slope of `0 * sqrt(x)` at 0 is 0 in reverse
+//! It still matters which a mode meets first, the zero or the infinity. The slope of `0 * sqrt(x)` at 0 is 0 in reverse
 //! mode and NaN in forward mode. For `sqrt(x * x)` it is the other way round.
 //!
-//! Sweeps over lanes do not distinguish the two zeros. In a [`Program`](crate::Program), in
-//! [`data`](crate::data), in [emitted](crate::emit) code and on tapes of lanes, both zeros stop an infinity.
-//! A slope of 0 may then hide an overflow, also between [`Fused`] functions. Forward mode gives another result in
-//! these cases: [`check_gradient`](crate::check::check_gradient) reports the gradient as wrong, and
+//! Sweeps over lanes do not distinguish chosen and computed zeros. In a [`Program`](crate::Program), in
+//! [`data`](crate::data), in [emitted](crate::emit) code and on tapes of lanes, both zeros stop an infinity. A slope of
+//! 0 may then hide an overflow, also between [`Fused`] functions. Forward mode gives another result in these cases:
+//! [`check_gradient`](crate::check::check_gradient) reports the gradient as wrong, and
 //! [`first_non_finite`](crate::trace::first_non_finite) names the operation. A kernel without an emitted
-//! [`vjp`](crate::Kernel::vjp) uses forward mode for its cotangents and follows the rules of forward mode. In
-//! the matrix products of a program, a zero cotangent times an infinite number is NaN.
+//! [`vjp`](crate::Kernel::vjp) uses forward mode for its cotangents and follows the rules of forward mode. In the
+//! matrix products of a program, a zero cotangent times an infinite number is NaN.
 //!
 //! # Second derivatives at kinks
 //!
-//! Second derivatives differentiate the rows of the table above literally, in all four nestings of modes:
-//! the derivative of a chosen 0 is 0. So a smooth function of a kink may have a wrong second derivative.
-//! Write the smooth function directly instead: `x * x + y * y`. `tests/kinks.rs` has a test per row.
+//! A second derivative is the derivative of the first derivative in the table above, in all four nestings of modes.
+//! Where the table says 0, the second derivative is 0 too. So if a smooth function is composed of functions with kinks,
+//! its second derivative may be wrong. Write the smooth function directly instead: `x * x + y * y`. `tests/kinks.rs`
+//! has a test per row.
 //!
 //! | function | where | second derivative |
 //! | --- | --- | --- |
@@ -81,7 +81,7 @@ use crate::elementary::{Elementary, functions};
 pub use crate::literal::Literal;
 pub use crate::mask::Mask;
 
-/// A method for each [`Elementary`] function.
+/// Defines a method for each [`Elementary`] function.
 macro_rules! elementary_methods {
     (
         basic { $($_basic:tt)* }
@@ -99,15 +99,15 @@ macro_rules! elementary_methods {
     };
 }
 
-/// A real number in generic code. The [module](self) describes the conventions at kinks.
+/// The real numbers of generic code. The [module](self) describes the derivatives at kinks.
 ///
 /// Constants are made by [`lit`](crate::lit). They carry no derivative and are not recorded. Comparisons only use the
 /// primal.
 ///
 /// `is_zero` of the supertrait `Zero` is not a comparison. It tells whether the number is the additive identity, so
-/// that work on it can be skipped. It is true for lanes if all of them are zero. It is false for a number that
-/// carries a derivative, even if the primal is zero. `if x.is_zero()` compiles but is wrong. The pitfalls of the
-/// [crate](crate#pitfalls) show what to write instead.
+/// that work on it can be skipped. For lanes it is true if all of them are zero. For a number that carries a derivative
+/// it is false, even if the primal is zero. So do not branch on a value with `if x.is_zero()`, although it compiles.
+/// The pitfalls of the [crate](crate#pitfalls) show what to write instead.
 ///
 /// Other crates may implement the trait for their own numbers. Within a major version, new methods have defaults. A
 /// new function is a new variant of [`Elementary`], whose [`value`](Elementary::value) works for any number.
@@ -139,7 +139,7 @@ pub trait Real:
     + for<'a> Sum<&'a Self>
     + for<'a> Product<&'a Self>
 {
-    /// The result of a comparison.
+    /// The type of the result of a comparison.
     type Mask: Mask;
 
     /// Makes a constant.
@@ -149,8 +149,8 @@ pub trait Real:
     fn lits(values: &[f64]) -> Vec<Self> {
         values.iter().map(|&value| Self::lit(value)).collect()
     }
-    /// The primal as a float, without derivatives. Use it in code that is not differentiated: a solver whose
-    /// solution goes to [`implicit::root`](crate::implicit::root), a table, a message.
+    /// Returns the primal as a float. Use it in code that is not differentiated, for example in a solver whose solution
+    /// goes to [`implicit::root`](crate::implicit::root), to look up a table, or to write a message.
     ///
     /// # Panics
     /// If lanes differ, and in a kernel whose derivatives are [emitted](crate::emit).
@@ -158,26 +158,26 @@ pub trait Real:
 
     // Comparison.
 
-    /// `self < other`; false if either is NaN.
+    /// Compares: `self < other`. The result is false if either number is NaN.
     fn less(self, other: Self) -> Self::Mask;
-    /// `self <= other`; false if either is NaN.
+    /// Compares: `self <= other`. The result is false if either number is NaN.
     fn less_equal(self, other: Self) -> Self::Mask;
-    /// Whether the primal is neither infinite nor NaN.
+    /// Returns whether the primal is neither infinite nor NaN.
     fn finite(self) -> Self::Mask {
         self.abs().less(Self::lit(f64::INFINITY))
     }
-    /// `if_true` where the mask is true, otherwise `if_false`. The other operand passes no derivative, even if its
-    /// partials are infinite.
+    /// Returns `if_true` where the mask is true, and `if_false` elsewhere. The operand that is not chosen passes no
+    /// derivative, even if its partials are infinite.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
 
     // Elementary functions.
 
-    /// `self * factor + term`, with one rounding if the instruction set has a fused multiply-add.
+    /// Returns `self * factor + term`. It is rounded only once if the instruction set has a fused multiply-add.
     #[inline(always)]
     fn fma(self, factor: Self, term: Self) -> Self {
         self * factor + term
     }
-    /// `self * factor` for a constant factor.
+    /// Returns `self * factor`, where the factor is a constant.
     #[inline(always)]
     fn scale(self, factor: f64) -> Self {
         self * Self::lit(factor)
@@ -187,93 +187,96 @@ pub trait Real:
     fn recip(self) -> Self {
         Self::one() / self
     }
-    /// Square root.
+    /// Returns the square root.
     fn sqrt(self) -> Self;
-    /// `1 / sqrt(self)`, from a root and a division. It has the same bits for every instruction set, because it does
-    /// not use a processor's estimate.
+    /// Returns `1 / sqrt(self)`, computed by a square root and a division. The result has the same bits on every
+    /// instruction set, because the processor's approximate instruction is not used.
     #[inline(always)]
     fn rsqrt(self) -> Self {
         self.sqrt().recip()
     }
-    /// Exponential.
+    /// Returns the exponential.
     fn exp(self) -> Self;
-    /// Natural logarithm.
+    /// Returns the natural logarithm.
     fn ln(self) -> Self;
-    /// Sine of an angle in radians.
+    /// Returns the sine of an angle in radians.
     fn sin(self) -> Self;
-    /// Cosine of an angle in radians.
+    /// Returns the cosine of an angle in radians.
     fn cos(self) -> Self;
-    /// Tangent of an angle in radians.
+    /// Returns the tangent of an angle in radians.
     #[inline(always)]
     fn tan(self) -> Self {
         self.sin() / self.cos()
     }
-    /// Hyperbolic tangent.
+    /// Returns the hyperbolic tangent.
     fn tanh(self) -> Self;
-    /// The hyperbolic tangent of [`Program::dense_tanh`](crate::Program::dense_tanh). It has the value of
-    /// [`tanh`](Real::tanh) and the slope `1 - y^2`, where `y` is the result, because a reverse sweep over a layer
-    /// only knows `y`. For arguments beyond 10 the slope loses digits; beyond 19 it is 0.
+    /// Returns the hyperbolic tangent with the derivative that it has in
+    /// [`Program::dense_tanh`](crate::Program::dense_tanh). The value `y` is that of [`tanh`](Real::tanh). The slope is
+    /// computed as `1 - y^2`, because a reverse sweep over a layer knows only `y`. For arguments beyond 10 this slope
+    /// loses digits, and beyond 19 it is 0.
     #[inline(always)]
     fn layer_tanh(self) -> Self {
         self.tanh()
     }
-    /// Inverse tangent of `self / x`, in the quadrant of the point `(x, self)`.
+    /// Returns the angle of the point `(x, self)`, in radians: the inverse tangent of `self / x` in the point's
+    /// quadrant.
     fn atan2(self, x: Self) -> Self;
-    /// Integer power.
+    /// Returns the power with an integer exponent.
     fn powi(self, exponent: i32) -> Self;
-    /// Real power of a non-negative base.
+    /// Returns the power with a real exponent. The base must not be negative.
     fn powf(self, exponent: Self) -> Self;
-    /// An [`Elementary`] function. Each of them also has a method.
+    /// Returns the value of an [`Elementary`] function. Each of these functions also has a method of its own.
     fn elementary(self, function: Elementary) -> Self;
-    /// Inverse tangent, between `-pi/2` and `pi/2`.
+    /// Returns the inverse tangent, which is between `-pi/2` and `pi/2`.
     #[inline(always)]
     fn atan(self) -> Self {
         self.atan2(Self::one())
     }
     functions!(elementary_methods);
-    /// Absolute value.
+    /// Returns the absolute value.
     fn abs(self) -> Self;
-    /// -1, 0 or 1. Unlike `f64::signum` it is 0 at 0.
+    /// Returns the sign: -1, 0 or 1. Unlike `f64::signum` it is 0 at 0.
     #[inline(always)]
     fn signum(self) -> Self {
         let (zero, one) = (Self::zero(), Self::one());
         let negative = Self::select(self.less(zero), -one, self.detach() * zero);
         Self::select(zero.less(self), one, negative)
     }
-    /// The larger of `self` and `bound`; the bound if they are equal.
+    /// Returns the larger one of `self` and `bound`. If they are equal, returns the bound.
     #[inline(always)]
     fn max(self, bound: Self) -> Self {
         Self::select(self.less_equal(bound), bound, self)
     }
-    /// The smaller of `self` and `bound`; the bound if they are equal.
+    /// Returns the smaller one of `self` and `bound`. If they are equal, returns the bound.
     #[inline(always)]
     fn min(self, bound: Self) -> Self {
         Self::select(bound.less_equal(self), bound, self)
     }
-    /// `self` limited to `[lo, hi]`. At and beyond a bound it is the bound. If `lo > hi`, it is `hi`.
+    /// Limits `self` to `[lo, hi]`. At a bound and beyond, the result is the bound itself. If `lo > hi`, the result is
+    /// `hi`.
     #[inline(always)]
     fn clamp(self, lo: Self, hi: Self) -> Self {
         self.max(lo).min(hi)
     }
-    /// `sqrt(self^2 + other^2)`. Both are first divided by the larger magnitude, so that the squares neither overflow
-    /// nor underflow.
+    /// Returns `sqrt(self^2 + other^2)`. Before they are squared, both numbers are divided by the larger magnitude, so
+    /// that the squares neither overflow nor underflow.
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
         let (zero, x, y) = (Self::zero(), self.abs(), other.abs());
         let scale = x.max(y);
         let (a, b) = (x / scale, y / scale);
         let length = scale * (a * a + b * b).sqrt();
-        // At the origin and at infinity `length` is NaN. There the sum of the magnitudes is correct, and it is NaN
-        // for NaN.
+        // At the origin and at infinity `length` is NaN. The sum of the magnitudes is the right result there, and it is
+        // NaN if either number is.
         let divides = zero.less(scale) & scale.finite();
         Self::select(divides, length, x + y)
     }
 
     // Derivatives.
 
-    /// The same primal as a constant, without derivatives.
+    /// Returns the same value as a constant, without derivatives.
     fn detach(self) -> Self;
-    /// The value of `self` with the derivative of `soft` (straight-through).
+    /// Returns the value of `self` with the derivative of `soft`. This is the straight-through estimator.
     ///
     /// ```
     /// use autodiff::{Dual, Real};
@@ -289,18 +292,20 @@ pub trait Real:
     /// assert_eq!((y.value, y.tangent), (0.0, [0.25]));
     /// ```
     fn straight_through(self, soft: Self) -> Self;
-    /// `partial * cotangent`. If the cotangent (or tangent) is exactly zero, the result is zero even if the partial is
-    /// infinite. Every chain rule of this crate uses this product.
+    /// Returns `partial * cotangent`, or zero if the cotangent is exactly zero, even if the partial is infinite. In
+    /// forward mode the second factor is a tangent. Every chain rule of this crate uses this product.
     fn chain(partial: Self, cotangent: Self) -> Self;
-    /// `term + chain(partial, cotangent)`, with one rounding if the instruction set has a fused multiply-add.
+    /// Returns `term + chain(partial, cotangent)`. It is rounded only once if the instruction set has a fused
+    /// multiply-add.
     #[inline(always)]
     fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
         term + Self::chain(partial, cotangent)
     }
 
-    // Slices. The defaults are loops, because closures might be compiled without the lanes' instruction set.
+    // Functions of slices. The default implementations are loops, because closures might be compiled without the
+    // instruction set of the lanes.
 
-    /// The sum of `a_i b_i`, from first to last. One entry on the reverse tape.
+    /// Returns the sum of `a_i b_i`, added from first to last. It is one entry on the reverse tape.
     #[inline(always)]
     fn dot(a: &[Self], b: &[Self]) -> Self {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
@@ -310,8 +315,8 @@ pub trait Real:
         }
         sum
     }
-    /// The sum of a slice, from first to last. It is one entry on the reverse tape, while the `sum` of an iterator
-    /// makes one for each term.
+    /// Returns the sum of a slice, added from first to last. It is one entry on the reverse tape, while the `sum` of an
+    /// iterator makes one entry for each term.
     #[inline(always)]
     fn sum_of(terms: &[Self]) -> Self {
         let mut sum = Self::zero();
@@ -324,13 +329,13 @@ pub trait Real:
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)
     }
-    /// Runs `work` with the widest lanes of this type on this machine. Floats have SIMD registers. For any other type
-    /// the lane is the number itself.
+    /// Runs `work` with the widest lanes that this machine has for this number type. For floats these are SIMD
+    /// registers. For any other type the lane is the number itself.
     #[inline(always)]
     fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
         work.run::<Self>()
     }
-    /// Calls the method of `work` for this type.
+    /// Calls the method of `work` that belongs to this number type.
     #[inline(always)]
     fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
         work.other(of)
@@ -340,30 +345,30 @@ pub trait Real:
 /// Work that has separate functions for plain floats; see [`Real::by_type`]. The choice is made at compile time, and
 /// the generic function is not compiled for floats.
 pub trait ByType {
-    /// The argument, for a number type.
+    /// The type of the argument, for each number type.
     type Of<R: Real>;
-    /// The result, for a number type.
+    /// The type of the result, for each number type.
     type Output<R: Real>;
     /// Does the work for `f64`.
     fn f64(self, of: Self::Of<f64>) -> Self::Output<f64>;
     /// Does the work for `f32`.
     fn f32(self, of: Self::Of<f32>) -> Self::Output<f32>;
-    /// Does the work for any other type.
+    /// Does the work for any other number type.
     fn other<R: Real>(self, of: Self::Of<R>) -> Self::Output<R>;
 }
 
 /// A function of several slices that is differentiated as a whole.
 ///
 /// Plain numbers call [`eval`](Fused::eval) and duals call [`forward`](Fused::forward). The reverse tape calls
-/// [`record`](Fused::record), and [`reverse`](Fused::reverse) once in each sweep that reaches the function, with its
-/// inner number type for `R`. All methods must describe the same function. For a function with one output and known
-/// partials, a [`Rule`](crate::custom::Rule) is shorter.
+/// [`record`](Fused::record) when the function is recorded, and [`reverse`](Fused::reverse) once in each sweep that
+/// reaches the function. In these calls `R` is the inner number type of the mode. All methods must describe the same
+/// function. For a function with one output and known partials, a [`Rule`](crate::custom::Rule) is shorter.
 ///
-/// In nested derivatives `R` itself carries a derivative. If the derivative of the function is not that of its
-/// `eval`, the inner derivative needs the function's rule too: `forward` and `record` must then get the outputs from
-/// [`Real::fused`] of a copy of the function, called on the inner numbers.
+/// In nested derivatives `R` itself carries a derivative, and the function's rule must be used for it too. This matters
+/// if the function's derivative is not that of the code of `eval`. Then `forward` and `record` must compute the outputs
+/// by [`Real::fused`] on the inner numbers, with a copy of the function.
 pub trait Fused: Send + 'static {
-    /// The numbers that `record` saves for `reverse`.
+    /// The type of the numbers that `record` saves for `reverse`.
     type Saved<R: Real>: Send;
 
     /// Returns the outputs.
@@ -390,7 +395,7 @@ pub trait Fused: Send + 'static {
 
 /// A number type that holds `N` scalars of type `S`, one in each lane.
 pub trait Lane<S>: Real {
-    /// The number of scalars.
+    /// The number of lanes.
     const N: usize;
     /// Returns the same scalar in every lane.
     fn splat(value: S) -> Self;
@@ -398,21 +403,22 @@ pub trait Lane<S>: Real {
     fn load(from: &[S]) -> Self;
     /// Writes all lanes to the first `N` entries of a slice.
     fn store(self, to: &mut [S]);
-    /// Loads a slice that is shorter than `N`; the other lanes are zero.
+    /// Loads a slice that is shorter than `N` into the first lanes. The other lanes are zero.
     fn load_part(from: &[S]) -> Self;
-    /// Fills a slice that is shorter than `N` with the first lanes.
+    /// Writes the first lanes to a slice that is shorter than `N`.
     fn store_part(self, to: &mut [S]);
     /// Returns the mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;
-    /// Moves the first lanes, in order, to the places of the set bits. Other lanes are zero.
+    /// Moves the first lanes, in order, to the lanes whose bits are set. The other lanes become zero.
     fn expand(self, bits: u16) -> Self;
-    /// Moves the lanes at the places of the set bits, in order, to the first places. Other lanes are zero.
+    /// Moves the lanes whose bits are set, in order, to the first lanes. The other lanes become zero.
     fn compress(self, bits: u16) -> Self;
-    /// Interleaves the lanes of both: `self[0], other[0], self[1], ...`. Returns the first `N` and the last `N`.
+    /// Interleaves the lanes of two registers: `self[0], other[0], self[1], ...`. Returns the first `N` and the last
+    /// `N` of these lanes.
     fn zip(self, other: Self) -> [Self; 2];
 
-    /// Returns the [`layer_tanh`](Real::layer_tanh) of each number. SIMD lanes compute them in parallel, because they
-    /// are independent.
+    /// Returns the [`layer_tanh`](Real::layer_tanh) of each number. With SIMD lanes the computations overlap in the
+    /// processor, because they do not depend on each other.
     #[inline(always)]
     fn tanh_each<const K: usize>(mut x: [Self; K]) -> [Self; K] {
         for k in 0..K {
@@ -441,8 +447,8 @@ pub trait Lane<S>: Real {
     }
 }
 
-/// Work for any lane width; see [`Real::vectorize`]. Lanes are numbers like any other, also inside duals and on a
-/// tape:
+/// Work that can be done in lanes of any width; see [`Real::vectorize`]. Lanes are numbers like any other, also inside
+/// duals and on a tape:
 ///
 /// ```
 /// use autodiff::simd::{Lane, Vectorized};
@@ -468,7 +474,7 @@ pub trait Lane<S>: Real {
 /// assert_eq!(slopes, [0.0, 3.0, 12.0, 27.0, 48.0]);
 /// ```
 pub trait Vectorized<S: Real> {
-    /// The result.
+    /// The type of the result.
     type Output;
     /// Does the work in lanes of type `L`. Mark implementations and all functions that they call
     /// `#[inline(always)]`. Otherwise the code is compiled without the instruction set of the lanes.

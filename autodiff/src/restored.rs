@@ -1,16 +1,17 @@
-//! Thread-locals that are set for one scope.
+//! Sets a thread-local variable for the duration of a scope.
 
 use std::cell::RefCell;
 use std::thread::LocalKey;
 
-/// Restores the earlier value of a thread-local when it is dropped, also while a panic unwinds.
+/// A guard for a thread-local variable. When it is dropped, also while a panic unwinds, it restores the variable's
+/// earlier value.
 pub(crate) struct Restored<T: Default + 'static> {
     key: &'static LocalKey<RefCell<T>>,
     before: T,
 }
 
 impl<T: Default> Restored<T> {
-    /// Sets the value until the result is dropped.
+    /// Sets the thread-local variable until the returned guard is dropped.
     #[must_use]
     pub(crate) fn set(key: &'static LocalKey<RefCell<T>>, value: T) -> Self {
         let before = key.replace(value);

@@ -5,8 +5,8 @@
 //! number type for `R`, so forward, reverse and nested derivatives agree. Where a partial does not exist, the rule
 //! follows the table in [`real`](crate::real). If the value is NaN, so is the partial.
 //!
-//! Partials are always multiplied with [`Real::chain`]. There are no closures here: a closure that is not inlined
-//! would be compiled without the instruction set of the lanes around it.
+//! All modes multiply the partials by [`Real::chain`]. The rules use no closures, because a closure that is not inlined
+//! would be compiled without the instruction set of the lanes.
 
 use crate::real::{Mask, Real};
 
@@ -16,8 +16,9 @@ pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
 
-/// The rule of `a / b`. The value is one division, so it has the bits of plain code. The partial with respect to `b`
-/// is a division too, because the reciprocal of a subnormal number may overflow when the quotient does not.
+/// The rule of `a / b`. The value is computed by one division, so it is bit-identical to that of plain code. The
+/// partial with respect to `b` is also computed by a division: the reciprocal of a subnormal `b` may overflow although
+/// the quotient does not.
 #[inline(always)]
 pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     let quotient = a / b;
@@ -31,7 +32,7 @@ pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
     (value, -(value * value))
 }
 
-/// The rule of the square root. The partial is infinite at a zero of either sign.
+/// The rule of the square root. The partial is infinite at 0 and at -0.
 #[inline(always)]
 pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
     let value = x.sqrt();
@@ -42,7 +43,7 @@ pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
 #[inline(always)]
 pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
-    // At -0 the value is minus infinity, but the slope is the limit from inside the domain.
+    // At -0 the value is minus infinity. The partial must still be minus infinity, the limit from inside the domain.
     (value, R::lit(-0.5) * value * value * value.abs())
 }
 
@@ -80,8 +81,8 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     (value, value * value + R::one())
 }
 
-/// The rule of the hyperbolic tangent. Near the value 1, `1 - value^2` loses digits, so the partial is
-/// `4 e^-2x / (1 + e^-2x)^2`.
+/// The rule of the hyperbolic tangent. The partial is `4 e^-2x / (1 + e^-2x)^2`, because `1 - value^2` loses digits if
+/// the value is close to 1.
 #[inline(always)]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
@@ -101,7 +102,7 @@ pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
     (value, (-value).fma(value, R::one()))
 }
 
-/// `1 - x^2`, with an accurate derivative near 0 and an accurate value near 1.
+/// Returns `1 - x^2`. The derivative is accurate for `x` near 0, and the value is accurate for `x` near 1.
 #[inline(always)]
 pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
     let one = R::one();
@@ -123,7 +124,7 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     }
     let value = x.powi(exponent);
     let one_less = match exponent.checked_sub(1) {
-        // The zeroth power of NaN is 1. Lanes skip this case.
+        // `x^0` would be 1 even for NaN. Lanes do not make this distinction.
         Some(0) if R::Mask::IS_SINGLE => R::select(x.less_equal(x), R::one(), x),
         Some(less) => x.powi(less),
         None => value / x,
@@ -131,13 +132,14 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     (value, R::lit(f64::from(exponent)) * one_less)
 }
 
-/// The rule of a real power. `chain` makes the partial with respect to `x` zero if the exponent is zero, at any `x`.
+/// The rule of a power with a real exponent. If the exponent is zero, the partial with respect to `x` is zero at any
+/// `x`, because it is computed by `chain`.
 ///
-/// The value of that partial is `exponent / x * value` if no intermediate result over- or underflows. The other form,
-/// `exponent * x^(exponent - 1)`, would multiply the rounding of `exponent - 1` by `ln x`. But the derivative of the
-/// partial is taken from that other form, where `exponent - 1` is a factor: in the derivative of the quotient it
-/// would be a difference, which cancels. Near an exponent of 0 there is no such cancellation and the power may
-/// overflow, so there the quotient is differentiated.
+/// The partial with respect to `x` has two forms. Its value is computed by the quotient, `exponent / x * value`, unless
+/// an intermediate result over- or underflows: the power, `exponent * x^(exponent - 1)`, would multiply the rounding
+/// error of `exponent - 1` by `ln x`. The derivative of the partial is computed by the power, where `exponent - 1` is a
+/// factor: in the derivative of the quotient this factor is a difference whose terms cancel. If the exponent is near 0,
+/// they do not cancel and the power may overflow, so there the quotient is differentiated.
 #[inline(always)]
 pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
@@ -148,10 +150,11 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let near_zero = exponent.abs().less(R::lit(0.5)) & (factor * quotient).finite();
     let moves = R::select(in_range & near_zero, quotient, power);
     let by_x = R::select(in_range, quotient, power).straight_through(moves);
-    // This also holds where the power is zero, because the slope of the logarithm may be infinite.
+    // Where the power itself is zero, the partial is zero too: the product would be NaN if the logarithm is infinite.
     let at_zero = x.abs().less_equal(zero) | value.abs().less_equal(zero);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
-    // NaN^0 is 1, and the zeros above hide a NaN. The partials are NaN if the value is.
+    // If the value is NaN, both partials are NaN. Without this, a NaN would be lost in the zeros above and in `NaN^0`,
+    // which is 1.
     let number = value.less_equal(value);
     (
         value,
@@ -159,9 +162,9 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     )
 }
 
-/// The rule of `atan2(y, x)`, with partials with respect to `y` and `x`, which are zero at the origin and at
-/// infinity. Both arguments are first divided by the larger magnitude, as a constant, so that the squares neither
-/// overflow nor underflow. Derivatives of the partials use the finite [`inverse`] of that magnitude.
+/// The rule of `atan2(y, x)`. The partials are with respect to `y` and to `x`, and are zero at the origin and at
+/// infinity. Both arguments are first divided by the larger magnitude, which counts as a constant, so that the squares
+/// neither overflow nor underflow. The derivatives of the partials use the finite [`inverse`] of that magnitude.
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
@@ -170,7 +173,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (y, x) = (divided(y, scale), divided(x, scale));
     let (square, inverse) = (x * x + y * y, inverse(scale));
     let denominator = square.detach() * scale;
-    // 0, or NaN if the value is NaN.
+    // This is 0, or NaN if the value is NaN.
     let flat = value.detach() * zero;
     let by_y = (x.detach() / denominator).straight_through(x / square * inverse);
     let by_x = -(y.detach() / denominator).straight_through(y / square * inverse);
@@ -179,12 +182,13 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     (value, [by_y, by_x])
 }
 
-/// The rule of `sqrt(x^2 + y^2)`. Second derivatives differentiate the partials in the form of a [`direction`].
+/// The rule of `sqrt(x^2 + y^2)`. The partials are the cosine and the sine of the direction of `(x, y)`. Their
+/// derivatives are those of [`direction`].
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
     let (x, y, length) = (x.detach(), y.detach(), value.detach());
-    // A subnormal length is inaccurate.
+    // A subnormal length has few digits, so it is computed again on a larger scale.
     let (tiny, large) = (value.less(small()), small::<R>().recip());
     let (a, b) = (x * large, y * large);
     let length = R::select(tiny, (a * a + b * b).sqrt(), length);
@@ -196,9 +200,9 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     (value, [by_x, by_y])
 }
 
-/// The cosine and the sine of the angle of `(x, y)`, used only for their derivatives. They are functions of the
-/// shorter side over the longer side. In `x / sqrt(x^2 + y^2)` the derivative along the longer side is a small
-/// difference, which loses digits.
+/// Returns the cosine and the sine of the angle of `(x, y)`. Only their derivatives are used. They are computed from
+/// the ratio of the shorter side to the longer side. The derivative of `x / sqrt(x^2 + y^2)` along the longer side
+/// would be a small difference, which loses digits.
 #[inline(always)]
 fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());
@@ -206,10 +210,10 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     let flat = y.abs().less_equal(x.abs());
     let (longer, shorter) = (R::select(flat, a, b), R::select(flat, b, a));
     let ratio = shorter / longer;
-    // The longer side is 1 or -1.
+    // After the division the longer side is 1 or -1.
     let of_longer = (one + ratio * ratio).rsqrt() * longer.detach();
     let of_shorter = ratio * of_longer;
-    // The factor that the derivatives of [`divided`] leave out.
+    // The factor that is missing from the derivatives of [`divided`].
     let rest = (small::<R>() / scale).max(one);
     let (cosine, sine) = (
         R::select(flat, of_longer, of_shorter),
@@ -218,39 +222,40 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     [cosine * rest, sine * rest]
 }
 
-/// `x / scale` for a constant scale above 0. The derivative stays finite, so that a factor of zero makes it zero and
-/// not NaN. If the scale is below [`small`], the derivative lacks the factor `small / scale`.
+/// Returns `x / scale` for a constant scale above 0. Its derivative is always finite, so that a factor of zero makes it
+/// zero and not NaN. For this, the derivative lacks the factor `small / scale` if the scale is below [`small`].
 #[inline(always)]
 fn divided<R: Real>(x: R, scale: R) -> R {
     (x.detach() / scale).straight_through(x * inverse(scale))
 }
 
-/// `1 / scale`, but at most `1 / small`.
+/// Returns `1 / scale`, limited to `1 / small`.
 #[inline(always)]
 fn inverse<R: Real>(scale: R) -> R {
     scale.max(small::<R>()).recip()
 }
 
-/// A power of two near the smallest of the type's normal numbers. `f32` has no `2^-1000`.
+/// Returns a power of two near the smallest normal number of the type: `2^-1000`, or `2^-120` for `f32`, where
+/// `2^-1000` is zero.
 #[inline(always)]
 fn small<R: Real>() -> R {
     let small = R::lit(2f64.powi(-1000));
     R::select(R::zero().less(small), small, R::lit(2f64.powi(-120)))
 }
 
-/// Whether the primal is zero; false for lanes and symbols.
+/// Returns whether the primal is zero. The result is always false for lanes and for the symbols of recordings.
 #[inline(always)]
 pub(crate) fn vanishes<R: Real>(x: R) -> bool {
     R::Mask::IS_SINGLE && (x.less_equal(R::zero()) & R::zero().less_equal(x)).all()
 }
 
-/// Whether the primal is NaN; false for lanes and symbols.
+/// Returns whether the primal is NaN. The result is always false for lanes and for the symbols of recordings.
 #[inline(always)]
 pub(crate) fn is_nan<R: Real>(x: R) -> bool {
     R::Mask::IS_SINGLE && !x.less_equal(x).any()
 }
 
-/// The value of the mask if it is the same in all lanes.
+/// Returns the boolean of a mask if all lanes have the same, and otherwise `None`.
 #[inline(always)]
 pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
     match (mask.any(), mask.all()) {
@@ -260,15 +265,16 @@ pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
     }
 }
 
-/// Changes `-0` to `+0`, because limits at zero are taken from inside the domain.
+/// Changes `-0` to `+0`. Limits at zero are taken from inside the domain, which is above zero.
 #[inline(always)]
 fn unsigned_zero<R: Real>(x: R) -> R {
     x + R::zero()
 }
 
-/// Implements the methods of [`Real`] that follow from the rules, for a number over `R` with a field `value`. The
-/// two expressions compute a result of one or two operands from the name of the operation and the result of its
-/// rule: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule| x.apply2(y, rule) }`.
+/// Implements those methods of [`Real`] that follow from the rules, for a number type over `R` with a field `value`.
+/// The two closures compute the result of an operation with one or with two operands. They get the operands, the name
+/// of the operation and the result of its rule: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule|
+/// x.apply2(y, rule) }`.
 macro_rules! by_rule {
     (
         #[$attribute:meta]

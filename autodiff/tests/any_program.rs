@@ -1,4 +1,4 @@
-//! Steps recorded without their number type must agree with the same steps written out.
+//! Steps that are recorded without their number type must agree with the same steps written out in plain code.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -6,7 +6,7 @@ use autodiff::{DoubleDouble, Dual, Graph, Kernel, Model, Program, Real, Rollout,
 
 use crate::steps::{Step, assert_same};
 
-/// A spring along an edge: `[difference of x, difference of y, stiffness]`.
+/// The force of a spring along an edge. The inputs are `[difference of x, difference of y, stiffness]`.
 #[derive(Clone, Copy)]
 struct Spring;
 
@@ -19,7 +19,7 @@ impl Kernel<3, 2> for Spring {
     }
 }
 
-/// Computes the new `x` of a node from `[x, force, a value of the node's neighbour]`.
+/// Computes the new position `x` of a node. The inputs are `[x, force, a value of the node's neighbour]`.
 #[derive(Clone, Copy)]
 struct Move;
 
@@ -31,7 +31,7 @@ impl Kernel<3, 1> for Move {
     }
 }
 
-/// Masses joined by springs, as a model.
+/// A model of masses that are joined by springs.
 #[derive(Clone)]
 struct Truss {
     graph: Graph,
@@ -100,15 +100,15 @@ impl Step for Truss {
     }
 }
 
-/// Values, gradients and second derivatives must agree with the written-out step. Floats run in lanes; duals and
-/// tapes of duals replay recordings.
+/// Values, gradients and second derivatives must agree with those of the step in plain code. Floats run in lanes, and
+/// duals and tapes of duals replay recordings.
 #[test]
 fn steps_without_a_number_type_are_the_steps_written_out() {
     assert_same(Truss::new(true));
     assert_same(Truss::new(false));
 }
 
-/// Both recordings must give bit-identical numbers in every type.
+/// Recordings with and without the number type must give bit-identical numbers in every number type.
 #[test]
 fn replayed_numbers_are_those_of_the_code() {
     fn run<R: Real>(any: bool) -> Vec<R> {

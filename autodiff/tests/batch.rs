@@ -1,4 +1,4 @@
-//! Sums of one function over many data: all modes must agree.
+//! Sums of one function over many data: reverse mode, which replays a recording, must agree with forward mode.
 
 use crate::common::{
     Formula, Sym, Truth, formula, forward_gradient, hessian_rows, largest_difference,
@@ -25,16 +25,17 @@ fn everything(shared: &[Sym], datum: &[Sym]) -> Sym {
         a.less_equal(x) | Truth::splat(false),
     );
     scratch[0] += Sym::select(inside, a * b, c * x) * Sym::select(outside, y, b);
-    // The operands are runs of adjacent numbers: shared and own, own and own, own and shared, none adjacent.
+    // Each dot product has another combination of adjacent operands: shared and own numbers, own and own, own and
+    // shared. In the last one the operands are not adjacent.
     let dots = Sym::dot(shared, &scratch[1..4]) + Sym::dot(&scratch[2..], &scratch[2..]);
     let dots = dots + Sym::dot(datum, &shared[..2]) + Sym::dot(&[b, x], &[y, a]);
-    // This dot product has shared and own numbers, and not all data use it.
+    // These dot products mix shared and own numbers. The second one is not selected for all data.
     let dots = dots + Sym::dot(&shared[..2], datum);
     let dots = dots + Sym::select(inside, Sym::dot(&shared[1..], datum), x);
     dots + Sym::sum_of(datum) * Sym::sum_of(&[a, y, c]) + Sym::sum_of(&scratch)
 }
 
-/// Records a term that has these numbers of shared parameters and of numbers per datum.
+/// Records a term that has the given number of shared parameters and the given length of a datum.
 fn term(function: fn(&[Sym], &[Sym]) -> Sym, shared: usize, datum: usize) -> Formula {
     formula(shared + datum, |all| {
         function(&all[..shared], &all[shared..])
@@ -49,7 +50,7 @@ impl<S: Summand> Function for Total<S> {
     }
 }
 
-/// Makes data on both sides of every switch.
+/// Makes data so that both sides of every choice occur.
 fn data(count: usize) -> Vec<[f64; 2]> {
     let number = |i: usize, step: f64| (step * (i as f64 + 1.0)).fract() * 3.0 - 1.4;
     (0..count)
@@ -57,7 +58,7 @@ fn data(count: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Makes data that repeat the first whole numbers in turn.
+/// Makes `count` data. They repeat the whole numbers below `numbers` in turn.
 fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
     (0..count).map(|i| [f64::from(i % numbers)]).collect()
 }
@@ -65,7 +66,7 @@ fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
 const AT: [f64; 3] = [0.7, -0.4, 1.2];
 
 fn assert_close(got: &[f64], expected: &[f64], what: &str) {
-    // Both add hundreds of equal terms in a different order.
+    // The two results add hundreds of equal terms in a different order.
     let close = got == expected || largest_difference(got, expected) <= 1e-13;
     assert!(close, "{what}: {got:?} and {expected:?}");
 }
@@ -82,7 +83,7 @@ fn assert_modes_agree<S: Summand>(summand: S, data: &[impl AsRef<[f64]>], at: &[
 
 #[test]
 fn replayed_gradients_are_those_of_forward_mode() {
-    // Fewer data than lanes, whole blocks, and a partial block.
+    // The counts cover fewer data than lanes, whole blocks, and a partial block.
     for count in [1, 7, 8, 32, 33, 100] {
         assert_modes_agree(term(everything, 3, 2), &data(count), &AT);
     }
@@ -116,7 +117,7 @@ fn assigned(shared: &[Sym], datum: &[Sym]) -> Sym {
 fn operators_that_assign_are_recorded() {
     let data = [[3.0, 7.0], [-1.0, 5.0], [0.5, -2.0]];
     let total = Total(Sum::new(term(assigned, 3, 2), &data));
-    // Every sum in (a + x - b) y / c is exact with a = 2, b = 8 and c = 4.
+    // With a = 2, b = 8 and c = 4, every sum in (a + x - b) y / c is exact.
     let at = [2.0, 8.0, 4.0];
     let terms = data.map(|[x, y]| (2.0 + x - 8.0) * y / 4.0);
     let value: f64 = terms.iter().sum();
@@ -128,8 +129,7 @@ fn operators_that_assign_are_recorded() {
     );
 }
 
-/// Skips work if no lane needs it, and chooses by `is_zero`. A recording of one datum would make the choice for all
-/// others.
+/// A term that skips work if no lane needs it. A recording for one datum would make the same choice for all other data.
 #[derive(Clone)]
 struct Skips;
 
@@ -155,7 +155,7 @@ impl Summand for ChoosesByZero {
     }
 }
 
-/// Such terms must not be replayed: each datum takes its own branch, in any order of the data.
+/// Terms that branch must not be replayed. Each datum must take its own branch, in whatever order the data are.
 #[test]
 fn a_replay_does_not_take_the_branch_of_another_datum() {
     let data = [-1.0, 2.0, 0.0, -3.0, 0.5].map(|x| [x]);
@@ -176,8 +176,8 @@ fn no_data_sum_to_zero() {
     assert_eq!(gradient(|x| total.eval(x), &AT), [0.0; 3]);
 }
 
-/// One gradient passes its working memory to the next, also to a gradient of another number type and length. The
-/// results must not change.
+/// A gradient hands its working memory to the next gradient, which may have another number type or length. The results
+/// must not depend on this.
 #[test]
 fn reused_memory_does_not_change_results() {
     for count in [5, 70] {
@@ -190,7 +190,7 @@ fn reused_memory_does_not_change_results() {
     }
 }
 
-/// The terms of a sum in plain code, as the reference.
+/// The sum of the terms in plain code, as a reference.
 struct Terms<S, const N: usize>(S, Vec<[f64; N]>);
 
 impl<S: Summand, const N: usize> Function for Terms<S, N> {
@@ -200,7 +200,8 @@ impl<S: Summand, const N: usize> Function for Terms<S, N> {
     }
 }
 
-/// The Hessian must replay on duals. It is not compared with differences, because detached numbers move with them.
+/// The Hessian must replay the recording on duals. Its reference is plain code, not differences, because in differences
+/// detached numbers would change too.
 #[test]
 fn sums_nest() {
     fn check<const N: usize>(term: Formula, data: Vec<[f64; N]>, at: &[f64]) {
@@ -218,7 +219,7 @@ fn sums_nest() {
     check(term(apart, 2, 1), vec![[2.0]], &[0.5, 0.2]);
 }
 
-/// Rounds to zero or one, with the derivative of a smooth function.
+/// A rule that rounds to zero or one, with the derivative of a smooth function.
 #[derive(Clone)]
 struct Softened;
 
@@ -231,7 +232,7 @@ impl Rule for Softened {
     }
 }
 
-/// Calls a custom rule, whose derivative a recording does not contain.
+/// A term that calls a custom rule. A recording of its operations would not contain the rule's derivative.
 #[derive(Clone)]
 struct WithRule;
 
@@ -248,11 +249,11 @@ fn a_custom_rule_inside_keeps_its_derivative() {
     assert_modes_agree(WithRule, &data(40), &at);
     let (value, by_shared) = autodiff::value_and_gradient(|x| total.eval(x), &at);
     assert_close(&[value], &[Function::eval(&total, &at)], "value");
-    // The derivative of the value itself is zero almost everywhere.
+    // Without the rule, the derivative of the rounded value would be zero almost everywhere.
     assert!(by_shared[0].abs() > 1.0);
 }
 
-/// Has infinite partials at data that are not selected.
+/// A term with infinite partials for data that do not select it.
 fn guarded(shared: &[Sym], datum: &[Sym]) -> Sym {
     let root = (shared[0] * datum[0]).sqrt();
     let used = Sym::lit(0.5).less(datum[0]);
@@ -264,8 +265,9 @@ fn a_term_that_is_not_selected_passes_no_infinity() {
     assert_modes_agree(term(guarded, 1, 1), &by_turns(50, 3), &[2.0]);
 }
 
-/// Multiplies rows with the same numbers. The reverse sweep takes two rows at a time: of equal length, shorter,
-/// longer, with the product before, and of numbers with themselves.
+/// A term that multiplies several rows of parameters with the same numbers. The reverse sweep takes two such rows at a
+/// time. Here they have equal lengths, or the second is shorter or longer, or uses the result of the first, or numbers
+/// are multiplied with themselves.
 fn rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let own = [datum[0], datum[1], datum[1] * datum[0]];
     let mut scratch = [Sym::zero(); 4];
@@ -299,7 +301,7 @@ fn rows_with_the_same_numbers_are_reversed_together() {
     }
 }
 
-/// Has rows that read only the datum, and one row that also reads the earlier products.
+/// A term in which some rows multiply only the datum, and one row also multiplies the products of the other rows.
 fn rows_of_arguments(shared: &[Sym], datum: &[Sym]) -> Sym {
     let first = Sym::dot(&shared[..1], datum);
     let with_the_one_before = Sym::dot(&shared[1..3], &[datum[0], first]);
@@ -314,7 +316,7 @@ fn rows_that_read_only_the_datum_are_reversed_together() {
     assert_modes_agree(term(rows_of_arguments, 3, 1), &data, &AT);
 }
 
-/// Computes the gradient of another sum inside the term; this gradient is a constant.
+/// A term that computes the gradient of another sum. This gradient is a constant for the outer derivative.
 #[derive(Clone)]
 struct Inner;
 
@@ -340,7 +342,7 @@ fn a_sum_s_gradient_may_be_taken_within_a_term() {
     assert_modes_agree(Outer, &[[0.3], [-0.7], [1.1]], &[0.5]);
 }
 
-/// Has two rows with an infinite number where the first row is not selected.
+/// A term with two rows that multiply the same number, which may be infinite. The first row is not selected there.
 fn guarded_rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let own = [datum[0].recip()];
     let guarded = Sym::dot(&shared[..1], &own);
@@ -361,7 +363,7 @@ const INPUTS: usize = 9;
 const HIDDEN: usize = 11;
 const PARAMETERS: usize = HIDDEN * INPUTS + HIDDEN * (INPUTS + HIDDEN) + 2 * HIDDEN;
 
-/// A network of two layers. Each row has its own activation, and the second layer also sees the datum.
+/// A term that is a network of two layers. Each row has its own activation, and the second layer also reads the datum.
 fn network(shared: &[Sym], datum: &[Sym]) -> Sym {
     let (first, rest) = shared.split_at(HIDDEN * INPUTS);
     let (second, biases) = rest.split_at(HIDDEN * (INPUTS + HIDDEN));
@@ -395,11 +397,11 @@ fn layers_of_a_network_have_the_gradient_of_their_rows() {
     }
 }
 
-/// Sums a layer of eight rows. `own` computes each number that the rows multiply. The first row counts only where the
-/// datum is above one half.
+/// Returns the sum of a layer of eight rows. `own` computes each of the numbers that the rows multiply. The first row
+/// is selected only if the datum is above one half.
 fn guarded_layer(weights: &[Sym], own: impl Fn() -> Sym, datum: Sym) -> Sym {
     let mut scratch = [Sym::zero(); 16];
-    // One operation for each number, so that the numbers are not adjacent in memory.
+    // Each number is the result of an operation of its own, so that the numbers are not adjacent in memory.
     for place in &mut scratch[..8] {
         *place = own();
     }
@@ -410,7 +412,8 @@ fn guarded_layer(weights: &[Sym], own: impl Fn() -> Sym, datum: Sym) -> Sym {
     Sym::select(Sym::lit(0.5).less(datum), scratch[8], Sym::zero()) + sum
 }
 
-/// A layer that multiplies a number that is infinite at some data, with rows that do not count there.
+/// A layer that multiplies the reciprocal of the datum, which is infinite for some data. The first row is not selected
+/// for these data.
 fn guarded_layer_of_data(shared: &[Sym], datum: &[Sym]) -> Sym {
     guarded_layer(shared, || datum[0].recip(), datum[0])
 }
@@ -444,7 +447,7 @@ fn f32_has_lanes_too() {
     let total = Total(Sum::new(term(everything, 3, 2), &data(100)));
     let single = gradient(|x| total.eval(x), &AT.map(|x| x as f32));
     for (s, d) in single.iter().zip(gradient(|x| total.eval(x), &AT)) {
-        // A hundred terms in single precision, with partials as large as the sum.
+        // The tolerance is for a hundred terms in single precision, whose partials are as large as the sum.
         assert!(
             (f64::from(*s) - d).abs() <= 1e-4 * d.abs().max(100.0),
             "{s} and {d}"
@@ -458,8 +461,8 @@ fn data_of_different_lengths_are_refused() {
     Sum::new(term(everything, 3, 2), &[vec![1.0, 2.0], vec![1.0]]);
 }
 
-/// The root of the excess over a bound. At the bound the cotangent of the choice is infinite. Other lanes choose the
-/// other side and have finite cotangents.
+/// The square root of the excess of a datum over a bound. At the bound, the cotangent of the choice is infinite. Data
+/// in other lanes choose the other side and have finite cotangents.
 fn above(shared: &[Sym], datum: &[Sym]) -> Sym {
     (datum[0] - shared[0]).max(Sym::zero()).sqrt()
 }
@@ -478,7 +481,7 @@ fn an_infinite_cotangent_passes_only_the_chosen_side() {
     }
 }
 
-/// Uses values that have another function's derivative, or no derivative.
+/// A term in which some values have no derivative, and others have the derivative of another function.
 fn apart(shared: &[Sym], datum: &[Sym]) -> Sym {
     let (a, b) = (shared[0], shared[1]);
     let soft = (a * a * a).straight_through(a * b);

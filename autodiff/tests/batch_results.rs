@@ -4,12 +4,12 @@ use crate::common::{assert_close, forward_gradient};
 use autodiff::data::{Recorded, Sum, Summand};
 use autodiff::{Function, Real, value_and_gradient};
 
-/// The number that a term returns. The recording also holds a layer of a network.
+/// The number that the term returns. The recording also contains a layer of a network.
 #[derive(Clone, Copy, Debug)]
 enum Term {
-    /// A parameter.
+    /// One of the shared parameters.
     Shared(usize),
-    /// A parameter, while other parameters are read one by one.
+    /// One of the shared parameters. Operations outside the layer read other parameters one by one.
     SharedAmongRead(usize),
     /// A number of the datum.
     Datum(usize),
@@ -80,7 +80,7 @@ fn a_term_may_be_any_number_of_its_record() {
             let data: Vec<Vec<f64>> = (0..count).map(datum).collect();
             let total = Total(Sum::new(term, &data));
             let (value, gradient) = value_and_gradient(|x| total.eval(x), &at);
-            // A few hundred terms of order one, summed in a different order.
+            // The tolerance is for a few hundred terms of order one that are summed in a different order.
             let tolerance = 1e-13;
             println!("{term:?}, {count} data");
             assert_close(&[value], &[Function::eval(&total, &at)], tolerance);
@@ -89,7 +89,7 @@ fn a_term_may_be_any_number_of_its_record() {
     }
 }
 
-/// A function without any operation.
+/// A function that returns a constant, without any operation.
 struct Constant;
 
 impl Function for Constant {

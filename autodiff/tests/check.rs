@@ -20,7 +20,8 @@ impl Function for Smooth {
     }
 }
 
-/// `x^3`, which claims that the slope at the argument `of` is `wrong` times the right slope.
+/// The function `x^3` with a rule that is wrong on purpose: the slope with respect to argument `of` is `wrong` times
+/// the right slope.
 struct WrongCube {
     of: usize,
     wrong: f64,
@@ -45,7 +46,7 @@ impl Function for WrongCube {
     }
 }
 
-/// The default options with different seeds.
+/// Returns the default options with `count` different seeds.
 pub(crate) fn seeds(count: u64) -> impl Iterator<Item = Options> {
     (0..count).map(|seed| Options {
         seed,
@@ -57,7 +58,7 @@ fn checked(function: &impl Function, x: &[f64]) -> Report {
     check_gradient(function, x, &Options::default())
 }
 
-/// Checks a claimed gradient at a point by differences only.
+/// Checks a claimed gradient at a point by difference quotients, without forward mode.
 pub(crate) fn claimed(
     value: impl Fn(&[f64]) -> f64,
     [x, gradient]: [&[f64]; 2],
@@ -81,8 +82,8 @@ fn right_gradients_are_smooth() {
     }
 }
 
-/// Forward and reverse mode agree on a wrong rule, so only differences can find it. The checker must name the
-/// argument.
+/// A wrong rule must be found although forward and reverse mode agree on it, because the differences disagree. The
+/// report must name the argument.
 #[test]
 fn a_wrong_rule_is_wrong_and_named() {
     for (n, of) in [(1, 0), (7, 0), (7, 6), (64, 41)] {
@@ -124,7 +125,8 @@ fn rectifier(at: f64) -> Formula {
 fn a_kink_at_the_point_is_a_kink() {
     let report = checked(&rectifier(0.5), &[0.5, 0.2]);
     assert_eq!(report.verdict, Verdict::Kink, "{report}");
-    // Here the central difference happens to agree with the convention, but it is still a kink.
+    // In this case the central difference happens to equal the slope that the crate chose by convention. The verdict
+    // must still be a kink.
     let report = checked(&formula(2, |x| x[0].abs() + x[1].exp()), &[0.0, 0.3]);
     assert_eq!(report.verdict, Verdict::Kink, "{report}");
 }
@@ -148,7 +150,8 @@ fn a_kink_beside_the_point_neither_alarms_nor_hides() {
     }
 }
 
-/// Checks a claimed slope at a point against differences and against a claimed slope of forward mode.
+/// Checks a claimed slope at a point against differences and against a second claimed slope, which stands for forward
+/// mode.
 fn with_forward(value: fn(f64) -> f64, x: f64, [reverse, forward]: [f64; 2]) -> Report {
     let forward = |direction: &[f64]| forward * direction[0];
     let claim = Claim {
@@ -167,8 +170,8 @@ fn a_second_source_that_disagrees_is_wrong() {
     }
 }
 
-/// Slopes that change the value by less than its last digit over a step as long as `x` must not be compared. Two
-/// sources may both be right and differ there, for example beyond the saturation of `tanh`.
+/// Slopes must not be compared if they are too small to change the last digit of the value over a step as long as `x`.
+/// Two sources of derivatives may both be right and still differ there, for example where `tanh` is saturated.
 #[test]
 fn sources_may_disagree_below_the_value_s_last_digit() {
     let verdict = |x, disagree| with_forward(|_| 0.1, x, [0.0, disagree]).verdict;
@@ -177,8 +180,8 @@ fn sources_may_disagree_below_the_value_s_last_digit() {
     assert_eq!(verdict(1e3, 1e-18), Verdict::Wrong);
 }
 
-/// A slope close to the rounding of the value may agree by chance. The reported uncertainty must tell it from a slope
-/// that is really known.
+/// If a slope is close to the rounding errors of the value, differences may agree with it by chance. The reported
+/// uncertainty must show that.
 #[test]
 fn differences_say_how_sure_they_are() {
     let direction = |value: fn(f64) -> f64, slope: f64| {
@@ -190,7 +193,7 @@ fn differences_say_how_sure_they_are() {
         known.error <= known.unsure && known.unsure < 1e-7,
         "{known:?}"
     );
-    // The value is rounded at 1e-16 and steps are at most 3e-3, so rounding is a thirtieth of this slope.
+    // The value is rounded to 1e-16 and steps are at most 3e-3. So the rounding error is a thirtieth of this slope.
     let drowned = direction(|x| 1.0 + 1e-12 * x, 1e-12);
     assert!(
         drowned.unsure > 1e-2 && drowned.unsure.is_finite(),
@@ -224,7 +227,7 @@ fn the_table_says_it_all() {
     assert!(table.ends_with("verdict: wrong"), "{table}");
 }
 
-/// The report must name the component with the infinite slope, not another one.
+/// The report must name the component with the infinite slope as the worst.
 #[test]
 fn the_component_with_an_infinite_slope_is_the_worst() {
     let root = formula(3, |x| x[0].sqrt() + x[1] + x[2]);
@@ -236,8 +239,8 @@ fn the_component_with_an_infinite_slope_is_the_worst() {
     }
 }
 
-/// Errors may cancel along all arguments at once and in each half of them. So the worst component must be looked for
-/// in the worst direction.
+/// In this claim the errors of two components cancel if all arguments move together. So the checker must look for the
+/// worst component along the worst of the random directions.
 #[test]
 fn the_worst_direction_leads_to_the_worst_component() {
     for options in seeds(10) {
@@ -250,11 +253,11 @@ fn the_worst_direction_leads_to_the_worst_component() {
     }
 }
 
-/// The worst component must be the one that contributes most to a direction's error, not the one with the largest
-/// error.
+/// The worst component must be the one that contributes most to the error along the worst direction. This need not be
+/// the one with the largest error.
 #[test]
 fn components_weigh_as_the_direction_has_them() {
-    // The only direction of this seed is along (0.30, 0.65).
+    // With this seed the only direction is along (0.30, 0.65).
     let options = Options {
         seed: 1234567,
         directions: 1,
@@ -264,7 +267,7 @@ fn components_weigh_as_the_direction_has_them() {
     assert_eq!(report.worst.index, 1, "{report}");
 }
 
-/// Even if some differences are NaN, an error in another component must be found.
+/// An error in one component must be found even if the differences in another component are NaN.
 #[test]
 fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
     let report = claimed(
@@ -281,11 +284,11 @@ fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
 #[test]
 fn an_error_is_a_share_of_the_slope() {
     let report = claimed(|x| 2.0 * x[0], [&[0.3], &[4.0]], &Options::default());
-    // The differences of a linear function have only rounding errors, 1e-16 divided by the step.
+    // The function is linear, so its differences have only rounding errors: 1e-16 divided by the step.
     assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
 
-/// Tolerances must be relative to the slope.
+/// The tolerance must be relative to the slope.
 #[test]
 fn a_verdict_does_not_depend_on_the_unit() {
     for unit in [1e-12, 1.0, 1e12] {
@@ -310,7 +313,8 @@ fn a_verdict_does_not_depend_on_the_unit() {
     }
 }
 
-/// A check must also end at an infinite point, and with steps whose ratio overflows.
+/// A check must end with a verdict even at an infinite point, and if the ratio of the largest to the smallest step
+/// overflows.
 #[test]
 fn any_point_and_any_span_of_steps_have_a_verdict() {
     let square = formula(1, |x| x[0] * x[0]);

@@ -1,18 +1,18 @@
-//! The parts of a check's report besides its verdict: the order of the remainder, the name of the worst component,
-//! and the verdict on a gradient that is wrong on purpose.
+//! The report of a check, apart from its verdict: the order of the remainder, the name of the worst component, and the
+//! verdict on a gradient that is wrong on purpose.
 
 use crate::check::{Smooth, claimed, point, seeds};
 use autodiff::check::{Options, Report, Verdict, check_gradient};
 use autodiff::{Function, gradient};
 
-/// The tolerance of measured orders. They are measured over half decades of steps. Rounding and terms of higher order
-/// change the remainders by a few parts in a hundred.
+/// The tolerance for a measured order. Orders are measured between steps half a decade apart. There, rounding errors
+/// and terms of higher order change the remainders by a few parts in a hundred.
 const ORDER: f64 = 0.1;
 
 /// A function of several numbers.
 type Value<'a> = &'a dyn Fn(&[f64]) -> f64;
 
-/// Returns the order in every direction.
+/// Returns the measured order of the remainder for each direction.
 fn orders(report: &Report) -> Vec<Option<f64>> {
     report.directions.iter().map(|row| row.taylor).collect()
 }
@@ -24,7 +24,7 @@ fn is_order(report: &Report, order: f64) {
     }
 }
 
-/// The order may exceed 2 along a direction of small curvature, where the third-order term shows.
+/// Along a direction of small curvature the term of third order shows, so the measured order may exceed 2.
 #[test]
 fn remainders_are_of_second_order_where_the_gradient_is_right() {
     for n in [2, 7, 50] {
@@ -38,7 +38,7 @@ fn remainders_are_of_second_order_where_the_gradient_is_right() {
     }
 }
 
-/// Gradients are wrong by half of the slope down to a hundred tolerances.
+/// The errors of these gradients range from half of the slope to a hundred times the tolerance.
 #[test]
 fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
     let x = point(3);
@@ -48,14 +48,14 @@ fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
         for options in seeds(20) {
             let mut report = claimed(|x| Smooth.eval(x), [&x, &slopes], &options);
             assert_eq!(report.verdict, Verdict::Wrong, "{report}");
-            // A direction nearly at right angles to the error does not show it.
+            // A direction that is nearly at right angles to the error does not show the error.
             report.directions.retain(|row| row.error > 1e-5);
             is_order(&report, 1.0);
         }
     }
 }
 
-/// The measured order must be that of the leading term.
+/// The measured order must be that of the leading term of the remainder.
 #[test]
 fn remainders_have_the_order_of_their_leading_term() {
     for power in [1.0, 1.5, 2.0, 3.0, 4.0] {
@@ -66,7 +66,8 @@ fn remainders_have_the_order_of_their_leading_term() {
     }
 }
 
-/// Only the larger steps cross the kink beside the point, so the order must be that of the smaller steps.
+/// The function has a kink beside the point, which only the larger steps cross. So the measured order must be that of
+/// the smaller steps.
 #[test]
 fn the_smaller_steps_decide() {
     for distance in [1e-2, 1e-3, 1e-4, 1e-5] {
@@ -77,7 +78,8 @@ fn the_smaller_steps_decide() {
     }
 }
 
-/// With half a decade of order 1 above half a decade of order 3, there is no middle order: the mean must be reported.
+/// The order is 3 over the lower half decade of steps and 1 over the upper half decade. Neither is in the middle, so
+/// the report must give the mean.
 #[test]
 fn of_two_orders_the_mean_counts() {
     let (largest_step, smallest_step) = (1e-2, 1e-3);
@@ -108,7 +110,7 @@ fn where_all_is_rounding_there_is_no_order() {
             let report = claimed(value, [&point(3), &slopes], &options);
             assert_eq!(orders(&report), [None; 4], "{report}");
         }
-        // The stated noise is 1e-3, and the bend of the values is smaller.
+        // The options state a noise of 1e-3, which is more than the values bend.
         let noise = 1e-3;
         let report = claimed(
             |x| x[0].exp(),
@@ -119,8 +121,8 @@ fn where_all_is_rounding_there_is_no_order() {
     }
 }
 
-/// Noise must not count as a remainder: neither single precision that the options state, nor a little noise that they
-/// do not state.
+/// Noise must not be taken for a remainder. In one case it is single precision, which the options state. In the other
+/// it is a little noise that the options do not state.
 #[test]
 fn noise_is_no_remainder() {
     let x = point(3);
@@ -185,9 +187,8 @@ fn a_gradient_that_is_wrong_on_purpose_is_found_out() {
     }
 }
 
-/// There must be no control where it would prove nothing: a gradient that is zero or too small for
-/// differences, one that is wrong already, differences that do not settle, and a tolerance above one
-/// hundredth.
+/// The negative control must be `None` where its verdict would prove nothing: if the gradient is zero or too small for
+/// differences, if it is wrong already, if the differences do not settle, or if the tolerance exceeds one hundredth.
 #[test]
 fn a_control_that_would_tell_nothing_is_none() {
     let line = |x: &[f64]| x[0].exp() + x[0].abs();

@@ -1,4 +1,4 @@
-//! The gradient checker over many seeds, for functions that are easily misjudged.
+//! Checks with many seeds, for functions that are easily misjudged.
 
 use crate::check::{claimed, point, seeds};
 use autodiff::check::{Options, Report, Verdict};
@@ -8,7 +8,7 @@ const SEEDS: u64 = 100;
 
 type Value<'a> = &'a dyn Fn(&[f64]) -> f64;
 
-/// Checks a claimed gradient at a point with many seeds.
+/// Returns the reports of checks of a claimed gradient at a point, with many seeds.
 fn reports(value: Value, [x, gradient]: [&[f64]; 2], options: &Options) -> Vec<Report> {
     let check = |Options { seed, .. }| {
         let options = Options {
@@ -20,7 +20,7 @@ fn reports(value: Value, [x, gradient]: [&[f64]; 2], options: &Options) -> Vec<R
     seeds(SEEDS).map(check).collect()
 }
 
-/// Asserts this verdict for every seed, and that no seed accepts the negative control.
+/// Asserts that every seed gives this verdict, and that no seed accepts the negative control.
 fn is(verdict: Verdict, name: &str, value: Value, x: &[f64], gradient: &[f64]) {
     let reports = reports(value, [x, gradient], &Options::default());
     for (seed, report) in reports.iter().enumerate() {
@@ -30,7 +30,7 @@ fn is(verdict: Verdict, name: &str, value: Value, x: &[f64], gradient: &[f64]) {
     }
 }
 
-/// Rosenbrock's function: zero at its minimum, where all components are one.
+/// Rosenbrock's function. At its minimum the value is zero and all arguments are one.
 fn rosenbrock<R: Real>(x: &[R]) -> R {
     x.windows(2).fold(R::zero(), |sum, x| {
         let valley = x[1] - x[0] * x[0];
@@ -126,7 +126,7 @@ fn spikes_cusps_and_small_kinks_are_kinks() {
         let joined = |x: &[f64]| cusp(x) + x[1].exp();
         kink("cusp and slope", &joined, &[0.0, 0.2], &[0.0, 0.2f64.exp()]);
     }
-    // Curvature hides the kink at all but the smallest steps.
+    // The kink is small compared to the curvature, so it shows only at the smallest steps.
     let small = |x: &[f64]| 1e-3 * x[0].abs() + x[0] * x[0] + x[0];
     kink("small", &small, &[0.0], &[1.0]);
 }
@@ -187,7 +187,7 @@ fn noise_is_no_kink() {
         };
         let smooth = of(1.0, &Options::default());
         let smooth = smooth.iter().filter(|r| r.verdict == Verdict::Smooth);
-        // Noise that the options do not state may settle on a wrong slope by chance.
+        // If the options do not state the noise, the differences may settle on a wrong slope by chance.
         assert!(smooth.count() as u64 >= SEEDS - 2, "{size:e}");
         let options = Options {
             noise: size.max(f64::EPSILON),
@@ -214,7 +214,7 @@ fn one_wrong_component_of_a_thousand_is_named() {
     }
 }
 
-/// For a function that varies over less than the smallest step, the user must set smaller steps.
+/// If a function varies over less than the smallest step, the check is right only with smaller steps in the options.
 #[test]
 fn small_lengths_need_small_steps() {
     let (x, inverse) = (1e-9, |x: &[f64]| 1.0 / x[0]);
@@ -236,7 +236,7 @@ fn small_lengths_need_small_steps() {
     }
 }
 
-/// Errors of three tolerances must be found, at any scale of the function.
+/// An error of three times the tolerance must be found, at any scale of the function.
 #[test]
 fn small_errors_are_wrong() {
     let x = point(5);
@@ -246,7 +246,7 @@ fn small_errors_are_wrong() {
             let value = |x: &[f64]| scale * sines(x);
             let reports = reports(&value, [&x, &claimed], &Options::default());
             let same = reports.iter().filter(|report| report.verdict == verdict);
-            // Directions nearly at right angles to the error do not show it.
+            // A direction that is nearly at right angles to the error does not show the error.
             assert!(same.count() as u64 >= SEEDS - 1, "{scale:e} by {factor}");
         }
     }

@@ -1,5 +1,5 @@
-//! Formulas that read as on paper: closures with float constants, references and native comparisons, and generic code
-//! with `lit`.
+//! Formulas that read as on paper. In closures they use float constants, references and native comparisons; generic
+//! code uses `lit`.
 
 use autodiff::{
     Dual, Real, Var, gradient, gradient_forward, hessian, hessian_vector, jacobian, lit,
@@ -44,7 +44,8 @@ fn generic<R: Real>(x: &[R]) -> R {
 #[test]
 fn closures_take_floats_and_references_as_generic_code_takes_literals() {
     for x in [[0.5, 1.25], [-0.5, 0.75], [2.0, 7.0]] {
-        // The numbers are halves and quarters, so only quotients round, and both forms compute them in the same way.
+        // The numbers are halves and quarters, so only quotients are rounded. Both forms of the formula compute the
+        // same quotients.
         let expected = gradient(generic, &x);
         if x[1] != 7.0 {
             assert_eq!(gradient(|x| formula!(Var<f64>, x), &x), expected);
@@ -60,11 +61,12 @@ fn closures_take_floats_and_references_as_generic_code_takes_literals() {
         let along = Dual::<f64, 1>::variable(x[0], 0);
         assert_eq!((2.0 * along).tangent, [2.0]);
     }
-    // Constants must record nothing, on either side of an operator.
+    // Constants must not be recorded, on either side of an operator.
     assert_eq!(gradient(|x| 3.0 - x[0] * 0.0, &[5.0]), [-0.0]);
 }
 
-/// Drivers must take closures that consume what they capture. A Jacobian without arguments has empty rows.
+/// Drivers must accept closures that consume what they capture. The Jacobian of a function without arguments must have
+/// empty rows.
 #[test]
 fn drivers_take_any_closure() {
     let owned = Box::new(4.0);

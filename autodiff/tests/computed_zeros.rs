@@ -26,15 +26,15 @@ fn an_intermediate_overflow_never_gives_a_wrong_zero() {
     for (function, at) in overflows {
         assert_gradients(|x| function(x[0]), &[([at], [NAN])]);
     }
-    // The slope of the square is 0 and stops the infinity.
+    // The outer slope is that of a square at 0. It is 0, so it stops the infinity.
     assert_gradients(
         |x| Real::dot(&[x[0], x[1]], &[x[0], x[1]]).recip().recip(),
         &[([0.0, 0.0], [0.0, 0.0])],
     );
 }
 
-/// The squares of square roots whose operand has a tangent of 0. Forward mode meets this zero first, so the slope is
-/// 0.
+/// In the square of a square root, the operand of the root has a tangent of 0. Forward mode meets this zero before the
+/// infinite partial, so the slope must be 0.
 #[test]
 fn an_operand_that_does_not_move_has_a_slope_of_zero() {
     let square = |root: Sym| root * root;
@@ -42,15 +42,16 @@ fn an_operand_that_does_not_move_has_a_slope_of_zero() {
     let flat = [([0.0, 0.0], [0.0, 0.0])];
     assert_gradients(|x| square(Sym::dot(x, x).sqrt()), &flat);
     assert_gradients(|x| square((x[0] * x[0] + x[1] * x[1]).sqrt()), &flat);
-    // The slope with respect to the second argument is 1, but it cannot be computed from the root.
+    // The slope with respect to the second argument is 1. It cannot be computed from the root, whose partial is
+    // infinite.
     assert_gradients(
         |x| square((x[0] * x[0] + x[1]).sqrt()),
         &[([0.0, 0.0], [0.0, NAN])],
     );
 }
 
-/// In each choice, the side that is not chosen has an infinite partial. The functions get `x`, its root, and a mask
-/// that is 0 at 0.
+/// In each of these choices, the side that is not chosen has an infinite partial. The functions take `x`, its square
+/// root, and a mask that is 0 where `x` is 0.
 #[test]
 fn a_chosen_zero_stops_an_infinite_partial() {
     let choices: [(&str, fn(Sym, Sym, Sym) -> Sym); 15] = [
@@ -97,7 +98,7 @@ fn a_chosen_zero_stops_an_infinite_partial() {
             choice(x[0], x[0].sqrt(), mask)
         });
     }
-    // The same choice by an `if`.
+    // This makes the same choice by an `if`.
     let branch = |x: &[Var<f64>]| {
         if x[0].primal() > 0.0 {
             x[0].sqrt()
@@ -114,7 +115,7 @@ fn a_cotangent_that_was_given_as_zero_stops() {
     assert_eq!(vjp(values, &[0.0], &[0.0, 1.0]).1, [1.0]);
 }
 
-/// A branch that is not taken must not change other components of the gradient.
+/// A branch that is not taken must not change the other components of the gradient.
 #[test]
 fn other_components_are_bit_identical() {
     let clean = |x: &[Var<f64>]| (x[1] * x[2]).sin() / x[2] + x[1].exp();
@@ -158,7 +159,7 @@ impl Model for Twice {
     }
 }
 
-/// Functions for which a zero still hides an infinity, in a reverse sweep over lanes or behind a fused function.
+/// Functions in which a zero may still hide an infinity: in a reverse sweep over lanes, or behind a fused function.
 enum Hidden {
     Rule,
     Rollout(Rollout<Twice>),
@@ -218,8 +219,8 @@ const FUNCTIONS: [fn(Sym) -> Sym; 30] = [
     |x| x.hypot(x * x),
 ];
 
-/// Forward mode is the reference: where it gives NaN, no other mode may give a number, and elsewhere all modes must
-/// agree. Every function is composed with every other.
+/// Forward mode is the reference. Where it gives NaN, no other mode may give a number, and elsewhere all modes must
+/// agree. The tested functions are all pairs of two functions, one applied to the result of the other.
 #[test]
 fn no_mode_gives_a_number_where_forward_mode_gives_nan() {
     let points = [

@@ -37,7 +37,7 @@ impl Model for Masses {
     }
 }
 
-/// The lengths of the start, the stiffnesses, the forces and the winds.
+/// The lengths of the parts of the argument: the start, the stiffnesses, the forces and the winds.
 const LENGTHS: [usize; 4] = [2 * MASSES, MASSES, STEPS * MASSES, STEPS];
 
 fn parts<T>(x: &[T]) -> [&[T]; 4] {
@@ -49,7 +49,7 @@ fn point(k: usize) -> Vec<f64> {
     (0..LENGTHS.iter().sum()).map(wave).collect()
 }
 
-/// The squares of the state in the middle and at the end of a rollout.
+/// The loss: the sum of the squares of the states in the middle and at the end of a rollout.
 #[derive(Clone, Copy, Default)]
 struct Squares(Memory);
 
@@ -71,7 +71,7 @@ impl Function for Squares {
     }
 }
 
-/// The same loss, step by step in scalars.
+/// The loss of [`Squares`], computed step by step with scalar operations.
 fn in_scalars<R: Real>(x: &[R]) -> R {
     let [start, stiffness, forces, winds] = parts(x);
     let (mut x, mut v) = (start[..MASSES].to_vec(), start[MASSES..].to_vec());
@@ -100,7 +100,7 @@ fn gradients_are_those_of_scalars_and_of_duals() {
         };
         let lifted: Vec<_> = x.iter().enumerate().map(lifted).collect();
         let [forward] = Squares::default().eval(&lifted).tangent;
-        // Both are sums of a few hundred terms of magnitude 1.
+        // Both gradients are sums of a few hundred terms of magnitude 1.
         assert!((by_rollout[i] - by_tape[i]).abs() < 1e-13, "{i}");
         assert!((by_rollout[i] - forward).abs() < 1e-13, "{i}");
         assert!(by_rollout[i] != 0.0, "{i}");
@@ -117,7 +117,7 @@ fn little_memory_gives_the_same_bits() {
     );
 }
 
-/// A batch must equal single runs, with controls per start and with shared controls.
+/// A batch must give the same results as single runs, whether the controls are shared or each start has its own.
 #[test]
 fn a_batch_of_starts_equals_single_runs() {
     for count in [1, 2, 3, 8, 11] {
@@ -161,13 +161,13 @@ fn a_batch_of_starts_equals_single_runs() {
         }
         for i in controls..len {
             let sum: f64 = alone.iter().map(|alone| alone[i]).sum();
-            // Both add the same number of terms, in a different order.
+            // The two results add the same terms in a different order.
             assert!((together[i] - sum).abs() < 1e-13 * count as f64, "{i}");
         }
     }
 }
 
-/// Controls that are constants must get no cotangent and must not change the others.
+/// Controls that are constants must get no cotangent. The cotangents of the other controls must not change.
 #[test]
 fn controls_may_be_constants() {
     let x = point(2);
@@ -189,7 +189,7 @@ fn controls_for_other_steps_are_told() {
     assert_refused("over 23 steps, but ", || {
         (Squares::default().rollout()).run(start, &[stiffness, few, winds])
     });
-    // This is more numbers than fit into memory.
+    // So many steps have more controls than memory could hold.
     let steps = 1 << (usize::BITS - 1);
     let sentence = format!(
         "{} numbers over {steps} steps, but 0 were given",

@@ -1,4 +1,4 @@
-//! Double-double arithmetic, compared with 60-digit values and used as the inner number of every mode.
+//! Double-double arithmetic is compared with 60-digit values. It is also tested as the inner number type of every mode.
 
 use crate::common::{Formula, differences, formula, forward_gradient, largest_difference, rows};
 use crate::net::Loss;
@@ -10,7 +10,7 @@ struct Case {
     function: String,
     a: DoubleDouble,
     b: DoubleDouble,
-    /// The true value as a sum of floats.
+    /// The exact value, as a sum of floats.
     value: [f64; 3],
 }
 
@@ -60,11 +60,11 @@ impl Case {
     fn relative_error(&self) -> f64 {
         let [high, low] = self.computed().parts();
         let value = self.value;
-        // Every operation but the last is exact, because the parts agree in all but their last bits.
+        // The first two differences are exact, because their operands agree in all but the last bits.
         ((high - value[0]) + (low - value[1]) - value[2]).abs() / value[0].abs()
     }
 
-    /// The error that the module's documentation allows.
+    /// Returns the error that the documentation of the module allows.
     fn allowed(&self) -> f64 {
         match self.function.as_str() {
             "add" | "mul" | "div" | "sqrt" => 1e-31,
@@ -104,7 +104,8 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
     let same = |wide: DoubleDouble, float: f64, what: &str| {
         let [high, low] = wide.parts();
         let equal = high == float || high.is_nan() && float.is_nan();
-        // The second float of a finite value is below the rounding of the first; otherwise it is zero.
+        // For a finite value, the second float must be smaller than the rounding error of the first. Otherwise it must
+        // be zero.
         assert!(
             equal && (low == 0.0 || low.abs() <= high.abs() * f64::EPSILON),
             "{what}: {wide:?}, f64 {float}"
@@ -133,7 +134,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
                 (x.less(y), x.less_equal(y), x.finite()),
                 (a < b, a <= b, a.is_finite())
             );
-            // Here powers of negative numbers are NaN, while f64 has values for integer exponents.
+            // For a negative base, `powf` gives NaN in double-double. In f64 it gives numbers for integer exponents.
             if a >= 0.0 {
                 same(x.powf(y), a.powf(b), "powf");
             }
@@ -147,7 +148,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
     assert_eq!(DoubleDouble::from(-800.0).exp().parts(), [0.0, 0.0]);
 }
 
-/// Uses every elementary function, on a scale on which no term dominates.
+/// A function of all elementary functions, with arguments at which no term dominates.
 fn mixed() -> Formula {
     formula(3, |x| {
         let wave = (x[0] * x[1]).sin() + x[2].exp() / x[0].cos();
@@ -164,7 +165,7 @@ fn derivatives_are_as_precise_as_the_number_inside() {
     let (mixed, x) = (mixed(), [0.7, 1.3, 2.1]);
     let exact = gradient(|x| mixed.eval(x), &wide(&x));
     let forward = forward_gradient(&mixed, &wide(&x));
-    // About twenty operations with errors of 1e-31 to 1e-30 each, in two orders.
+    // The tolerance is for about twenty operations with errors of 1e-31 to 1e-30 each, done in two different orders.
     assert!(largest_difference(&forward, &exact) < 1e-29);
 
     // The truncation error is h^2 / 6 times a third derivative of about 10; the rounding error is 1e-31 / h.
@@ -177,11 +178,11 @@ fn derivatives_are_as_precise_as_the_number_inside() {
         );
     }
 
-    // Twenty operations of f64: 20 * 1e-16 times a condition number of order one.
+    // The tolerance is for twenty operations in f64, 20 * 1e-16, times a condition number of order one.
     assert!(largest_difference(&wide(&gradient(|x| mixed.eval(x), &x)), &exact) < 1e-14);
     let rows = hessian(|x| mixed.eval(x), &wide(&x)).into_vec();
     assert!(largest_difference(&wide(&hessian(|x| mixed.eval(x), &x).into_vec()), &rows) < 1e-13);
-    // The two triangles of a Hessian are computed separately.
+    // The two triangles of the Hessian must agree, although they are computed separately.
     let transposed: Vec<DoubleDouble> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
     assert!(largest_difference(&transposed, &rows) < 1e-29);
 }
@@ -191,12 +192,12 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     let loss = Loss::new(50);
     let x = loss.point();
     let exact = loss.eval(&wide(&x));
-    // 50 steps of about 20 rounded operations per number, whose errors the network's feedback may amplify.
+    // The tolerance is for 50 steps with about 20 rounding errors per number, which the network's feedback may amplify.
     assert!(largest_difference(&[DoubleDouble::from(loss.eval(&x))], &[exact]) < 1e-13);
     let slopes = gradient(|x| loss.eval(x), &wide(&x));
     assert!(largest_difference(&wide(&gradient(|x| loss.eval(x), &x)), &slopes) < 1e-12);
 
-    // Compares the same sweep with forward mode, in digits that f64 does not have.
+    // The same reverse sweep must agree with forward mode, in more digits than f64 has.
     let dual = |(i, &x)| Dual::<DoubleDouble, 1> {
         value: DoubleDouble::from(x),
         tangent: [DoubleDouble::from((i as f64).cos())],
@@ -231,10 +232,11 @@ fn a_sum_keeps_what_is_small() {
     assert_eq!(sum, small);
 }
 
-/// The sum of two finite parts may overflow; then the number must be infinite.
+/// If the sum of two finite floats overflows, the number must be infinite.
 #[test]
 fn a_number_beyond_the_largest_is_infinite() {
-    // This is a quarter of the distance between the two largest floats; half of the distance rounds up.
+    // This is a quarter of the distance between the two largest floats. Half of that distance would round up to
+    // infinity.
     let quarter = DoubleDouble::from(2.0_f64.powi(969));
     let above_one = DoubleDouble::new(1.0, 2.0_f64.powi(-54));
     for sign in [1.0, -1.0].map(DoubleDouble::from) {

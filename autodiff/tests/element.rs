@@ -1,5 +1,5 @@
-//! The functions of num-traits' `Float` and simba's `ComplexField` on elements, compared with the system's functions
-//! and with differences in 31 digits.
+//! The functions of num-traits' `Float` and simba's `ComplexField` for elements. Their values are compared with the
+//! system's functions, and their slopes with difference quotients in 31 digits.
 
 use std::num::FpCategory;
 
@@ -9,17 +9,18 @@ use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
 
-/// Both traits have methods of the same names, so only this module imports both.
+/// The functions to test. They are in a module of their own, because only here both traits are imported, and their
+/// methods have the same names.
 mod table {
     use ::nalgebra::ComplexField as C;
     use num_traits::Float as F;
 
     use super::Number;
 
-    /// A name, the function called through num-traits and through simba, and the system's function.
+    /// The name of a function, the function called through num-traits and through simba, and the system's function.
     pub(crate) type Row = (&'static str, [fn(Number) -> Number; 2], fn(f64) -> f64);
 
-    /// Returns the functions that `Real` lacks, with their domains.
+    /// Returns the functions that the trait `Real` does not have, each with its domain.
     pub(crate) fn functions() -> Vec<(Row, [f64; 2])> {
         type Ours = [fn(Number) -> Number; 2];
         let row = |name, ours: Ours, system: fn(f64) -> f64, domain| ((name, ours, system), domain);
@@ -71,7 +72,7 @@ fn elementary_functions_have_the_system_s_values_and_their_own_slopes() {
                 ),
                 (other.value, other.tangent)
             );
-            // Ours is exact to f64; the system's function is accurate to an ulp or two.
+            // The crate's value is exact to f64, while the system's function has an error of an ulp or two.
             let error = (value - system(x)).abs();
             assert!(
                 error <= 4.0 * f64::EPSILON * value.abs(),
@@ -105,7 +106,7 @@ fn small_arguments_lose_no_digits() {
     for function in near_x {
         for x in [1e-9, -1e-12, 0.0, 1e-300, 1e-310, 5e-324, -1.5e-323] {
             let y = function(Element(Dual::variable(x, 0))).0;
-            // The next term of each series is x^2 / 2.
+            // In each series, the term after `x` is at most x^2 / 2.
             assert!((y.value - x).abs() <= x.abs() * (x.abs() + 4.0 * f64::EPSILON));
             assert!((y.tangent[0] - 1.0).abs() <= 1.01 * x.abs() + 8.0 * f64::EPSILON);
         }
@@ -115,7 +116,8 @@ fn small_arguments_lose_no_digits() {
 #[test]
 fn functions_reach_as_far_as_those_of_floats() {
     let largest = f64::MAX;
-    // Used for the largest floats, where the system's own functions overflow.
+    // The logarithm of `2 x`. It serves as the reference for the largest floats, where the system's own functions
+    // overflow.
     fn ln_twice(x: f64) -> f64 {
         x.ln() + std::f64::consts::LN_2
     }
@@ -141,18 +143,19 @@ fn functions_reach_as_far_as_those_of_floats() {
     ];
     for (place, (ours, system, x)) in pairs.into_iter().enumerate() {
         let (value, expected) = (ours(Element(x)).0, system(x));
-        // `exp` is accurate to 2 ulp and its root is squared; the others are accurate to an ulp or two.
+        // Some of these functions are squares of `exp(x / 2)`, which has an error of 2 ulp. The others have errors of
+        // an ulp or two.
         let error = f64::abs(value - expected);
         assert!(
             value == expected || error <= 6.0 * f64::EPSILON * f64::abs(expected).min(f64::MAX),
             "row {place} at {x}: {value}, not {expected}"
         );
     }
-    // In single precision squares overflow above 1.8e19, and the exponential above 88.7.
+    // In single precision, squares overflow for numbers above 1.8e19, and the exponential for numbers above 88.7.
     let single = [Element(2e19_f32).asinh().0, Element(89.0_f32).sinh().0];
     let double = [2e19_f64.asinh(), 89.0_f64.sinh()];
     for (single, double) in single.into_iter().zip(double) {
-        // An ulp or two of 6e-8, and the error of `exp` again.
+        // The tolerance is for an ulp or two, each 6e-8, and for the error of `exp` as above.
         assert!((single as f64 / double - 1.0).abs() < 5e-7, "{single}");
     }
 }
@@ -200,7 +203,7 @@ fn odd_functions_keep_the_sign_of_a_zero() {
     );
 }
 
-/// An algorithm must decide alike for a number and for a variable of the same value.
+/// Algorithms must decide in the same way for a plain number and for a variable with the same value.
 #[test]
 fn zero_is_what_has_the_value_zero() {
     use num_traits::Zero;
@@ -216,7 +219,7 @@ fn zero_is_what_has_the_value_zero() {
     assert_eq!(decides::<Dual<f64, 1>>(&moving).tangent, [1.0]);
 }
 
-/// Newton's method for a cubic root, in code generic over `Float`.
+/// Computes a cubic root by Newton's method, in code that is generic over `Float`.
 fn cubic_root<T: Float>(x: T) -> T {
     let three = T::from(3.0).expect("a small number");
     let mut root = x.max(T::one());
@@ -231,8 +234,8 @@ fn generic_float_code_is_differentiated() {
     fn root<R: Real>(x: &[R]) -> R {
         cubic_root(Element(x[0])).0
     }
-    // Newton's last step makes the first derivative exact to within rounding. The second derivative has the error of
-    // one quadratic step.
+    // After Newton's last step the first derivative is exact to within rounding. The second derivative has the error
+    // that one quadratic step leaves.
     let x: f64 = 8.0;
     assert!(f64::abs(root(&[x]) - 2.0) < 1e-14);
     assert!(f64::abs(gradient(root, &[x])[0] - 1.0 / 12.0) < 1e-12);

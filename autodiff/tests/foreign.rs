@@ -1,4 +1,4 @@
-//! Traits of other crates: each method of an element must agree with the method of f64.
+//! Traits of other crates: each method of an element must agree with the same method of f64.
 
 use std::fmt::Display;
 use std::iter::Sum;
@@ -7,8 +7,8 @@ use autodiff::{Dual, Element, Tape, Var};
 use nalgebra::RealField;
 use num_traits::{Float, FromPrimitive, Num, NumAssign, Signed};
 
-/// Most functions are those of f64. Some are composed of two or three, with one rounding each, and an argument near
-/// 10 amplifies it.
+/// The largest relative difference from f64. Most functions of elements call those of f64. Some are composed of two or
+/// three functions with a rounding error each, which an argument near 10 amplifies.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 #[track_caller]
@@ -21,7 +21,7 @@ fn assert_same(ours: Vec<Element<f64>>, plain: Vec<f64>) {
     }
 }
 
-/// Points on both sides of zero, where either number is the larger one.
+/// Pairs of numbers on both sides of zero. The larger one is the first or the second.
 const POINTS: [(f64, f64); 4] = [(0.3, 2.5), (-1.75, 0.5), (2.25, -3.0), (-0.6, -0.2)];
 
 fn of_float<T: Float>(x: T, y: T) -> Vec<T> {
@@ -53,7 +53,7 @@ fn of_float<T: Float>(x: T, y: T) -> Vec<T> {
 fn float_is_that_of_f64() {
     for (x, y) in POINTS {
         assert_same(of_float(Element(x), Element(y)), of_float(x, y));
-        // Deprecated, but still part of the trait.
+        // This method is deprecated, but still belongs to the trait.
         #[allow(deprecated)]
         let differences = [Float::abs_sub(Element(x), Element(y)).0, x.abs_sub(y)];
         assert_eq!(differences[0], differences[1]);
@@ -140,7 +140,7 @@ fn num_is_that_of_f64() {
     assert!(<Element<f64> as Num>::from_str_radix("two", 10).is_err());
 }
 
-/// A number must print, compare, add up and be created like its value.
+/// Asserts that a number prints, compares, adds up and is created like its value.
 fn goes_by_its_value<T>(make: impl Fn(f64) -> T, value: impl Fn(T) -> f64)
 where
     T: Copy + Display + PartialOrd + Sum + FromPrimitive,

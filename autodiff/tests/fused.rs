@@ -1,4 +1,5 @@
-//! Fused entries and custom rules must agree with the same functions written out.
+//! Functions that are one entry on the tape, and custom rules, must agree with the same functions written out in scalar
+//! operations.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,7 +10,7 @@ use autodiff::fused::{dense, dense_batch};
 use autodiff::implicit::{Residual, root};
 use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient};
 
-/// The same sums in a different order: a few roundings of terms of order 1.
+/// The largest difference between sums that add the same terms of order 1 in a different order.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 fn assert_same_derivatives(a: &impl Function, b: &impl Function, x: &[f64]) {
@@ -24,8 +25,8 @@ fn assert_same_derivatives(a: &impl Function, b: &impl Function, x: &[f64]) {
 
 const POINT: [f64; 4] = [0.3, -1.2, 0.7, 2.0];
 
-/// `tanh(x . (x, constants))` and a sum. They contain a variable twice, constants among variables, and a zero
-/// constant.
+/// The tested function is `tanh(x . (x, constants))` and a sum. The dot product contains a variable twice, constants
+/// among variables, and a zero constant.
 #[test]
 fn dot_and_sum_equal_their_written_out_forms() {
     let of = |fused: bool| {
@@ -54,7 +55,7 @@ fn empty_slices_sum_to_a_constant_zero() {
     );
 }
 
-/// `y_i = m_i . x` for the rows of a matrix. It counts the calls of its reverse rule.
+/// A fused function that multiplies `x` by a matrix. It counts the calls of its reverse rule.
 struct MatVec {
     reversed: Arc<AtomicUsize>,
 }
@@ -102,8 +103,8 @@ impl Fused for MatVec {
     }
 }
 
-/// `sin(y_1) y_2` for `y = M x`. The matrix consists of variables or of constants. The first output is unused, and
-/// this must not hide the entry of the other outputs.
+/// The function `sin(y_1) y_2` with `y = M x`. The matrix consists of variables or of constants. The output `y_0` is
+/// unused; this must not keep the reverse rule from running for the other outputs.
 struct Network {
     constant_matrix: bool,
 }
@@ -157,7 +158,8 @@ fn a_fused_entry_without_cotangent_is_not_reversed() {
     assert_eq!(reversed.load(Ordering::Relaxed), 1);
 }
 
-/// A thread keeps the memory of its last tape, but must drop everything that a function on the tape owns.
+/// A thread keeps the memory of its last tape for reuse. Everything that a function on the tape owns must still be
+/// dropped.
 #[test]
 fn what_a_function_owns_is_given_back() {
     let reversed = Arc::new(AtomicUsize::new(0));
@@ -171,7 +173,7 @@ fn what_a_function_owns_is_given_back() {
     assert_eq!(Arc::strong_count(&reversed), 1);
 }
 
-/// The identity, with a bound on its cotangent.
+/// A fused function that returns its input and bounds the cotangent in the reverse sweep.
 struct Bounded(f64);
 
 impl Fused for Bounded {
@@ -205,11 +207,11 @@ fn a_reverse_rule_may_bound_the_cotangent() {
         )
     };
     assert_eq!(through(10.0), [3.0, 4.0]);
-    // The norm of (3, 4) is 5, and the bound halves it exactly.
+    // The norm of the cotangent (3, 4) is 5, so a bound of 2.5 halves it exactly.
     assert_eq!(through(2.5), [1.5, 2.0]);
 }
 
-/// `ln(e^a + e^b)`, with given partials.
+/// The function `ln(e^a + e^b)` as a rule with given partials.
 #[derive(Clone)]
 struct LogSumExp;
 
@@ -248,7 +250,7 @@ fn a_rule_gives_all_modes_and_their_nestings() {
 
 #[test]
 fn a_rule_meets_zero_cotangents_as_functions_do() {
-    /// `sqrt` as a custom rule.
+    /// The square root as a custom rule.
     #[derive(Clone)]
     struct Root;
     impl Rule for Root {
@@ -268,7 +270,7 @@ fn a_rule_meets_zero_cotangents_as_functions_do() {
     assert_gradient(&Dropped, &[0.0, 1.0], &[0.0, 1.0]);
 }
 
-/// A function from weights, inputs and biases to the outputs of a layer.
+/// A function that takes weights, inputs and biases, and returns the outputs of a layer.
 type Layer<R> = fn(&[R], &[R], &[R]) -> Vec<R>;
 
 /// Two layers of a network on `x`, whose weights also depend on `x`.
@@ -301,7 +303,8 @@ fn a_dense_layer_equals_its_written_out_form() {
     assert_eq!(dense::<f64>(&[], &[], &[2.0, 3.0]), [2.0, 3.0]);
 }
 
-/// The root of `y^3 + y = x` by bisection, which is not differentiated. Its partial follows from the equation.
+/// A rule for the root of `y^3 + y = x`. It is found by bisection, which is not differentiated. The partial follows
+/// from the equation.
 #[derive(Clone)]
 struct Bisected;
 
@@ -321,7 +324,7 @@ impl Rule for Bisected {
     }
 }
 
-/// The same function by [`root`].
+/// The same root by [`root`], as a function to differentiate.
 #[derive(Clone)]
 struct Solved;
 
@@ -353,10 +356,11 @@ fn the_value_of_a_rule_has_the_rule_s_derivative_in_nestings_too() {
     assert_same_derivatives(&rule, &root, &POINT);
 }
 
-/// A constant of an inner tape may be a variable of the outer mode; then it must keep the outer derivative.
+/// A number that is constant on an inner tape may be a variable of the outer mode. Then it must keep its outer
+/// derivative.
 #[test]
 fn constants_of_an_inner_tape_keep_their_outer_derivative() {
-    /// `d/dw (w y(p))`, by an inner tape on which `p` is a constant.
+    /// Returns `d/dw (w y(p))`, computed on an inner tape on which `p` is a constant.
     fn inner<R: Real>(p: R, rule: bool) -> R {
         let of = |w: &[Var<R>]| {
             let p = [Var::constant(p)];
@@ -381,7 +385,7 @@ fn constants_of_an_inner_tape_keep_their_outer_derivative() {
     }
 }
 
-/// The sum of squares of a layer's results for a batch of vectors.
+/// A function that returns the sum of squares of a layer's results for a batch of vectors.
 struct Batch(usize);
 
 fn batch_parts<R>(x: &[R], vectors: usize) -> [&[R]; 3] {

@@ -1,11 +1,11 @@
-//! Graphs without some of their edges, and edges in the plane.
+//! Graphs that leave out some of their edges, and graphs whose edges are springs in the plane.
 
 use crate::steps::{Step, Turn, assert_same};
 use autodiff::{Function, Given, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient};
 
 const NODES: usize = 40;
 
-/// A chain of nodes. Springs join each node to the next one and to the third one after it.
+/// A model of a chain of nodes. Springs join each node to the next one and to the third one after it.
 #[derive(Clone)]
 struct Chain(Graph);
 
@@ -14,7 +14,7 @@ fn edges() -> Vec<[usize; 2]> {
     springs(1).chain(springs(3)).collect()
 }
 
-/// Returns the edges to leave out: the first ones, which fill whole registers, then every third.
+/// Returns which edges to leave out: first so many in a row that they fill whole registers, and then every third edge.
 fn marked() -> Vec<bool> {
     (0..edges().len())
         .map(|e| e < 17 || (e > 30 && e % 3 == 0))
@@ -77,8 +77,8 @@ impl Function for Loss {
     }
 }
 
-/// An edge without stiffness has no force, and adding zeros does not change the bits of a sum. So leaving it out must
-/// change neither the value nor any gradient but its own.
+/// An edge without stiffness exerts no force, and adding zeros does not change the bits of a sum. So leaving the edge
+/// out must not change the value. It must change no derivative except the one with respect to the edge's own stiffness.
 #[test]
 fn edges_that_are_left_out_are_as_edges_that_give_zero() {
     let (full, marked) = (Graph::new(NODES, &edges()), marked());
@@ -131,7 +131,7 @@ fn what_is_left_out_is_a_ghost() {
     assert!(full.lanes::<f32>() <= full.lanes::<f64>());
 }
 
-/// Without any edge, nodes must go on as they are.
+/// In a graph without any edge, no force may act on the nodes.
 #[test]
 fn nothing_pulls_in_a_graph_without_any_edge() {
     let full = Graph::new(NODES, &edges());
@@ -139,7 +139,7 @@ fn nothing_pulls_in_a_graph_without_any_edge() {
     let start: Vec<f64> = (0..2 * NODES).map(|i| (i as f64).cos()).collect();
     let seen = (loss.0).run(&start, &[&vec![1.0; full.slots()]]);
     let velocity = seen[seen.len() - NODES];
-    // 25 roundings of products with 0.99.
+    // The tolerance is for 25 rounded products with 0.99.
     assert!((velocity - start[NODES] * 0.99f64.powi(25)).abs() < 1e-15);
 }
 
@@ -149,7 +149,7 @@ fn every_edge_has_its_truth_value() {
     let _ = Graph::new(NODES, &edges()).without(&[true]);
 }
 
-/// Springs in the plane: kernels with two differences of edge ends and three results.
+/// A model of springs in the plane. The kernel gets two differences between the ends of an edge, and has three results.
 #[derive(Clone)]
 struct Plane {
     edges: Vec<[usize; 2]>,
@@ -217,7 +217,7 @@ impl Step for Plane {
 
 #[test]
 fn edges_may_have_several_ends_and_several_results() {
-    // The nodes fill whole registers, or leave some of the last register over.
+    // In one case the nodes fill whole registers, and in the other they fill the last register only in part.
     for nodes in [NODES, NODES - 3] {
         assert_same(Plane::new(nodes));
     }

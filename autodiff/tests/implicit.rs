@@ -1,4 +1,5 @@
-//! Derivatives of roots through their equations, compared with the unrolled iterations and with differences.
+//! Derivatives of roots that follow from their equations. They are compared with those of unrolled iterations and with
+//! difference quotients.
 
 use crate::common::{Sym, assert_close, differences, formulas, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
@@ -25,7 +26,7 @@ impl Residual for Coupled {
     }
 }
 
-/// Equations that couple each unknown to its neighbours in a ring.
+/// A system of equations that couple each unknown to its neighbours in a ring.
 #[derive(Clone)]
 struct Ring(usize);
 
@@ -40,11 +41,12 @@ impl Residual for Ring {
     }
 }
 
-/// The root of some equations, either through the equations or by a contraction in the numbers of `p` themselves.
+/// The root of a system of equations. If `implicit` is true, its derivatives follow from the equations. Otherwise it is
+/// found by a contraction in the number type of `p`, whose iterations are differentiated.
 #[derive(Clone)]
 struct Solution<F> {
     equations: F,
-    /// For each equation, the unknown that it updates, and by which factor.
+    /// For each equation, the unknown that the contraction changes by its residual, and the factor of this change.
     contraction: Vec<(usize, f64)>,
     implicit: bool,
 }
@@ -86,14 +88,14 @@ impl Function for Solution<Coupled> {
     }
 }
 
-/// Returns the solution of [`Coupled`], implicit and unrolled.
+/// Returns the solution of [`Coupled`] twice: with implicit derivatives, and with unrolled iterations.
 fn both() -> [Solution<Coupled>; 2] {
     Solution::both(Coupled, &[(0, 0.25), (2, 0.2), (1, 0.125)])
 }
 
 const POINT: [f64; 2] = [0.6, 1.1];
 
-/// The rounding of about fifty operations on numbers of order one.
+/// The rounding error of about fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
 fn assert_same_jacobians<F: Residual>([implicit, unrolled]: [Solution<F>; 2], tolerance: f64) {
@@ -104,14 +106,14 @@ fn assert_same_jacobians<F: Residual>([implicit, unrolled]: [Solution<F>; 2], to
     assert_close(&reverse, &expected, tolerance);
 }
 
-/// Jacobians must agree by forward and by reverse mode. With many unknowns, the Jacobian with respect to them takes
-/// several passes, and the last pass is not full.
+/// Implicit and unrolled Jacobians must agree in forward and in reverse mode. With many unknowns, the Jacobian of the
+/// equations takes several passes, and the last pass is not full.
 #[test]
 fn jacobians_are_those_of_the_iterations() {
     assert_same_jacobians(both(), ROUNDING);
     for n in [1, 4, 5, 8, 11] {
         let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
-        // Sums of `n` terms.
+        // The tolerance is for sums of `n` terms.
         let tolerance = n as f64 * ROUNDING;
         assert_same_jacobians(Solution::both(Ring(n), &contraction), tolerance);
     }
@@ -123,7 +125,7 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
     let value = |p: &[f64]| vec![unrolled.eval(p)];
     let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
     for (_, gradient) in gradients(&implicit, &POINT) {
-        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each.
+        // The truncation error is h^2 and the rounding error is eps / h. Both are about 4e-11.
         assert_close(&gradient, &slopes, 1e-9);
     }
 }
@@ -152,7 +154,7 @@ fn wide_numbers_give_wide_derivatives() {
         let rows = jacobian(|p| solution.unknowns(p), &p).into_vec();
         [gradient(|p| solution.eval(p), &p), rows].concat()
     });
-    // The rounding of double-doubles, for about fifty operations.
+    // The tolerance is for about fifty operations in double-double.
     assert_close(&implicit, &unrolled, 1e-29);
 }
 
@@ -219,7 +221,7 @@ fn a_point_that_is_no_root_is_refused() {
     assert!(root(Turned, &[0.8f32, 0.6 + 1e-4], &[0.5]).is_ok());
 }
 
-/// `p x0 + x1 = 1, x0 - p x1 = p`: rows are exchanged if `p` is below 1.
+/// The equations `p x0 + x1 = 1` and `x0 - p x1 = p`. If `p` is below 1, rows are exchanged.
 #[derive(Clone)]
 struct Turned;
 
@@ -252,13 +254,14 @@ fn lanes_may_disagree_about_pivots() {
     }
     let p: [f64; 16] = std::array::from_fn(|i| 0.1 + 0.35 * ((7 * i) % 16) as f64);
     for (lane, &p) in f64::vectorize(InLanes(p)).iter().zip(&p) {
-        // Both do the same operations, except for fused multiply-adds.
+        // The two slopes come from the same operations, except for fused multiply-adds.
         assert_close(&[*lane], &[turned_slope(p)], ROUNDING);
         // The expected value is the slope of x0 plus p times the slope of x1, by differences.
         let x = |p: &[f64]| vec![2.0 * p[0], 1.0 - p[0] * p[0]];
         let x = |p: &[f64]| x(p).iter().map(|x| x / (p[0] * p[0] + 1.0)).collect();
         let slopes = differences(x, &[p], 0, f64::EPSILON.cbrt());
-        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each, times derivatives of order 10.
+        // The truncation error is h^2 and the rounding error is eps / h, about 4e-11 each. The derivatives of order 10
+        // multiply both.
         assert_close(&[*lane], &[slopes[0] + p * slopes[1]], 1e-8);
     }
 }

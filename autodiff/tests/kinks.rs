@@ -1,4 +1,4 @@
-//! One test per row of the tables of conventions in `real.rs`, each in forward, reverse and nested modes.
+//! Each row of the tables of conventions in `real.rs` has a test, which runs in forward, reverse and nested modes.
 
 use crate::common::{Formula, Sym, assert_gradient, assert_gradients, formula, forward_gradient};
 use autodiff::Elementary;
@@ -29,7 +29,7 @@ fn signum_is_flat_and_zero_at_zero() {
         (INF, 1.0),
     ];
     for (x, sign) in signs {
-        // `f64::signum`, which is 1 at 0, hides the trait's method of the same name.
+        // `Real::signum` is written in full, because `x.signum()` would call `f64::signum`, which is 1 at 0.
         assert_eq!(Real::signum(x), sign, "at {x}");
         assert_gradients(|x| x[0].signum(), &[([x], [0.0])]);
     }
@@ -67,7 +67,7 @@ fn a_bound_decides_at_a_tie_and_beyond() {
 
 #[test]
 fn select_passes_only_the_chosen_operand() {
-    // The partials of the other operand are infinite at 0 and NaN below 0.
+    // The operand that is not chosen has an infinite partial at 0 and a partial of NaN below 0.
     assert_gradients(
         |x| {
             let (one, two) = (Sym::lit(1.0), Sym::lit(2.0));
@@ -77,7 +77,7 @@ fn select_passes_only_the_chosen_operand() {
     );
 }
 
-/// If all lanes choose alike, the choice must be the operand itself, without a new entry.
+/// If all lanes choose the same operand, the result must be that operand itself. The tape must get no new entry.
 #[test]
 fn a_choice_of_all_lanes_is_not_recorded() {
     let mut tape = Tape::new();
@@ -88,7 +88,7 @@ fn a_choice_of_all_lanes_is_not_recorded() {
     }
 }
 
-/// The gradient of `sqrt(max(x, 0))` at eight numbers, one in each lane, on a tape of lanes.
+/// Computes the gradient of `sqrt(max(x, 0))` at eight numbers, on a tape whose lanes hold one number each.
 struct RootAbove<'a>(&'a [f64; 8]);
 
 impl Vectorized<f64> for RootAbove<'_> {
@@ -108,7 +108,7 @@ impl Vectorized<f64> for RootAbove<'_> {
 #[test]
 fn an_infinite_cotangent_passes_only_the_chosen_side_of_each_lane() {
     let got = f64::vectorize(RootAbove(&[-2.0, -1.0, 0.0, 1.0, 4.0, 0.0, -3.0, 0.25]));
-    // At 0 the derivative of the bound counts. The bound is a constant, so it is 0.
+    // At 0 the maximum takes the derivative of the bound, which is 0 because the bound is a constant.
     assert_eq!(got, [0.0, 0.0, 0.0, 0.5, 0.25, 0.0, 0.0, 1.0]);
 }
 
@@ -162,7 +162,7 @@ fn an_exact_zero_stops_at_an_infinite_partial() {
     let root_of_square = formula(1, |x| (x[0] * x[0]).sqrt());
     assert_eq!(forward_gradient(&root_of_square, &[0.0]), [0.0]);
     assert!(gradient(|x| root_of_square.eval(x), &[0.0_f64])[0].is_nan());
-    // This tangent is zero because `x` does not move at all.
+    // The tangent of a constant is zero, so the result has a tangent of zero too.
     assert_eq!(Dual::<f64, 1>::constant(0.0).sqrt().tangent, [0.0]);
 }
 
@@ -174,7 +174,7 @@ fn hypot_is_flat_at_the_origin_and_has_no_partial_by_an_infinite_argument() {
         &[
             ([0.0, 0.0], [0.0, 0.0]),
             ([0.0, -2.0], [0.0, -1.0]),
-            // The smallest numbers above 0 must not be taken for the origin.
+            // The smallest numbers above 0 must not be mistaken for the origin.
             ([5e-324, 0.0], [1.0, 0.0]),
             ([three, -four], [0.6, -0.8]),
             ([INF, 1.0], [NAN, 0.0]),
@@ -197,7 +197,7 @@ fn powers_take_the_limit_at_zero() {
     }
     assert_gradients(|x| x[0].powi(1), &[([0.0], [1.0])]);
     assert_gradients(|x| x[0].powi(-1), &[([0.0], [-INF])]);
-    // The exponent of the slope is odd and does not fit into an i32.
+    // The exponent of the slope, one less than `i32::MIN`, is odd and does not fit into an i32.
     assert_gradients(|x| x[0].powi(i32::MIN), &[([-1.0], [2147483648.0])]);
     assert_gradients(
         |x| x[0].powf(x[1]),
@@ -207,7 +207,7 @@ fn powers_take_the_limit_at_zero() {
             ([0.0, 0.5], [INF, 0.0]),
             ([0.0, 0.0], [0.0, 0.0]),
             ([0.0, -1.0], [-INF, 0.0]),
-            // Where there is no value, there are no partials.
+            // If the value is NaN, the partials must be NaN.
             ([0.0, NAN], [NAN, NAN]),
             ([NAN, 0.5], [NAN, NAN]),
             ([-1.0, 5e-324], [NAN, NAN]),
@@ -325,7 +325,7 @@ fn linear_functions_have_a_slope_at_nan() {
     assert_gradient(&linear, &[NAN, 0.0], &[2.0, -1.0]);
 }
 
-/// Returns the value and the slope of `x.max(0)` at NaN, in the first lane.
+/// Returns the value and the slope of `x.max(0)` at NaN, computed in lanes. The results are those of the first lane.
 struct MaxOfNan;
 
 impl Vectorized<f64> for MaxOfNan {
@@ -352,8 +352,8 @@ fn lanes_pass_a_nan_but_not_its_slope_through_max() {
     });
 }
 
-/// Asserts the second derivative with respect to the first argument at zero: forward over forward, forward over
-/// reverse, reverse over forward, and reverse over reverse.
+/// Asserts that the second derivative with respect to the first argument at zero has this value in four nestings:
+/// forward over forward, forward over reverse, reverse over forward, and reverse over reverse mode.
 #[track_caller]
 fn assert_seconds(function: impl FnOnce(&[Sym]) -> Sym, expected: f64) {
     struct Slope<'a>(&'a Formula, bool);
@@ -394,7 +394,7 @@ fn the_second_derivative_of_a_chosen_zero_is_zero() {
 fn an_infinite_slope_times_zero_has_no_second_derivative() {
     assert_seconds(|x| (x[0] * x[0]).sqrt(), f64::NAN);
     assert_seconds(|x| (x[0] * x[0] + x[1] * x[1]).sqrt(), f64::NAN);
-    // Written directly, the smooth function has its correct second derivative.
+    // If the smooth function is written without a kink, its second derivative is correct.
     let written = hessian(|x| x[0] * x[0] + x[1] * x[1], &[0.0; 2]);
     assert_eq!(written, [[2.0, 0.0], [0.0, 2.0]]);
 }

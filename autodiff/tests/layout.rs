@@ -1,9 +1,10 @@
-//! The memory layout of a step's arrays, and the sizes that are refused.
+//! The memory layout of a step's arrays, and sizes that must be refused.
 
 use crate::common::{assert_refused, panic_message};
 use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
-/// A spread layer writes whole registers. The next array begins behind them and must not be overwritten.
+/// A model with a spread layer, which writes whole registers. The next array begins behind these registers and must not
+/// be overwritten.
 #[derive(Clone)]
 struct SetOutBefore;
 
@@ -39,7 +40,7 @@ fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
     assert_eq!(many, [[2.0], [1.0], [3.0]]);
 }
 
-/// A layer of one row, spread with a gap on each side, which is the next state.
+/// A model whose next state is a layer of one row. The layer is spread so that there is a gap on each side of the row.
 #[derive(Clone)]
 struct Gapped;
 
@@ -52,7 +53,7 @@ impl Model for Gapped {
     }
 }
 
-/// Halves many numbers.
+/// A model that halves many numbers.
 #[derive(Clone)]
 struct Many;
 
@@ -64,7 +65,7 @@ impl Model for Many {
     }
 }
 
-/// Fills the memory of the thread's last rollout, which the next one may reuse, with NaN.
+/// Fills the memory of this thread's last rollout with NaN. The next rollout may reuse this memory.
 fn leave_nan() {
     Tape::new().record(&[f64::NAN; 1 << 12], |x| {
         Rollout::new(Many, 3).run(x, &[]);
@@ -81,7 +82,8 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
             Rollout::new(Gapped, 2).run_batch(&vec![x; count], &parameters)
         });
         for end in ends {
-            // The first step computes the tanh of three halves plus the bias; the second step uses that result.
+            // The first step computes the tanh of three halves plus the bias. The second step does the same with that
+            // result.
             let expected = [0.0, (1.75f64.tanh() + 0.25).tanh(), 0.0];
             let end: Vec<f64> = end.iter().map(|x| x.value()).collect();
             assert_eq!(
@@ -89,13 +91,13 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
                 (expected[0], expected[2]),
                 "{count} starts"
             );
-            // Two tanh of this crate, with an error of 4 ulp each.
+            // The tolerance is for two tanh of this crate with an error of 4 ulp each.
             assert!((end[1] - expected[1]).abs() < 1e-14, "{count} starts");
         }
     }
 }
 
-/// Computes half of the second differences along a chain whose nodes do not fill a register.
+/// A model that computes half of the second differences along a chain. The nodes do not fill a register.
 #[derive(Clone)]
 struct Chain;
 
@@ -108,8 +110,8 @@ impl Model for Chain {
     }
 }
 
-/// Registers of edges reach past the nodes, into the results of the step and into old memory. Those numbers must not
-/// matter.
+/// Registers of edges may reach past the last node, into the results of the step and into memory of earlier steps. The
+/// numbers found there must not matter.
 #[test]
 fn numbers_behind_the_nodes_do_not_matter() {
     const TWICE: [f64; 5] = [0.25, -1.0, 1.5, -1.0, 0.25];
@@ -128,7 +130,8 @@ fn numbers_behind_the_nodes_do_not_matter() {
     }
 }
 
-/// Two parts of the state whose lengths add up to this number. If the sum wrapped around, it would not exceed a row.
+/// A model with two parts of the state, whose lengths add up to this number. If the sum wrapped around, it would be too
+/// small to be refused.
 #[derive(Clone)]
 struct Huge(usize);
 
@@ -141,7 +144,7 @@ impl Model for Huge {
     }
 }
 
-/// A matrix whose number of entries overflows a `usize` to 0.
+/// A model with a matrix whose number of entries overflows a `usize` to 0.
 #[derive(Clone)]
 struct HugeMatrix;
 
@@ -153,7 +156,7 @@ impl Model for HugeMatrix {
     }
 }
 
-/// A state, and more inputs than fit into any memory.
+/// A model with a state, and with more inputs than any memory can hold.
 #[derive(Clone)]
 struct ManyInputs;
 
@@ -181,7 +184,8 @@ fn starts_whose_arrays_overflow_are_refused() {
     let huge = 1 << (usize::BITS - 3);
     let start: &[f64] = &[1.0; 8];
     let message = panic_message(|| Rollout::new(Huge(huge), 1).run_batch(&[start; 16], &[]));
-    // Where registers have one lane, one start runs at a time: it is too short, and nothing overflows.
+    // On machines whose registers have one lane, single starts run one after the other. Then the length of one start is
+    // refused, and nothing overflows.
     let alone = format!("the model's state has {huge}");
     assert!(
         message.contains("too long: their total length overflows") || message.contains(&alone),

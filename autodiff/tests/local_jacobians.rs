@@ -2,7 +2,7 @@
 
 use autodiff::{Kernel, Real, data};
 
-/// Two results of three inputs.
+/// A kernel with two results of three inputs.
 struct Couple;
 
 impl Kernel<3, 2> for Couple {
@@ -41,7 +41,7 @@ fn local_jacobians_are_the_jacobians() {
                 let expected = autodiff::jacobian(|x| Couple.eval(x), &points[i]);
                 for result in 0..2 {
                     for (got, exact) in local.row(result).into_iter().zip(&expected[result]) {
-                        // Both do the same few operations, some of them in a different order.
+                        // The two results come from the same few operations, some of them in a different order.
                         assert!(
                             (got - exact).abs() <= 1e-14 * exact.abs().max(1.0),
                             "{i}: {got} and {exact}"

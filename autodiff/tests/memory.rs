@@ -1,4 +1,4 @@
-//! The cost of a rollout's memory budget: counts how many times steps are repeated.
+//! The cost of a limited memory budget for a rollout, measured by how often steps are repeated.
 
 use std::cell::Cell;
 use std::panic::catch_unwind;
@@ -10,7 +10,7 @@ use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
 const STATE: usize = 8;
 
 thread_local! {
-    /// The number of forward evaluations of [`Widen`].
+    /// A count of the forward evaluations of [`Widen`].
     static EVALUATIONS: Cell<usize> = const { Cell::new(0) };
 }
 
@@ -37,7 +37,7 @@ impl Kernel<3, 1> for Join {
     }
 }
 
-/// A step on a state of this many numbers.
+/// A model of one step, whose state has this many numbers.
 #[derive(Clone)]
 struct Step(usize);
 
@@ -72,7 +72,7 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
     tape.pullback(&[sum], &[R::one()]).to_vec()
 }
 
-/// Returns the smallest budget in states, which the message that refuses a smaller one names.
+/// Returns the smallest budget, in states. It is read from the message with which `refused` refuses a smaller budget.
 fn least(refused: impl FnOnce()) -> usize {
     let message = panic_message(refused);
     let (_, end) = message
@@ -82,23 +82,25 @@ fn least(refused: impl FnOnce()) -> usize {
     least.parse().expect("a number")
 }
 
-/// Returns the number of forward steps for the gradient of a rollout.
+/// Returns how many forward steps the gradient of a rollout takes.
 fn steps_done(steps: usize, memory: Memory) -> usize {
     evaluations(steps, memory) / evaluations(1, Memory::All)
 }
 
-/// Returns the size of a step's stored row, in states. The smallest budget is two states more. Whole registers of at
-/// most eight numbers are whole states.
+/// Returns the size of a step's stored row, in states. It follows from the smallest budget, which is two states larger.
+/// The row is a whole number of states, because it consists of whole registers and registers have at most eight
+/// numbers, like a state.
 fn row() -> usize {
     least(|| _ = evaluations(100, Memory::States(1))) - 2
 }
 
-/// `(s + t)! / (s! t!)`: the number of stretches that `s` checkpoints and `t` repetitions can cover.
+/// Returns `(s + t)! / (s! t!)`: the largest number of stretches of steps that `s` checkpoints can cover if each
+/// stretch is repeated at most `t` times.
 fn stretches(s: usize, t: usize) -> usize {
     (1..=t).fold(1, |product, k| product * (s + k) / k)
 }
 
-/// Returns the number of steps done to go back over that many stretches from a checkpoint at their beginning, by
+/// Returns how many steps are done to go back over `stretches(s, t)` stretches from a checkpoint at their beginning, by
 /// Griewank's recurrence.
 fn back(s: usize, t: usize) -> usize {
     match (s, t) {
@@ -115,7 +117,8 @@ fn steps_are_repeated_as_often_as_the_rule_says() {
     for checkpoints in 2..row {
         for repetitions in 1..5 {
             let steps = stretches(checkpoints, repetitions);
-            // The first checkpoints cost nothing, because they are taken while the rollout runs forward.
+            // Steps to the first checkpoints are not repeated, because these checkpoints are taken while the rollout
+            // runs forward.
             let on_the_way: usize = (2..=checkpoints)
                 .map(|s| stretches(s, repetitions - 1))
                 .sum();
@@ -140,22 +143,22 @@ fn a_budget_for_all_steps_does_none_again() {
     assert!(steps_done(steps, Memory::States(all - 1)) > steps);
 }
 
-/// Half of a budget must go into rows that are kept, and the rest into checkpoints.
+/// Half of a budget must be used for rows that are kept, and the rest for checkpoints.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn half_of_a_budget_keeps_rows() {
     let row = row();
-    // Three rows are kept, and three checkpoints cover four stretches: each step is done once more.
+    // Three rows are kept, and three checkpoints cover four stretches. So each step is done one more time.
     let steps = 3 * stretches(3, 1);
     let done = steps_done(steps, Memory::States(6 * row));
     assert!(done <= 2 * steps, "{done} for {steps}");
-    // Two checkpoints are the minimum. A budget for one fewer is refused, as in `row`.
+    // Two checkpoints are the minimum. A smaller budget is refused, as `row` shows.
     steps_done(20, Memory::States(row + 2));
     assert!(catch_unwind(|| evaluations(20, Memory::States(row + 1))).is_err());
 }
 
-/// Operations use whole registers, and small states fill only a part of one. So the smallest budget depends on the
-/// number type, the machine and the number of starts, and the message must name it.
+/// Operations use whole registers, of which a small state fills only a part. So the smallest budget depends on the
+/// number type, the machine and the number of starts. The message must name it.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn the_message_names_the_smallest_budget() {

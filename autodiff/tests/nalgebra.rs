@@ -24,15 +24,15 @@ fn system<R: Real>(p: &[R]) -> (DMatrix<Element<R>>, Vec<R>) {
     (DMatrix::from_fn(SIZE, SIZE, entry), load.collect())
 }
 
-/// The solution by Cholesky's factorisation. Tests that need only this one compile only this one for their number
-/// types.
+/// Solves the system by Cholesky's factorisation. This is a separate function, because tests that need only this
+/// factorisation then compile no other.
 fn by_cholesky<R: Real>(p: &[R]) -> Vec<R> {
     let (matrix, load) = system(p);
     let factors = matrix.cholesky().expect("positive definite");
     factors.solve(&vector(&load)).iter().map(|x| x.0).collect()
 }
 
-/// The other factorisations.
+/// Factorisations other than Cholesky's.
 #[derive(Clone, Copy)]
 enum Factors {
     Lu,
@@ -61,7 +61,7 @@ impl Factors {
 
 const POINT: [f64; 3] = [0.3, -0.5, 0.2];
 
-/// The same solution through the implicit function theorem.
+/// Solves the same system through the implicit function theorem.
 struct ByEquations;
 
 #[derive(Clone)]
@@ -89,7 +89,7 @@ impl ByEquations {
 #[test]
 fn factorisations_differentiate_like_the_equations_they_solve() {
     let expected = jacobian(|x| ByEquations.eval(x), &POINT).into_vec();
-    // A hundred operations on a matrix with a condition number below 10.
+    // The tolerance is for a hundred operations on a matrix with a condition number below 10.
     let check = |found: Dense<f64>| assert_close(found.as_slice(), &expected, 1e-13);
     check(jacobian(by_cholesky, &POINT));
     check(jacobian_reverse(by_cholesky, &POINT));
@@ -112,7 +112,7 @@ fn a_cholesky_solve_agrees_with_differences_of_the_plain_one() {
             .as_slice()
             .to_vec()
     };
-    // Both have the rounding of a few dozen operations.
+    // Both solutions have the rounding errors of a few dozen operations.
     assert_close(&by_cholesky(&POINT), &plain(&POINT), 1e-14);
     for j in 0..3 {
         let slopes = differences(plain, &POINT, j, f64::EPSILON.cbrt());
@@ -142,7 +142,7 @@ fn cardinal_functions_are_flat_at_zero() {
         assert_eq!((value.value, value.tangent), (1.0, [0.0]));
     }
     assert_eq!(ComplexField::sinc(Element(0.5)).0, Real::sin(0.5) / 0.5);
-    // The system's function is accurate to an ulp or two.
+    // The system's function has an error of an ulp or two.
     let error = ComplexField::sinhc(Element(0.5)).0 - 0.5_f64.sinh() / 0.5;
     assert!(error.abs() < 4.0 * f64::EPSILON);
 }
@@ -156,7 +156,7 @@ fn static_matrices_work_in_every_number() {
         (matrix.determinant() + SVector::<Element<R>, 2>::repeat(Element(x)).norm()).0
     }
     let double = determinant(0.7);
-    // The rounding of a dozen operations of f64.
+    // The tolerance is for a dozen rounded operations in f64.
     assert!((determinant(DoubleDouble::from(0.7)).to_f64() - double).abs() < 1e-15);
     assert!((f64::from(determinant(0.7_f32)) - double).abs() < 1e-6);
     let dual = determinant(Dual::<f64, 1>::variable(0.7, 0));
@@ -184,7 +184,7 @@ fn comparisons_and_signs_look_at_primals() {
     approx::assert_relative_eq!(Element(1.0), Element(1.0 + f64::EPSILON));
     approx::assert_ulps_eq!(Element(1.0), Element(1.0 + 3.0 * f64::EPSILON));
     approx::assert_ulps_ne!(Element(1.0), Element(1.0 + 1e-9));
-    // These are close relative to their size, and close in absolute terms.
+    // These pairs are close in relative terms, and close in absolute terms.
     assert!(approx::relative_eq!(
         Element(1e9),
         Element(1e9 + 1.0),
@@ -226,7 +226,7 @@ fn nothing_turns_into_a_float_silently() {
     assert_eq!(same.map(|same| same.0.tangent), Some([1.0]));
 }
 
-/// The coordinate of a rotated point along a direction.
+/// A function that rotates a point and returns its coordinate along a direction. The argument is the rotation vector.
 struct Turned;
 
 impl Function for Turned {
@@ -239,7 +239,7 @@ impl Function for Turned {
     }
 }
 
-/// The rotations run from the identity, past the switch between the two formulas, to more than a full turn.
+/// The angles range from zero, past the point where the formula changes, to more than a full turn.
 #[test]
 fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
     let axis = [0.6, -0.48, 0.64];
@@ -250,7 +250,7 @@ fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
             rotation(&vector.map(Element)).coords.map(|x| x.0),
             UnitQuaternion::new(vector).coords,
         ];
-        // About ten roundings in each. nalgebra returns the identity below 1e-16 rad.
+        // Each side has about ten rounding errors. Below 1e-16 rad nalgebra returns the identity.
         assert!((ours - theirs).norm() < 1e-15, "{angle}");
         let report = check_gradient(&Turned, &x, &Options::default());
         assert_eq!(report.verdict, Verdict::Smooth, "{angle}: {report}");
@@ -263,7 +263,7 @@ fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
     }
 }
 
-/// The series must be accurate to the digits of double-double, the longest number type.
+/// The series must be accurate to the last digit of double-double, the number type with the most digits.
 #[test]
 fn a_rotation_has_31_digits() {
     let of = |angle: f64| {
@@ -279,7 +279,7 @@ fn a_rotation_has_31_digits() {
     }
 }
 
-/// The largest eigenvalue of `[[1, a, b], [a, 2, c], [b, c, 4]]`.
+/// Returns the largest eigenvalue of `[[1, a, b], [a, 2, c], [b, c, 4]]` as a function of `[a, b, c]`.
 fn largest<R: Real>(x: &[R]) -> R {
     let [a, b, c] = [0, 1, 2].map(|k| Element(x[k]));
     let [one, two, four] = [1.0, 2.0, 4.0].map(Element::lit);
@@ -288,13 +288,13 @@ fn largest<R: Real>(x: &[R]) -> R {
     pairs[2].value.0
 }
 
-/// Must agree with second-order perturbation theory: `4 + b^2 / (4 - 1) + c^2 / (4 - 2)`.
+/// The Hessian must agree with second-order perturbation theory, which gives `4 + b^2 / (4 - 1) + c^2 / (4 - 2)`.
 #[test]
 fn eigenvalues_of_a_diagonal_matrix_have_their_hessian() {
     let second = hessian(largest, &[0.0; 3]);
     let expected = [0.0, 0.0, 0.0, 0.0, 2.0 / 3.0, 0.0, 0.0, 0.0, 1.0];
     assert_close(second.as_slice(), &expected, 1e-15);
-    // Elsewhere it must agree with central differences, which are off by 1e-10 for a step of 1e-5.
+    // Away from zero, the gradient must agree with central differences. With a step of 1e-5 they are off by 1e-10.
     let x = [0.3, -0.2, 0.5];
     for (k, slope) in gradient(largest, &x).into_iter().enumerate() {
         let difference = differences(|x| vec![largest(x)], &x, k, 1e-5);

@@ -1,4 +1,4 @@
-//! Derivatives of derivatives: no mode may confuse its own perturbation with that of another mode.
+//! Derivatives of derivatives: a mode must not confuse its own derivatives with those of another mode.
 
 use crate::common::{
     Formula, Sym, assert_close, assert_gradient, differences, formula, formulas, forward_gradient,
@@ -9,7 +9,7 @@ use autodiff::{
     jvp, vjp,
 };
 
-/// A smooth function that is not separable and whose second derivatives all differ.
+/// A smooth function that is not a sum of functions of single arguments. All its second derivatives differ.
 fn mixed() -> Formula {
     formula(3, |x| {
         let wave = (x[0] * x[1]).sin() + x[2].exp() / x[0];
@@ -17,7 +17,7 @@ fn mixed() -> Formula {
     })
 }
 
-/// A vector function with this number of values and arguments.
+/// Returns a vector function with the given numbers of values and arguments.
 fn rectangle(values: usize, arguments: usize) -> Formula {
     formulas(arguments, |x| {
         let sum = Sym::sum_of(x);
@@ -28,7 +28,7 @@ fn rectangle(values: usize, arguments: usize) -> Formula {
 
 const POINT: [f64; 3] = [0.7, 1.3, 2.1];
 
-/// The rounding of a dozen operations, without much cancellation at `POINT`.
+/// The rounding error of a dozen operations at `POINT`, where little cancels.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 #[test]
@@ -72,14 +72,15 @@ fn hessians_agree_in_all_four_nestings() {
         assert_close(&reverse, row, ROUNDING);
         let slopes = |x: &[f64]| gradient(|x| mixed.eval(x), x);
         let slopes = differences(slopes, &POINT, i, f64::EPSILON.cbrt());
-        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each, times derivatives of order 10.
+        // The truncation error is h^2 and the rounding error is eps / h, about 4e-11 each. The derivatives of order 10
+        // multiply both.
         assert_close(&slopes, row, 1e-9);
     }
 }
 
 #[test]
 fn jacobians_agree_by_rows_and_by_columns() {
-    // The arguments fill less than one pass of columns, or more than one.
+    // In some cases the arguments fill less than one pass of columns, and in others more than one.
     for (values, arguments) in [(2, 3), (3, 2), (9, 9), (1, 6), (11, 6)] {
         let function = rectangle(values, arguments);
         let x: Vec<f64> = (0..arguments).map(|i| 0.3 + 0.1 * i as f64).collect();
@@ -113,7 +114,7 @@ fn straight_through_and_detach_hold_at_every_level() {
         hard.straight_through(x[0] * x[0]) * x[0].detach()
     });
     assert_gradient(&stepped, &[3.0], &[18.0]);
-    // The slope of the soft part is 2 x, and it is multiplied by the constant 3.
+    // The constant 3 is multiplied by the slope of the soft part, which is 2 x.
     assert_eq!(hessian(|x| stepped.eval(x), &[3.0]), [[6.0]]);
 }
 
@@ -128,7 +129,7 @@ fn a_tape_may_be_swept_again_and_recorded_again() {
     }
 }
 
-/// Sums with constants, and squares, are recorded in a special way that must keep their derivatives.
+/// The tape records sums with constants, and squares, in a special form. Their derivatives must still be right.
 #[test]
 fn numbers_moved_by_constants_keep_their_derivative() {
     let moved = formula(2, |x| {
@@ -150,8 +151,7 @@ fn numbers_moved_by_constants_keep_their_derivative() {
     assert_eq!(hessian(|x| moved.eval(x), &x), rows);
 }
 
-/// Passes have a fixed number of directions. The Hessian must be right even if the arguments do not fill the last
-/// pass.
+/// A pass has a fixed number of directions. The Hessian must be right even if the arguments do not fill the last pass.
 #[test]
 fn a_hessian_has_a_row_for_each_argument() {
     for n in [1, 4, 5, 9] {

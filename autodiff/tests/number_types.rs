@@ -1,11 +1,11 @@
-//! Tapes of more number types than a process supports. This is a separate binary, because the types are counted for
-//! the whole process.
+//! Creates tapes of more number types than a process supports. This test is a separate binary, because the types are
+//! counted for the whole process.
 
 use std::panic::catch_unwind;
 
 use autodiff::{Dual, Real, Tape};
 
-/// Creates tapes of a number type, and of types built on it.
+/// Creates tapes of a number type, and of dual types that are built on it.
 trait Tapes {
     fn of<R: Real>();
 }
@@ -16,7 +16,7 @@ impl Tapes for Nothing {
     fn of<R: Real>() {}
 }
 
-/// Creates a tape of the type itself, and lets `T` create tapes of two dual types on top of it.
+/// Creates a tape of the number type itself. Then `T` creates tapes for two dual types that are built on it.
 struct Doubled<T>(T);
 
 impl<T: Tapes> Tapes for Doubled<T> {
@@ -27,7 +27,7 @@ impl<T: Tapes> Tapes for Doubled<T> {
     }
 }
 
-/// 1 + 2 + 4 + ... + 128 = 255 types.
+/// Creates tapes of 1 + 2 + 4 + ... + 128 = 255 number types.
 type AsManyAsFit = Doubled<Doubled<Doubled<Doubled<Doubled<Doubled<Doubled<Doubled<Nothing>>>>>>>>;
 
 #[test]
@@ -42,7 +42,7 @@ fn one_number_type_too_many_is_told() {
         *message,
         "this process has recorded on tapes of 255 number types, which is the maximum"
     );
-    // Types that already have a tape must still work, even after a refusal.
+    // Number types that already have a tape must still work after another type was refused.
     AsManyAsFit::of::<f64>();
     let x = Dual::<f64, 2>::constant(3.0);
     let mut tape = Tape::new();

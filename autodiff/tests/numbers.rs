@@ -1,4 +1,4 @@
-//! Every operation must have the same value on every number type as on floats.
+//! Every operation on every number type must have the same value as on floats.
 
 use std::ops::{AddAssign, DivAssign, MulAssign, SubAssign};
 
@@ -6,7 +6,7 @@ use autodiff::Elementary;
 use autodiff::trace::{Traced, first_non_finite};
 use autodiff::{DoubleDouble, Dual, Mask, Real, Tape, Var};
 
-/// The result of an assigning operator.
+/// Applies an assigning operator and returns its result.
 fn assigned<R: Copy>(x: R, y: R, operator: fn(&mut R, R)) -> R {
     let mut result = x;
     operator(&mut result, y);
@@ -86,7 +86,7 @@ fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
     [&methods, &elementary(x)[..]].concat()
 }
 
-/// Points of both signs, at and near kinks, and at infinity.
+/// Returns points of both signs: at kinks, near kinks, and at infinity.
 fn points() -> Vec<[f64; 3]> {
     let of = [-2.5, -1.0, -0.0, 0.0, 1e-3, 0.7, 3.0, f64::INFINITY];
     let third = |i: usize, k: usize| of[(3 * i + k) % of.len()];
@@ -95,8 +95,8 @@ fn points() -> Vec<[f64; 3]> {
     points.collect()
 }
 
-/// Asserts that the values of a number type agree with those of floats within this tolerance, relative to the result
-/// and the arguments. A tolerance of zero asks for equal numbers.
+/// Asserts that the values of a number type agree with those of floats. The tolerance is relative to the result and the
+/// arguments. If it is zero, the numbers must be equal.
 fn check(name: &str, tolerance: f64, values: impl Fn([f64; 3]) -> Vec<f64>) {
     let mut sound = 0;
     for point in points() {
@@ -154,7 +154,7 @@ fn traced_numbers_have_the_values_of_floats() {
 
 #[test]
 fn extended_numbers_round_to_the_values_of_floats() {
-    // Twice the error of the float's own function, which is 4 ulp for tanh.
+    // The tolerance is twice the error of the float's own function, which is 4 ulp for tanh.
     check("DoubleDouble", 2e-15, |point| {
         values(point.map(DoubleDouble::from), f64::from)
     });
@@ -162,7 +162,8 @@ fn extended_numbers_round_to_the_values_of_floats() {
 
 #[test]
 fn single_precision_has_the_values_of_floats_to_its_digits() {
-    // For functions like tan(3), a few roundings of 6e-8 of the argument, and those of the function.
+    // Functions such as tan(3) amplify the rounding error of the argument, 6e-8. The rounding errors of the function
+    // itself are added.
     check("f32", 1e-6, |point| {
         values(point.map(|x| x as f32), f64::from)
     });

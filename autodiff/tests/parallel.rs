@@ -1,9 +1,9 @@
-//! The drivers on several threads must be bit-identical to the serial drivers.
+//! The drivers that use several threads must give results that are bit-identical to those of the serial drivers.
 
 use autodiff::sparse::{Pattern, sparse_jacobian};
 use autodiff::{Dense, Dual, Real, gradient, hessian, jacobian, jacobian_reverse, parallel};
 
-/// A vector function with this number of values, each of which depends on all arguments.
+/// A vector function with the given number of values. Each value depends on all arguments.
 struct Waves {
     values: usize,
 }
@@ -22,7 +22,7 @@ impl Waves {
 }
 
 impl Waves {
-    /// The length of the vector of values.
+    /// Returns the length of the vector of values.
     fn length<R: Real>(&self, x: &[R]) -> R {
         let y = self.values(x);
         R::dot(&y, &y).sqrt()

@@ -36,7 +36,7 @@ fn robot() -> Robot<f64> {
     }
 }
 
-/// The sum of each number squared times its index.
+/// Returns the sum over all numbers of the squared number times its index.
 fn energy<R: Real>(robot: &Robot<R>) -> R {
     let terms = robot.flatten().into_iter().enumerate();
     terms.map(|(place, x)| x * x * R::lit(place as f64)).sum()
@@ -66,7 +66,7 @@ fn a_gradient_has_the_shape_of_its_structure() {
     assert_eq!(slope.flatten(), expected);
     assert_eq!(slope.springs[2][1], Spring([expected[12], expected[13]], 7));
     assert_eq!(slope.name, "walker");
-    // The structure as a function of a slice, to be differentiated in any mode.
+    // Turns the function of a structure into a function of a slice, which can be differentiated in any mode.
     struct Energy(Robot<f64>);
     impl Function for Energy {
         fn eval<R: Real>(&self, x: &[R]) -> R {
@@ -96,7 +96,8 @@ fn numbers_that_do_not_fit_are_refused() {
     assert_refused("1 of 3 numbers do not fit", || spring.with(&[1.0; 3]));
 }
 
-/// The number type, the struct, its fields and constants may have names that the derived code uses too.
+/// The derived code must work even if the number type, the struct, its fields or constants have names that the derived
+/// code uses too.
 mod names {
     use autodiff::{Parameters, Real};
 
@@ -123,7 +124,7 @@ mod names {
         pub(crate) struct R(pub(crate) u8);
     }
 
-    /// A type of another module whose name is that of the number type.
+    /// A type from another module that has the same name as the number type.
     #[derive(Clone, Debug, PartialEq, Parameters)]
     pub(super) struct Tagged<R> {
         pub(super) tag: inner::R,
@@ -131,7 +132,7 @@ mod names {
     }
 }
 
-/// A struct with lifetimes, constants, defaults and bounds in addition to the number type.
+/// A struct that has lifetimes, constants, defaults and bounds besides its number type.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 struct Network<'a, R = f64, const N: usize = 2>
 where

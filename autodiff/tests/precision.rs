@@ -1,13 +1,15 @@
-//! Values, slopes and second derivatives compared with mpmath, from the smallest subnormal to 1e300, in four modes.
+//! Compares values, slopes and second derivatives in four modes with those of mpmath. The arguments range from the
+//! smallest subnormal number to 1e300.
 
 use autodiff::{Function, Real, gradient, hessian};
 
 use crate::common::{Formula, Sym, formula, forward_gradient, rows};
 
-/// A name; how many ulps the value, the slopes and the second derivatives may be off at a point; and the function.
+/// The name of a function; how many ulps its value, slopes and second derivatives may be off at a point; and the
+/// function.
 type Row = (&'static str, fn(f64, f64) -> [f64; 3], fn(Sym, Sym) -> Sym);
 
-/// Defines rows of functions of `x` and `y`, the first and the last argument. The names are those in
+/// Defines functions of `x` and `y`, which are the first and the last argument. The names are those in
 /// `data/precision/generate.py`.
 macro_rules! functions {
     (|$x:ident, $y:ident, $one:ident, $lit:ident| $($name:literal: $ulps:expr => $value:expr;)*) => {
@@ -21,10 +23,11 @@ macro_rules! functions {
     };
 }
 
-/// The tolerances for the rounding of a few operations.
+/// The tolerances in ulps for formulas with a few rounding errors.
 const FEW: [f64; 3] = [2.0, 4.0, 8.0];
 
-/// The square of the longer side over the shorter side; 1 if a side is zero, because then nothing cancels.
+/// Returns the square of the ratio of the longer side to the shorter side. If a side is zero, nothing cancels, and the
+/// result is 1.
 fn squared_ratio(x: f64, y: f64) -> f64 {
     let ratio = (x / y).abs().max((y / x).abs());
     if ratio.is_finite() {
@@ -36,7 +39,7 @@ fn squared_ratio(x: f64, y: f64) -> f64 {
 
 functions! {
     |x, y, one, lit|
-    // Operators and methods: each rule is a few operations with errors of an ulp or less.
+    // Operators and methods. Each rule is a few operations with errors of at most an ulp.
     "neg": FEW => -x;
     "square": FEW => x * x;
     "cube": FEW => x * x * x;
@@ -102,7 +105,7 @@ functions! {
     "powf": [2.0, 4.0, 8.0 + x.ln().abs() / 2.0] => x.powf(y);
     "x_to_x": [2.0, 4.0, 8.0] => x.powf(x);
     "x_to_minus_x": [2.0, 4.0, 8.0] => x.powf(-x);
-    // Formulas in which nothing cancels.
+    // Formulas in which no terms cancel.
     "softplus_by_halves": FEW => Sym::select(
         x.less(lit(0.0)),
         x.exp().ln_1p(),
@@ -158,12 +161,12 @@ functions! {
     // Terms with `1/x` and `1/x^2` cancel if `x` is small.
     "tanhc": [3.0, 32.0, 96.0] => x.tanh() / x;
     "exp_m1_over_x": [3.0, 16.0, 256.0] => x.exp_m1() / x;
-    // Some points are near a zero of the value.
+    // At some points the value is close to zero.
     "ln_of_ln": [16.0, 4.0, 8.0] => x.ln().ln();
     "ln_cosh": [16.0, 3.0, 4.0] =>
         x.abs() + (lit(-2.0) * x.abs()).exp().ln_1p() - lit(2.0).ln();
     "one_minus_cos": [16.0, 3.0, 4.0] => one - x.cos();
-    // Some points are near a zero of the second derivative.
+    // At some points the second derivative is close to zero.
     "silu": [2.0, 4.0, 32.0] => x / (one + (-x).exp());
     "maxwell": [2.0, 4.0, 32.0] => x * x * (-x).exp();
     "ln_1p_x2": [2.0, 4.0, 32.0] => (x * x).ln_1p();
@@ -173,22 +176,22 @@ functions! {
     "sqrt_ln": [2.0, 4.0, 32.0] => x.sqrt() * x.ln();
     "planck": [3.0, 4.0, 128.0] => x.powi(3) / x.exp_m1();
     "potential": [3.0, 4.0, 128.0] => (x * x + y * y).rsqrt();
-    // Some points are near a zero of the slope or of the second derivative.
+    // At some points the slope or the second derivative is close to zero.
     "cosine_of_angle": [2.0, 4.0 + 2.0 * squared_ratio(x, y), 256.0] => x / x.hypot(y);
     "gravity": [4.0, 128.0, 64.0] => x / x.hypot(y).powi(3);
 }
 
-/// Cases that are wrong today. If one is fixed, the test asks to remove it here. The slope of a quotient with respect
-/// to the divisor is `-(x/y)/y`, and the second derivative multiplies its zero by an infinite `1/y`. A formula
-/// without that product would make every division slower.
+/// Cases that are known to be wrong. If one of them is fixed, the test asks to remove it from this list. The slope of a
+/// quotient with respect to the divisor is `-(x/y)/y`. In the second derivative, the zero of `x/y` is multiplied by an
+/// infinite `1/y`. A formula without that product would make every division slower.
 const WRONG_TODAY: [(&str, &str); 1] = [("div", "0.0,1e-310 0.0,5e-324")];
 
 struct Case {
     function: String,
-    /// The arguments as text, as in the table.
+    /// The arguments as text, as they are written in the table.
     at: String,
     x: Vec<f64>,
-    /// The value, the slopes, and then the rows of the upper triangle of the second derivatives.
+    /// The value, then the slopes, then the upper triangle of the second derivatives row by row.
     expected: Vec<f64>,
 }
 
@@ -198,7 +201,7 @@ fn cases() -> Vec<Case> {
 
 fn case(line: &str) -> Case {
     let words: Vec<&str> = line.split(' ').collect();
-    // A function of one number has a line of 4 numbers, a function of two numbers a line of 8.
+    // A line has 4 numbers for a function of one number, and 8 numbers for a function of two numbers.
     let (x, expected) = words[1..].split_at(words.len() / 4);
     let floats = |words: &[&str]| {
         words
@@ -214,11 +217,11 @@ fn case(line: &str) -> Case {
     }
 }
 
-/// Computes the numbers of a line of the table in one mode.
+/// A function that computes the results of a line of the table in one mode.
 type Mode = fn(&Formula, &[f64]) -> Vec<f64>;
 
-/// The first two modes return the value of plain code and the slopes, by forward and by reverse mode. The last two
-/// return slopes and second derivatives, by forward over reverse and by reverse over reverse mode.
+/// The first two modes return the value and the slopes, by forward and by reverse mode. The last two also return second
+/// derivatives, by forward over reverse and by reverse over reverse mode.
 const MODES: [(&str, Mode); 4] = [
     ("forward", |f, x| {
         [vec![f.eval(x)], forward_gradient(f, x)].concat()
@@ -244,8 +247,8 @@ fn with_triangle(f: &Formula, x: &[f64], row: impl Fn(usize) -> Vec<f64>) -> Vec
         .collect()
 }
 
-/// Returns the distance in units of the last place of the expected number. A number beyond the largest float counts
-/// as the largest float.
+/// Returns the distance from the expected number, in units of its last place. An infinite number counts as the largest
+/// float.
 fn ulps(found: f64, expected: f64) -> f64 {
     let [found, expected] = [found, expected].map(|x| x.clamp(-f64::MAX, f64::MAX));
     let size = expected.abs().min(f64::MAX.next_down());
@@ -253,7 +256,7 @@ fn ulps(found: f64, expected: f64) -> f64 {
 }
 
 impl Case {
-    /// Describes the numbers that are off in some mode, and by how many ulps.
+    /// Describes the results that are wrong in some mode, and by how many ulps.
     fn mistakes(&self) -> Vec<String> {
         let row = FUNCTIONS.iter().find(|row| row.0 == self.function);
         let (_, allowed, function) = row.expect("a function of the table");

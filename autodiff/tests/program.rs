@@ -1,5 +1,5 @@
-//! Programs with shapes that the net of springs and the drawn programs lack. They must agree with the same steps
-//! written out.
+//! Programs of shapes that neither the net of springs nor the drawn programs have. They must agree with the same steps
+//! written out in plain code.
 
 use crate::common::gradients;
 use crate::steps::{STEPS, Step, Turn, assert_same};
@@ -11,7 +11,7 @@ use autodiff::{
 // Miri is slow, so it gets the fewest nodes that suffice.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
 
-/// The force of an edge, from the difference of its ends and its stiffness.
+/// A kernel that computes the force of an edge from the difference of its ends and its stiffness.
 #[derive(Clone, Copy)]
 struct Pull;
 
@@ -22,7 +22,7 @@ impl Kernel<2, 1> for Pull {
     }
 }
 
-/// Adds two numbers.
+/// A kernel that adds two numbers.
 #[derive(Clone, Copy)]
 struct Plus;
 
@@ -33,7 +33,7 @@ impl Kernel<2, 1> for Plus {
     }
 }
 
-/// A model with edges of several directions, each of which is a group.
+/// A model whose edges have several directions. The edges of one direction are a group.
 #[derive(Clone)]
 struct Directions {
     edges: Vec<[usize; 2]>,
@@ -79,8 +79,8 @@ impl Step for Directions {
     }
 }
 
-/// Sums over a node's edges are computed for up to four directions at once. They must be right for fewer directions,
-/// for none, and if some are left over.
+/// The sum over a node's edges is computed for up to four directions at once. It must be right for fewer directions,
+/// for none, and if the number of directions is not a multiple of four.
 #[test]
 fn edges_may_have_any_number_of_directions() {
     for count in 0..=6 {
@@ -88,8 +88,8 @@ fn edges_may_have_any_number_of_directions() {
     }
 }
 
-/// A state, an input and a second state. In the next row, the same places hold the new states and an array between
-/// them, which is read by a gather or by a kernel.
+/// A model that declares a state, an input and a second state. In the next row, these places hold the new states with
+/// an array between them. A gather or a kernel reads that array.
 #[derive(Clone)]
 struct Between {
     gathered: bool,
@@ -149,7 +149,7 @@ fn an_array_may_lie_between_the_parts_of_the_new_state() {
     }
 }
 
-/// A step that declares its arrays only where it needs them.
+/// A model that declares its arrays only where it needs them.
 #[derive(Clone)]
 struct AsNeeded;
 
@@ -188,7 +188,7 @@ fn declarations_may_come_in_any_order() {
     assert_same(AsNeeded);
 }
 
-/// A kernel without results, which is refused.
+/// A kernel without results, which must be refused.
 #[derive(Clone, Copy)]
 struct Nothing;
 
@@ -213,7 +213,7 @@ fn a_kernel_has_results() {
     Rollout::new(Nothing, 1).run(&[0.0; NODES], &[]);
 }
 
-/// Empty arrays and matrices together with others that are not empty.
+/// A model with empty arrays and matrices among others that are not empty.
 #[derive(Clone)]
 struct Hollow;
 
@@ -248,7 +248,7 @@ impl Step for Hollow {
     }
 }
 
-/// Arrays may be empty: a chain with one node has no edges, and a model without sensors has no rows for them.
+/// Arrays may be empty: a chain of one node has no edges, and a model without sensors has a matrix without rows.
 #[test]
 fn arrays_may_be_empty() {
     assert_same(Hollow);
@@ -282,7 +282,7 @@ fn arrays_may_be_empty() {
     }
 }
 
-/// A program without any state must work, with every memory.
+/// A program without any state must work for every memory budget.
 #[test]
 fn a_program_may_have_no_state() {
     #[derive(Clone)]
@@ -306,7 +306,7 @@ fn a_program_may_have_no_state() {
     }
 }
 
-/// One number through a `tanh` layer whose weight is a parameter.
+/// A model of one number that goes through a `tanh` layer. The layer's weight is a parameter.
 #[derive(Clone)]
 struct Saturated;
 
@@ -327,7 +327,7 @@ impl Function for ThroughLayer {
     }
 }
 
-/// The layer's reverse sweep knows only the results, so every mode must compute the slope from them.
+/// The layer's reverse sweep knows only the results, so every mode must compute the slope from the results.
 #[test]
 fn a_saturated_layer_has_one_slope_in_all_modes() {
     let layer = ThroughLayer(Rollout::new(Saturated, 1));
@@ -337,8 +337,9 @@ fn a_saturated_layer_has_one_slope_in_all_modes() {
         let slopes: Vec<f64> = by_modes.map(|(_, gradient)| gradient[2]).collect();
         let y = layer.eval(&x);
         let expected = 1.0 - y * y;
-        // Lanes use a fused multiply-add, other numbers round the square and the difference: an ulp of 1 each. Near 1
-        // the difference is exact, and the error of the square is (1 - y)^2, below 1e-12 times the slope.
+        // Lanes use a fused multiply-add, while other numbers round the square and the difference, so they differ by an
+        // ulp of 1. If the result is near 1, the difference is exact, and the error of the square is (1 - y)^2, which
+        // is below 1e-12 times the slope.
         let error = if bias < 10.0 {
             2.0 * f64::EPSILON
         } else {

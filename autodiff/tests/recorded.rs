@@ -1,10 +1,10 @@
-//! A function recorded once must agree with the tape at every point.
+//! A function that is recorded once must agree with the tape at every point.
 
 use crate::common::{Formula, Sym, assert_close, assert_refused, formula};
 use autodiff::data::Recorded;
 use autodiff::{Dual, Function, Real, lit, value_and_gradient};
 
-/// Uses every kind of operation, with a kink between the points.
+/// A function of every kind of operation. It has a kink, and some points are on either side of the kink.
 fn mixed() -> Formula {
     formula(4, |x| {
         let inside = Sym::select(x[0].less(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
@@ -23,14 +23,16 @@ fn points(count: usize) -> Vec<[f64; 4]> {
 fn a_recording_serves_all_points() {
     let mixed = mixed();
     let recorded = Recorded::new(&mixed, 4).expect("no values");
-    // No point, a part of a register, and several blocks with a rest. Together the points take both branches.
+    // The counts are no point, less than a register, and several blocks with a rest. The points take both branches of
+    // the kink.
     for count in [0, 1, 7, 100] {
         let points = points(count);
         let both = recorded.values_and_gradients(&points);
         assert_eq!(both.len(), count);
         for (x, (value, gradient)) in points.iter().zip(&both) {
             let (expected, slope) = value_and_gradient(|x| mixed.eval(x), x);
-            // Multiply-adds round once in lanes and twice on the tape, for about ten operations.
+            // The tolerance is for about ten operations, in which lanes round a multiply-add once and the tape rounds
+            // it twice.
             let tolerance = 20.0 * f64::EPSILON;
             assert_close(&[*value], &[expected], tolerance);
             assert_close(gradient, &slope, tolerance);
@@ -38,7 +40,7 @@ fn a_recording_serves_all_points() {
             assert_close(&alone.1, &slope, tolerance);
         }
     }
-    // Numbers that one replay leaves in memory must not change the next.
+    // Numbers that a replay leaves in memory must not change the next replay.
     let first = Recorded::new(&formula(3, |x| x[0]), 3).expect("no values");
     assert_eq!(
         first.value_and_gradient(&[2.0, 3.0, 4.0]),
@@ -63,7 +65,7 @@ fn recordings_nest_and_run_in_singles() {
     assert_close(&slope, &value_and_gradient(|x| mixed.eval(x), &x).1, 1e-4);
 }
 
-/// The sum of `mixed` over points that are variables, given column by column.
+/// The sum of `mixed` over points that are variables. The argument holds the points column by column.
 struct Summed(Recorded);
 
 impl Function for Summed {
@@ -73,7 +75,7 @@ impl Function for Summed {
     }
 }
 
-/// The same sum, point by point.
+/// Returns the same sum, computed point by point.
 fn one_by_one(count: usize) -> Formula {
     let mixed = mixed();
     formula(4 * count, |x| {
@@ -93,7 +95,7 @@ fn a_total_is_the_sum_over_points_that_are_variables() {
         let (summed, one_by_one) = (Summed(recorded.clone()), one_by_one(count));
         let (expected, slope) = value_and_gradient(|x| one_by_one.eval(x), &x);
         let (value, gradient) = value_and_gradient(|x| summed.eval(x), &x);
-        // Both add the same fifty terms, in a different order.
+        // The two results add the same fifty terms in a different order.
         assert_close(&[value, summed.eval(&x)], &[expected; 2], 1e-13);
         assert_close(&gradient, &slope, 1e-13);
         let moving: Vec<_> = (x.iter().zip(&slope))
@@ -112,7 +114,7 @@ fn a_total_is_the_sum_over_points_that_are_variables() {
     assert_eq!(recorded.total(&[&[] as &[f64]; 4]), 0.0);
 }
 
-/// A loop whose length depends on the argument.
+/// A function with a loop whose length depends on the argument.
 struct Halving;
 
 impl Function for Halving {

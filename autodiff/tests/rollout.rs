@@ -1,4 +1,4 @@
-//! The reverse sweep through a rollout, compared with duals, the tape and central differences.
+//! The reverse sweep through a rollout is compared with duals, the tape and central differences.
 
 use crate::common::{assert_refused, differences, forward_gradient, largest_difference};
 use crate::net::{Loss, NODES, Net};
@@ -8,14 +8,14 @@ use autodiff::{
     value_and_gradient,
 };
 
-/// Returns this number of steps, or fewer under Miri, which is slow.
+/// Returns the given number of steps, or fewer under Miri, which is slow.
 fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
 }
 
 #[test]
 fn reverse_sweep_agrees_with_duals_tape_and_differences() {
-    // 37 steps end with a full batch of outer products and with a partial batch.
+    // Outer products are added up in batches. 37 steps make full batches and a partial one.
     let loss = Loss::new(steps(37));
     let x = loss.point();
     let (value, gradient) = value_and_gradient(|x| loss.eval(x), &x);
@@ -39,7 +39,7 @@ fn reverse_sweep_agrees_with_duals_tape_and_differences() {
     }
 }
 
-/// The gradient must be the same if every operation of the rollout is on the scalar tape.
+/// The gradient must be the same as on a scalar tape that records every operation of the rollout.
 #[test]
 fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
     let loss = Loss::new(steps(9));
@@ -62,7 +62,7 @@ fn single_precision_gradient_is_single_precise() {
     let single: Vec<f32> = x.iter().map(|&x| x as f32).collect();
     let single = gradient(|x: &[Var<f32>]| loss.eval(x), &single);
     let single: Vec<f64> = single.into_iter().map(f64::from).collect();
-    // 20 steps with sums of about 20 terms, at 2^-24 each.
+    // The tolerance is for 20 steps with sums of about 20 terms, each rounded to 2^-24.
     assert!(largest_difference(&single, &double) < 1e-5);
 }
 
@@ -85,7 +85,7 @@ fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
     assert_eq!(only_weights, all[weights.clone()]);
 }
 
-/// A bound on the norm of cotangents that is checked every `every` steps.
+/// Returns a bound on the norm of cotangents. The bound is checked every `every` steps.
 fn bound(norm: f64, every: usize) -> Option<CotangentBound> {
     Some(CotangentBound { norm, every })
 }
@@ -104,7 +104,7 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
     loss.rollout.cotangent_bound = bound(0.5, 1);
     let (_, bounded) = value_and_gradient(|x| loss.eval(x), &x);
     assert_relative_eq!(norm(&bounded), 0.5, max_relative = 1e-12);
-    // The bound is checked only at the start; below it nothing must change.
+    // The bound is checked only at the start. If the norm there is below the bound, nothing must change.
     let free = norm(&exact);
     for limit in [0.9 * free, 1.1 * free] {
         loss.rollout.cotangent_bound = bound(limit, 31);
@@ -132,7 +132,7 @@ fn observed_steps_ascend_to_the_last_at_most() {
     }
 }
 
-/// An infinite cotangent must become NaN and not be bounded to zero.
+/// The norm of an infinite cotangent cannot be computed. The cotangent must then become NaN, and not zero.
 #[test]
 fn a_cotangent_too_large_to_be_measured_is_told() {
     let mut loss = Loss::new(steps(12));
@@ -143,7 +143,7 @@ fn a_cotangent_too_large_to_be_measured_is_told() {
     assert!(gradient[..2 * NODES].iter().all(|g| g.is_nan()));
 }
 
-/// A model step that multiplies each number by this factor.
+/// A model, and its kernel, that multiplies each number by this factor.
 #[derive(Clone, Copy)]
 struct Times(f64);
 
@@ -162,7 +162,8 @@ impl Model for Times {
     }
 }
 
-/// Returns the cotangents of a batch of starts, given the cotangents of the last states, with a bound at the start.
+/// Returns the cotangents of a batch of starts, given the cotangents of the final states. A bound is checked at the
+/// start.
 fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> Vec<[R; 3]> {
     let rollout = Rollout {
         cotangent_bound: bound(norm, steps + 1),
@@ -181,13 +182,13 @@ fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> 
     gradient.as_chunks().0.to_vec()
 }
 
-/// Cotangents of any size must be bounded correctly, although their squares over- and underflow.
+/// Cotangents of any size must be bounded correctly, even if their squares over- or underflow.
 #[test]
 fn cotangents_of_any_size_are_bounded() {
     fn check<R: Real + PartialEq + Into<f64>>(sizes: &[f64], digits: f64) {
         for &size in sizes {
-            // The norms are 13, 13 and 0 in units of the size. The fourth cotangent has an ordinary size, so its
-            // squares can be computed.
+            // In units of `size`, the norms are 13, 13 and 0. The fourth cotangent has an ordinary size, so its squares
+            // can be computed.
             let seeds = [[3.0, 4.0, 12.0], [-12.0, 3.0, -4.0], [0.0; 3]];
             let mut seeds = seeds.map(|seed| seed.map(|s| s * size)).to_vec();
             seeds.push([0.1; 3]);
@@ -198,7 +199,7 @@ fn cotangents_of_any_size_are_bounded() {
                     for (&bar, seed) in bar.iter().zip(seeds[k]) {
                         let expected = seed * (norm / free.max(norm));
                         let off = (bar.into() - expected).abs();
-                        // The tolerance is a few roundings.
+                        // The tolerance is for a few roundings.
                         assert!(
                             off <= 4.0 * digits * expected.abs(),
                             "{k} of {size}: {bar:?}"
@@ -219,7 +220,7 @@ fn cotangents_of_any_size_are_bounded() {
     assert!((single[0][0] - 1.0).abs() < 4.0 * f32::EPSILON);
 }
 
-/// Cotangents of ordinary size must be multiplied by one factor: the bound divided by their norm.
+/// All numbers of a cotangent of ordinary size must be multiplied by the same factor: the bound divided by the norm.
 #[test]
 fn ordinary_cotangents_are_scaled_by_one_factor() {
     fn check<R: Real + PartialEq + Into<f64>>() {
@@ -232,7 +233,7 @@ fn ordinary_cotangents_are_scaled_by_one_factor() {
     check::<f32>();
 }
 
-/// A cotangent that shrinks in the sweep must be bounded only at the steps where it is checked.
+/// The bound must act only at the steps where it is checked. Here the cotangent shrinks during the sweep.
 #[test]
 fn a_cotangent_is_checked_after_so_many_steps() {
     for (every, expected) in [(1, 0.5), (2, 0.5), (3, 1.0), (4, 0.5), (5, 4.0)] {
@@ -241,7 +242,7 @@ fn a_cotangent_is_checked_after_so_many_steps() {
             ..Rollout::new(Times(0.5), 4)
         };
         let gradient = gradient(|x| rollout.run(x, &[])[0] * Var::lit(64.0), &[1.0; 3]);
-        // Powers of two are exact.
+        // The numbers are exact, because they are powers of two.
         assert_eq!(gradient, [expected, 0.0, 0.0], "every {every} steps");
     }
 }
@@ -293,7 +294,7 @@ fn more_steps_than_any_memory_keeps_are_refused() {
     gradient(|x| rollout.run(x, &[])[0], &[1.0; 3]);
 }
 
-/// Without observed steps or entries, nothing must be returned, from one start or several.
+/// If no steps or no entries are observed, nothing must be returned, for one start and for several.
 #[test]
 fn nothing_may_be_observed() {
     let starts = [[1.0, 2.0, 3.0]; 5];
@@ -319,7 +320,7 @@ fn nothing_may_be_observed() {
 
 #[test]
 fn any_memory_gives_the_same_bits() {
-    // 61 steps make stretches of various lengths. 61 is no power of two and no multiple of a batch.
+    // 61 steps make stretches of different lengths, because 61 is no power of two and no multiple of a batch.
     let mut loss = Loss::new(steps(61));
     let x = loss.point();
     let all = value_and_gradient(|x| loss.eval(x), &x);
@@ -332,7 +333,7 @@ fn any_memory_gives_the_same_bits() {
     }
 }
 
-/// A tape can be pulled back more than once, with the same bits, for every memory of its rollout.
+/// If a tape is pulled back a second time, the results must be bit-identical, for every memory budget of its rollout.
 #[test]
 fn a_second_pullback_has_the_same_bits() {
     let mut loss = Loss::new(steps(40));
@@ -346,8 +347,8 @@ fn a_second_pullback_has_the_same_bits() {
     }
 }
 
-/// A thread reuses the rows of its last sweep for the next one, which may have another length or number type. The
-/// bits must not change.
+/// A thread reuses the rows of its last sweep for the next sweep, which may have another length or number type. The
+/// results must be bit-identical to those of a first sweep.
 #[test]
 #[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
@@ -368,7 +369,8 @@ fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
     }
 }
 
-/// A model that multiplies by a different factor in each of its methods.
+/// A model that multiplies its number by another factor in each of its `record` methods. The result shows which method
+/// was called.
 #[derive(Clone)]
 struct Grows;
 

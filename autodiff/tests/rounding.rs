@@ -1,10 +1,10 @@
-//! Rounding and remainders of elements must be bit-identical to those of floats.
+//! Rounded elements and remainders of elements must be bit-identical to those of floats.
 
 use autodiff::{DoubleDouble, Element, Real, gradient, hessian};
 use num_traits::Float;
 
-/// Remainders must be exact to the last bit, even if the two numbers differ by many orders of magnitude. Their
-/// derivative is that for the whole quotient.
+/// Remainders must be exact to the last bit, even if the two numbers differ by many orders of magnitude. In their
+/// derivative the integer quotient is constant.
 #[test]
 fn remainders_are_exact() {
     let numbers = [
@@ -37,7 +37,7 @@ fn remainders_are_exact() {
     fn remainder<R: Real>(x: &[R]) -> R {
         (Element(x[0]) % Element(x[1])).0
     }
-    // 1 is 9 times 0.1 plus a rest, because the float 0.1 is a little more than a tenth.
+    // 1 divided by 0.1 is 9 plus a rest, because the float 0.1 is a little more than a tenth.
     assert_eq!(gradient(remainder, &[1.0, 0.1]), [1.0, -9.0]);
     assert_eq!(gradient(remainder, &[-7.5, 2.0]), [1.0, 3.0]);
     assert_eq!(gradient(remainder, &[7.5, -2.0]), [1.0, 3.0]);
@@ -45,7 +45,7 @@ fn remainders_are_exact() {
     assert_eq!(hessian(remainder, &[7.5, 2.0]), [[0.0; 2]; 2]);
 }
 
-/// Rounding must be exact to the last bit, from zeros of both signs to the largest floats.
+/// Rounded numbers must be exact to the last bit, from zeros of both signs to the largest floats.
 #[test]
 fn rounding_is_exact_at_every_size() {
     type Pair = (fn(Element<f64>) -> Element<f64>, fn(f64) -> f64);

@@ -1,15 +1,15 @@
-//! Elementary functions, beyond the table of `precision.rs`: equal bits in all modes, single precision, many
-//! arguments, and third derivatives.
+//! Tests of elementary functions that the table of `precision.rs` does not cover: bit-identical results in all modes,
+//! single precision, many arguments, and third derivatives.
 
 use autodiff::{DoubleDouble, Dual, Elementary, Function, Real, gradient};
 
 use crate::common::{Formula, Sym, assert_gradient, formula};
 
-/// A name and a function of one number, or of two.
+/// The name of a function, and the function: of one number or of two.
 type One = (&'static str, fn(Sym) -> Sym);
 type Two = (&'static str, fn(Sym, Sym) -> Sym);
 
-/// Functions that change over a distance of at least 0.1, at every argument.
+/// Functions that change noticeably only over distances of at least 0.1, at every argument.
 const BY_DISTANCE: [One; 5] = [
     ("exp", Sym::exp),
     ("sin", Sym::sin),
@@ -17,7 +17,7 @@ const BY_DISTANCE: [One; 5] = [
     ("tan", Sym::tan),
     ("tanh", Sym::tanh),
 ];
-/// Functions that change over a distance of the order of the argument.
+/// Functions that change noticeably only over distances of the size of the argument.
 const BY_RATIO: [One; 7] = [
     ("sqrt", Sym::sqrt),
     ("rsqrt", Sym::rsqrt),
@@ -40,7 +40,7 @@ const OF_TWO: [Two; 7] = [
 const ANGLES: [f64; 9] = [-30.0, -1.0, -1e-8, 0.0, 1e-300, 1e-3, 0.5, 3.0, 12.0];
 const RATIOS: [f64; 9] = [1e-300, 1e-100, 1e-8, 0.3, 1.0, 7.5, 1e8, 1e90, 1e300];
 
-/// Returns every function, recorded, with every argument.
+/// Returns every function as a recording, with each of its arguments.
 fn all<'a>(
     functions: &'a [One],
     at: &'a [f64],
@@ -77,7 +77,7 @@ fn single_precision_follows_double() {
         if !single.is_normal() || !(double as f32).is_normal() {
             continue; // An intermediate over- or underflow.
         }
-        // A handful of operations; `1 - tanh^2` cancels.
+        // The tolerance is for a handful of operations, and for the cancellation in `1 - tanh^2`.
         let eps = f64::from(f32::EPSILON);
         let floor = f64::from(u8::from(name == "tanh")) * 2.0 * eps;
         let error = (f64::from(single) - double).abs();
@@ -91,8 +91,8 @@ fn ulps(a: f64, b: f64, epsilon: f64, least: f64) -> f64 {
     (a - b).abs() / (b.abs().max(least) * epsilon)
 }
 
-/// The arguments have all sizes and both signs, and are dense where the functions bend. The system's functions are
-/// accurate to 1 ulp, and double precision is exact compared with single.
+/// The arguments have all sizes and both signs, and are denser where the functions bend. The references are the
+/// system's functions, which are accurate to 1 ulp. The reference for single precision is double precision.
 #[test]
 fn functions_of_the_crate_are_within_the_documented_ulps() {
     let double = |a: f64, b: f64| ulps(a, b, f64::EPSILON, f64::MIN_POSITIVE);
@@ -100,7 +100,9 @@ fn functions_of_the_crate_are_within_the_documented_ulps() {
         true => 0.0,
         false => ulps(a.into(), b, f32::EPSILON.into(), f32::MIN_POSITIVE.into()),
     };
-    // Near a zero of sine and cosine, the reduction of the argument leaves an absolute error.
+    // Each row has a function, the system's function, the largest argument, the tolerance in ulps and an absolute
+    // tolerance. The last is for sine and cosine near their zeros, where reducing the argument leaves an absolute
+    // error.
     type Of<R> = (fn(R) -> R, fn(f64) -> f64, f64, f64, f64);
     let of_double: [Of<f64>; 4] = [
         (Real::exp, f64::exp, 700.0, 3.0, 0.0),
@@ -156,7 +158,8 @@ fn extremes_give_limits_and_nan_is_passed_on() {
     assert!(Real::sin(inf).is_nan());
 }
 
-/// A function of one number. It is a separate type, because it is compiled in deeper nestings than other functions.
+/// Functions of one number. They have a type of their own, because they are compiled in deeper nestings than the other
+/// functions.
 #[derive(Clone, Copy, Debug)]
 enum Smooth {
     Atan,
@@ -174,7 +177,7 @@ impl Function for Smooth {
     }
 }
 
-/// The derivative of a function, as a function.
+/// The derivative of a function of one number. It is itself a function that can be differentiated.
 #[derive(Clone, Copy)]
 struct Slope<F>(F);
 
@@ -184,8 +187,8 @@ impl<F: Function> Function for Slope<F> {
     }
 }
 
-/// A central difference in 31 digits. With a step of 1e-10, the truncation error is about 1e-20 times a fifth
-/// derivative and the rounding error 1e-31 / 1e-10.
+/// Returns a central difference in 31 digits. With a step of 1e-10, the truncation error is 1e-20 times a fifth
+/// derivative, and the rounding error is 1e-31 / 1e-10.
 fn difference(function: &impl Function, x: f64) -> f64 {
     let h = DoubleDouble::from(1e-10);
     let [above, below] = [h, -h].map(|h| function.eval(&[DoubleDouble::from(x) + h]));
@@ -198,7 +201,8 @@ const EVERYWHERE: [f64; 6] = [0.999, -1.0, 1.7, -4.0, 9.0, -20.0];
 /// Arguments for functions of positive numbers.
 const POSITIVE: [f64; 7] = [1.001, 1.0625, 1.5, 2.0, 10.0, 123.0, 1e4];
 
-/// Three derivatives must keep their digits where formulas that are accurate for values would cancel.
+/// The first three derivatives must have all their digits, even where formulas that give accurate values would lose
+/// digits in the derivatives.
 #[test]
 fn three_derivatives_keep_their_digits() {
     use Elementary::*;
@@ -227,7 +231,7 @@ fn three_derivatives_keep_their_digits() {
             ("third", Slope(second).eval(&[x]), difference(&second, x)),
             ("second, in DoubleDouble", wide, difference(&first, x)),
         ] {
-            // Some dozens of roundings, plus the error of the differences.
+            // The tolerance is for some dozens of roundings, plus the error of the differences.
             let error = 2e-14 * expected.abs() + 1e-17;
             let close = (got - expected).abs() <= error;
             assert!(close, "{f:?}, {order} at {x}: {got}, not {expected}");

@@ -1,9 +1,9 @@
-//! Compressed Jacobians must agree with dense ones and take as few directions as possible.
+//! Compressed Jacobians must agree with dense Jacobians and take as few directions as possible.
 
 use autodiff::sparse::{Pattern, sparse_hessian, sparse_jacobian};
 use autodiff::{Dense, Dual, Real, custom, gradient, hessian, jacobian, lit};
 
-/// A function in which each value depends on the arguments in the pattern's row.
+/// A function whose values depend only on the arguments that the pattern allows.
 struct Local<'a>(&'a Pattern);
 
 impl Local<'_> {
@@ -21,7 +21,7 @@ fn point(len: usize) -> Vec<f64> {
     (0..len).map(|i| (1.0 + i as f64).sqrt().sin()).collect()
 }
 
-/// The pattern of cameras that observe points: each row depends on the numbers of one camera and of one point.
+/// Returns the pattern of cameras that observe points. Each row depends on the numbers of one camera and of one point.
 fn observations(cameras: usize, points: usize) -> Pattern {
     let mut rows = Vec::new();
     for camera in 0..cameras {
@@ -38,7 +38,7 @@ fn observations(cameras: usize, points: usize) -> Pattern {
 }
 
 fn patterns() -> Vec<(Pattern, usize)> {
-    // The number of colours of these pseudo-random rows is unknown, but it has an upper bound.
+    // For these pseudo-random rows only an upper bound on the number of colours is known.
     let scattered = |i: usize| {
         let mut row: Vec<usize> = (0..4).map(|k| (i * i * 7 + k * k * 5 + k) % 23).collect();
         row.sort_unstable();
@@ -67,7 +67,8 @@ fn compressed_and_dense_jacobians_are_equal_to_the_bit() {
     for (pattern, _) in patterns() {
         let (function, x) = (Local(&pattern), point(pattern.columns()));
         let entries = sparse_jacobian(|x| function.eval(x), &x, &pattern);
-        // Forward mode one column at a time does the same operations on the same numbers.
+        // The dense Jacobian comes from forward mode, one column at a time. It is bit-identical, because the operations
+        // are the same.
         assert_eq!(pattern.to_dense(&entries), dense_by_columns(&function, &x));
     }
 }
@@ -92,7 +93,7 @@ fn rows_are_gradients_by_reverse_mode() {
     for (i, row) in dense.iter().enumerate() {
         let gradient = gradient(|x| function.eval(x)[i], &x);
         for (a, b) in row.iter().zip(gradient) {
-            // Both multiply four factors, in two orders.
+            // The two entries multiply four factors in different orders.
             assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
         }
     }
@@ -109,7 +110,7 @@ fn few_colors_serve_and_no_two_columns_of_a_row_share_one() {
         let longest = (0..pattern.rows()).map(|i| pattern.row(i).len()).max();
         assert!(pattern.colors() >= longest.unwrap_or(0));
     }
-    // Where the smallest number of colours is known, it must be reached.
+    // For these patterns the smallest number of colours is known and must be reached.
     for (pattern, colors) in &patterns()[..6] {
         assert_eq!(pattern.colors(), *colors);
     }
@@ -128,7 +129,8 @@ fn a_pattern_is_found_by_tracing() {
     }
 }
 
-/// Each value is the sum of the squares of its row's arguments, computed in one of three ways.
+/// A function whose values are sums of the squares of the arguments in the row. The sum is computed in one of three
+/// ways.
 struct Squares<'a>(&'a Pattern);
 
 impl Squares<'_> {
@@ -157,7 +159,7 @@ impl custom::Rule for SumOfSquares {
     }
 }
 
-/// The sum of the squared products of neighbours, plus a linear term in the last argument.
+/// Returns the sum of the squared products of neighbours, plus a linear term in the last argument.
 fn neighbours<R: Real>(x: &[R]) -> R {
     let pairs = x.windows(2).map(|x| (x[0] * x[1]).powi(2));
     pairs.sum::<R>() + lit(3.0) * x[x.len() - 1]
@@ -173,13 +175,13 @@ fn sparse_hessians_are_the_dense_ones() {
     let entries = sparse_hessian(neighbours, &x, &pattern);
     let (sparse, dense) = (pattern.to_dense(&entries), hessian(neighbours, &x));
     for (a, b) in sparse.as_slice().iter().zip(dense.as_slice()) {
-        // Both have the same few products, in two orders.
+        // The two entries are sums of the same few products in different orders.
         assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
     }
 }
 
-/// If another column of the row has the colour of the missing column, the missing entry is added to that column's
-/// entry. This must be noticed.
+/// The pattern lacks an entry whose column has the same colour as another column of the row. So the missing entry is
+/// added to that column's entry. The test direction must notice this.
 #[test]
 #[should_panic(expected = "along a test direction")]
 fn a_missing_column_whose_color_is_taken_is_noticed() {

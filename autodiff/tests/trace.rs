@@ -1,4 +1,4 @@
-//! The reported origins of infinities and NaN must agree with what the modes return.
+//! The reported origin of an infinity or NaN must agree with the results of the modes.
 
 use crate::common::{Sym, formula};
 use autodiff::custom::{Rule, apply};
@@ -20,7 +20,7 @@ const LINE_OF_LN: u32 = line!() + 6;
 impl Function for Chain {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let grown = x[0] * x[0] + x[1];
-        // This is the logarithm of a negative number.
+        // This operation takes the logarithm of a negative number.
         let lost = (grown - R::lit(5.0)).ln();
         let mut y = lost.sin() + x[0];
         y *= R::lit(2.0);
@@ -54,7 +54,8 @@ fn an_argument_is_named_by_its_place() {
 
 #[test]
 fn the_side_that_is_not_chosen_is_not_blamed() {
-    // The square root of the argument, or the argument itself below a bound.
+    // Returns a function that takes the square root of its argument. Below the bound `from` it chooses the argument
+    // itself.
     let root = |from: f64| {
         formula(1, |x| {
             let root = Sym::select(x[0].less(Sym::lit(from)), x[0], x[0].sqrt());
@@ -70,7 +71,7 @@ fn the_side_that_is_not_chosen_is_not_blamed() {
     assert_eq!(gradient(|x| bare.values(x)[0], &[0.0]), [f64::INFINITY]);
 }
 
-/// Operations, each with an argument at which its derivative or value is not finite.
+/// The names of operations, each with an argument at which its derivative or value is not finite, and the operation.
 const KINKS: [(&str, f64, fn(Sym) -> Sym); 14] = [
     ("sqrt", 0.0, |x| x.sqrt()),
     ("rsqrt", 0.0, |x| x.rsqrt()),
@@ -97,7 +98,7 @@ fn every_operation_is_judged_by_value_and_partial() {
         let (value, gradient) = value_and_gradient(|x| kink.values(x)[0], &[x]);
         let sound = value.is_finite() && gradient[0].is_finite();
         assert!(!sound, "{operation}");
-        // At an ordinary argument nothing must be reported.
+        // At an ordinary argument no operation must be reported.
         assert_eq!(origin(&kink, &[0.7]), None, "{operation}");
     }
 }
@@ -134,7 +135,8 @@ fn tracing_nests_and_follows_derivatives_inside() {
     assert_eq!(found.expect("a slope of sqrt").number, 1);
 }
 
-/// The absolute value, computed as a root whose slope at 0 is infinite. The rule itself has another slope there.
+/// A rule for the absolute value. The value is computed by a square root, whose slope at 0 is infinite. The rule gives
+/// another slope there.
 #[derive(Clone)]
 struct Magnitude {
     slope_at_zero: f64,
@@ -156,7 +158,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
         |slope_at_zero, x| first_non_finite(|x| vec![apply(Magnitude { slope_at_zero }, x)], &[x]);
     assert_eq!(of(0.0, 0.0), None);
     assert_eq!(of(f64::NAN, 2.0), None);
-    // If neither the code inside nor the rule is finite, the line inside must be reported.
+    // If neither the root inside nor the slope of the rule is finite, the root must be reported.
     assert_eq!(of(f64::NAN, 0.0).expect("a kink").operation, "sqrt");
     #[derive(Clone)]
     struct Smooth;
@@ -173,7 +175,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
     assert_eq!(found.place.file(), file!());
 }
 
-/// A number that falls until the root of a negative number is taken.
+/// A model of a number that falls, until the square root of a negative number is taken.
 #[derive(Clone)]
 struct Falling;
 
@@ -226,7 +228,7 @@ fn operations_after_a_rollout_have_no_step() {
     assert_eq!((found.operation, found.step), ("sqrt", None));
 }
 
-/// `x^3 + x = p`.
+/// The equation `x^3 + x = p`.
 #[derive(Clone)]
 struct Cubic;
 
@@ -236,7 +238,7 @@ impl Residual for Cubic {
     }
 }
 
-/// The identity, with a value that carries no derivative.
+/// A rule that returns its argument and has no derivative.
 #[derive(Clone)]
 struct Held;
 
@@ -276,7 +278,7 @@ fn the_trace_passes_through_roots_and_rules() {
 
 #[test]
 fn results_of_constants_are_constants() {
-    // The root has no partial that matters, because it depends on no argument.
+    // The root has an infinite partial. It does not matter, because the root depends on no argument of the function.
     let held = |x: Traced<f64>| vec![x + apply(Held, &[Traced::lit(0.0)]).sqrt()];
     assert_eq!(first_non_finite(|x| held(x[0]), &[1.0]), None);
     let solved = |x: Traced<f64>| {
@@ -287,8 +289,8 @@ fn results_of_constants_are_constants() {
     assert_eq!(first_non_finite(|x| solved(x[0]), &[1.0]), None);
 }
 
-/// Returns the operation that is reported if half of the lanes are zero and choose a root of the argument, or the
-/// argument of a root, and the other lanes choose a constant. Either side of the choice is named first.
+/// Returns the reported operations in four cases. Half of the lanes are zero and choose a square root, either before or
+/// after it is taken. The other lanes choose a constant. The root is the first or the second operand of the choice.
 struct ChoicesByLanes;
 
 impl Vectorized<f64> for ChoicesByLanes {
@@ -303,7 +305,7 @@ impl Vectorized<f64> for ChoicesByLanes {
             let of = |function: &dyn Fn(Traced<L>) -> Traced<L>| {
                 first_non_finite(|x| vec![function(x[0])], &[x]).map(|found| found.operation)
             };
-            // The root is taken before the choice or after it.
+            // The square root is taken before the choice, and then after it.
             blamed.push(of(&|x| choose(small, x.sqrt(), one)));
             blamed.push(of(&|x| choose(small, x, one).sqrt()));
         }
@@ -316,7 +318,8 @@ fn a_choice_by_lanes_is_blamed_for_either_side() {
     assert_eq!(f64::vectorize(ChoicesByLanes), [Some("sqrt"); 4]);
 }
 
-/// `is_zero` must answer as for variables on a tape: a variable is never zero, a constant may be.
+/// `is_zero` must answer as for the variables of a tape: it is never true for a variable, and may be true for a
+/// constant.
 #[test]
 fn is_zero_answers_as_for_variables() {
     fn asks<R: Real>(x: &[R]) -> R {

@@ -1,9 +1,9 @@
-//! Weighted arrays and offsets must agree with the same numbers written out.
+//! Weighted arrays and offsets in a program must agree with the same numbers computed in plain code.
 
 use crate::steps::{Step, Turn, assert_same};
 use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
-/// A model with two arrays as weighted offsets, one as weighted values, an input, and the means.
+/// A model that uses the weighted means. Two arrays are weighted as offsets and one as values, and there is an input.
 #[derive(Clone)]
 struct Weighing {
     len: usize,
@@ -58,7 +58,7 @@ impl Step for Weighing {
     }
 }
 
-/// Lengths that are shorter than a register, fill whole registers, or leave some entries over.
+/// Lengths that fill less than a register, whole registers, or whole registers and a part.
 const LENGTHS: [usize; 4] = if cfg!(miri) {
     [1, 3, 8, 17]
 } else {
@@ -72,7 +72,7 @@ fn weighted_arrays_are_as_written_out() {
     }
 }
 
-/// Starts with their own weights must have the values and gradients of single rollouts, bit by bit.
+/// Starts that have their own weights must give the values and gradients of single rollouts, bit by bit.
 #[test]
 fn starts_with_their_own_weights_run_together() {
     for len in LENGTHS {

@@ -1,4 +1,4 @@
-//! Measures how time, memory and distance grow with the lattice.
+//! Measures how time, memory and the distances that robots cover change with the size of the lattice.
 //!
 //! `cargo bench -p benches --bench growth` prints a section of `RESULTS.md`: time and memory. With
 //! `-- --designs` it also designs robots of all sizes, which takes a quarter of an hour on two cores.
@@ -15,17 +15,17 @@ use cosmic::parallel::{Crew, in_parallel};
 use cosmic::scene::Scene;
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, measured};
 
-/// Nodes in a row and in a column.
+/// The sizes of the lattice: the number of nodes in a row, which is also the number of rows.
 const SIZES: [usize; 7] = [4, 6, 8, 10, 12, 16, 20];
-/// The size that ratios compare with.
+/// The size with which other sizes are compared in ratios.
 const UNIT: usize = 6;
-/// The number of rounds; only the minimum is reported.
+/// The number of rounds of a measurement. Only the minimum is reported.
 const ROUNDS: usize = 8;
 /// The memory budgets for the gradient of the largest robot, in MB.
 const BUDGETS: [usize; 4] = [400, 100, 20, 5];
-/// The number of seeds for each design.
+/// The number of seeds with which each robot is designed.
 const SEEDS: u64 = 8;
-/// The scenes of the designs.
+/// The scenes for which robots are designed.
 const SCENES: [&str; 2] = ["stability", "large"];
 
 fn main() {
@@ -54,7 +54,7 @@ fn sized(scene: &str, size: usize) -> Scene {
     scene
 }
 
-/// Returns the table of time per edge and step, and of the memory of a gradient.
+/// Returns the table of the time for each edge and step, and of the memory of a gradient.
 fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
     let mut least = [[f64::INFINITY; 3]; 7];
     for _ in 0..ROUNDS {
@@ -87,14 +87,15 @@ fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
     table
 }
 
-/// Returns the table of time and memory of a gradient within budgets.
+/// Returns the table of the time and the memory of a gradient under several memory budgets.
 fn budgets(subject: &Subject) -> String {
     let memories = BUDGETS.map(|budget| Memory::Bytes(budget * 1_000_000));
     let subjects: Vec<Subject> = std::iter::once(Memory::All)
         .chain(memories)
         .map(|memory| subject.with_memory(memory))
         .collect();
-    // Runs are timed sequentially, so that each keeps its memory between gradients, as an optimisation does.
+    // The runs of a budget are timed one after the other, so that each keeps its memory from gradient to gradient, as
+    // in an optimisation.
     let least = |subject: &Subject| {
         let rounds = (0..ROUNDS).map(|_| seconds(|| subject.two_gradients()));
         rounds.fold(f64::INFINITY, f64::min)
@@ -110,15 +111,15 @@ fn budgets(subject: &Subject) -> String {
     table
 }
 
-/// Returns the peak memory of the design gradients of an optimisation, with both projections.
+/// Returns the peak memory for the gradients of a design optimisation, with both projections.
 fn megabytes(subject: &Subject) -> f64 {
     let (_, _, bytes) = measured(|| subject.two_gradients());
     bytes.map_or(f64::NAN, |bytes| bytes as f64 * 1e-6)
 }
 
-/// Returns the table of displacements of robots of all sizes.
+/// Returns the table of how far robots of all sizes move.
 fn distances() -> String {
-    // The largest robots come first, because they take the longest.
+    // The largest robots are designed first, because they take the longest.
     let jobs: Vec<(&str, usize, u64)> = (SIZES.iter().rev())
         .flat_map(|&size| SCENES.map(|scene| (scene, size)))
         .flat_map(|(scene, size)| (0..SEEDS).map(move |seed| (scene, size, seed)))

@@ -1,16 +1,16 @@
-//! Distances between two answers.
+//! Measures the distance between two answers.
 
 use serde_json::Value;
 
 /// Returns the relative distance of an answer from the right answer in the 2-norm. It is infinite if the shapes
 /// differ or a number is not finite. Absolute distances up to 1e-300 count as zero.
 pub fn distance(answer: &Value, right: &Value) -> f64 {
-    // This uses `hypot`, because the square of a very small or large number may be zero or infinite.
+    // The norm is computed by `hypot`, because the square of a very small or very large number may be zero or infinite.
     let norm = |numbers: &[f64]| numbers.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
     relative(answer, right, norm)
 }
 
-/// Like [`distance`], in the maximum norm.
+/// Returns the relative distance of an answer from the right answer, like [`distance`], but in the maximum norm.
 pub fn largest_distance(answer: &Value, right: &Value) -> f64 {
     relative(answer, right, largest)
 }
@@ -35,7 +35,7 @@ fn relative(answer: &Value, right: &Value, norm: impl Fn(&[f64]) -> f64) -> f64 
     }
 }
 
-/// Calls `pass` with pairs of corresponding numbers of two answers. Returns false if the shapes differ.
+/// Calls `pass` with each pair of corresponding numbers in two answers. Returns false if the shapes differ.
 fn pair(answer: &Value, right: &Value, pass: &mut impl FnMut(f64, f64)) -> bool {
     match (answer, right) {
         (Value::Array(a), Value::Array(b)) => {

@@ -84,7 +84,7 @@ fn answer(module: &str, instance: &Instance) -> Outcome {
 }
 
 fn tool() -> Outcome {
-    /// A line may contain a whole model.
+    /// The size of the input buffer in bytes. It is large, because one line may contain a whole model.
     const BUFFER: usize = 1 << 20;
     let lines = BufReader::with_capacity(BUFFER, io::stdin().lock());
     let replies = BufWriter::with_capacity(BUFFER, io::stdout().lock());

@@ -1,4 +1,5 @@
-//! GradBench's protocol (<https://github.com/gradbench/gradbench>): a line of JSON in, a line of JSON out.
+//! The protocol of GradBench (<https://github.com/gradbench/gradbench>): for each line of JSON that is read, a line of
+//! JSON is written.
 
 use std::io::{self, BufRead, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -10,10 +11,10 @@ use serde_json::{Value, json};
 
 use crate::objectives::{Error, Work, evaluation};
 
-/// The name under which the tool introduces itself to GradBench.
+/// The name by which the tool introduces itself to GradBench.
 pub const TOOL: &str = "cosmic-autodiff";
 
-/// A message of GradBench, which is one line.
+/// A message from GradBench. Each message is one line.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Message<'a> {
@@ -25,7 +26,7 @@ struct Message<'a> {
     input: Option<&'a RawValue>,
 }
 
-/// How often a function is run: a minimum number of runs and a minimum total time.
+/// How often to run a function: at least a number of times, and for at least a total time.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Effort {
@@ -33,10 +34,11 @@ struct Effort {
     min_seconds: f64,
 }
 
-/// Answers every line until there are no more.
+/// Reads messages line by line and answers each of them, until the input ends.
 ///
 /// # Errors
-/// If a line cannot be read or a reply cannot be written. The content of a line never ends the session.
+/// If a line cannot be read or a reply cannot be written. A line with wrong content gets a reply and does not end the
+/// session.
 pub fn serve(mut lines: impl BufRead, mut replies: impl Write) -> io::Result<()> {
     let mut line = Vec::new();
     while lines.read_until(b'\n', &mut line)? > 0 {
@@ -77,7 +79,8 @@ fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_default()
 }
 
-/// Runs a function. Inputs are checked when they are read; as a safeguard, a panic does not end the session.
+/// Runs the function of a message. The input is checked when it is read. If the function panics nevertheless, the
+/// session goes on.
 fn evaluate(message: &Message) -> Result<Value, Error> {
     catch_unwind(AssertUnwindSafe(|| timed(message))).unwrap_or(Err(Error::Panicked))
 }
@@ -108,7 +111,7 @@ fn timing(name: &str, elapsed: Duration) -> Value {
     json!({ "name": name, "nanoseconds": u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX) })
 }
 
-/// Whether the output has no null, which stands for numbers that are not finite.
+/// Returns whether all numbers of the output are finite. Numbers that are not finite are written as null.
 fn is_finite(output: &Value) -> bool {
     match output {
         Value::Null => false,

@@ -1,4 +1,4 @@
-//! Benchmarks across both crates.
+//! Benchmarks of the project's crates.
 
 pub mod machine;
 pub mod distance;

@@ -1,4 +1,5 @@
-//! Shared code of the benches: the machine, built-in robots, timing, and sections for `RESULTS.md`.
+//! Helpers that the benches share: the description of the machine, built-in robots, timing, and sections of
+//! `RESULTS.md`.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -7,7 +8,7 @@ use std::time::Instant;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 
-/// Returns the name of the processor and its SIMD registers.
+/// Returns the name of the processor and the kind of its SIMD registers.
 pub fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let field = |name: &str| {
@@ -21,7 +22,7 @@ pub fn machine() -> String {
     format!("{name} (family {family}, model {model}), {level:?} lanes")
 }
 
-/// Returns a built-in scene and its first case.
+/// Returns a built-in scene, and the first of its cases.
 ///
 /// # Panics
 /// If the scene does not exist.
@@ -38,12 +39,12 @@ pub fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// The default duration of one measurement in seconds. It is long compared with the warm-up of caches and branch
-/// predictors, and short compared with a time slice of the system.
+/// The default duration of one measurement in seconds. This is long compared with the time in which caches and branch
+/// predictors warm up, and short compared with a time slice of the operating system.
 pub const SPAN: f64 = 2e-3;
 
-/// Measures several pieces of work alternately. Returns the minimum over `rounds` rounds for each, in seconds. In a
-/// round each piece is repeated for `span` seconds.
+/// Measures the times of several pieces of work, which take turns. Returns for each one the minimum over `rounds`
+/// rounds, in seconds. In a round each piece is repeated for `span` seconds.
 pub fn in_turns<T>(works: &mut [impl FnMut() -> T], span: f64, rounds: usize) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; works.len()];
     for round in 0..=rounds {
@@ -55,14 +56,14 @@ pub fn in_turns<T>(works: &mut [impl FnMut() -> T], span: f64, rounds: usize) ->
                 }
             };
             let taken = seconds(all) / repeats as f64;
-            // The first round only determines the number of repeats.
+            // The first round is not timed. It only finds the number of repetitions.
             *least = if round == 0 { taken } else { least.min(taken) };
         }
     }
     least
 }
 
-/// Appends a row to a table: a name and figures with the given number of digits.
+/// Appends a row to a table. The row has a name and figures, which are rounded to the given number of digits.
 pub fn row(table: &mut String, name: &str, figures: &[f64], digits: usize) {
     *table += &format!("| {name}");
     for figure in figures {
@@ -71,7 +72,8 @@ pub fn row(table: &mut String, name: &str, figures: &[f64], digits: usize) {
     *table += " |\n";
 }
 
-/// Formats a section of `benches/RESULTS.md`: title, command, machine and content.
+/// Formats a section of `benches/RESULTS.md` from its title, the command that makes it, the machine, and the content
+/// `rest`.
 pub fn section(title: &str, command: &str, rest: &str) -> String {
     format!(
         "## {title}\n\n`{command}`, {}, one thread.\n\n{rest}",

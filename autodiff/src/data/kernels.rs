@@ -1,11 +1,11 @@
-//! A kernel at many points at once: its values, or its Jacobians.
+//! Evaluates a kernel, or its Jacobian, at many points at once.
 
 use crate::arrays::{Kernel, Pullback};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, WIDEST};
 
-/// Evaluates a kernel at `count` points, in lanes. Calls `output(i, y)` for `i = 0, 1, ...` with the values
-/// at the point `input(i)`.
+/// Evaluates a kernel at `count` points, several points at a time in SIMD lanes. For each `i = 0, 1, ...` it calls
+/// `output(i, y)`, where `y` has the kernel's results at the point `input(i)`.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, data};
@@ -38,11 +38,11 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     });
 }
 
-/// Computes the Jacobians of a kernel at `count` points, in lanes. Calls `output(i, jacobian)` for `i = 0, 1, ...`
-/// with the values and the partials at the point `input(i)`.
+/// Computes the Jacobian of a kernel at each of `count` points, several points at a time in SIMD lanes. For each `i =
+/// 0, 1, ...` it calls `output(i, jacobian)` with the results and the partials at the point `input(i)`.
 ///
-/// If the inputs are `I` of many variables, this is a sparse Jacobian with `I` entries in each row. The same
-/// `I` directions serve at every point, which is column compression without a colouring.
+/// If each point picks its `I` inputs from many variables, the results are the rows of a sparse Jacobian with `I`
+/// entries in each row. The cost per point is `I` forward directions, and no colouring of the columns is needed.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, data};
@@ -77,7 +77,7 @@ pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// The values and partials of a kernel at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
-    /// For each result and each input, the partial in each lane.
+    /// For each result and each input, the partial derivative at the points of all lanes.
     partials: &'a [[[R; WIDEST]; I]; O],
     values: &'a [[R; WIDEST]; O],
     lane: usize,
@@ -116,8 +116,8 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
     }
 }
 
-/// Loads the inputs of `L::N` points from `first` on. Lanes past the point `last` repeat that point. `rows` is
-/// working memory.
+/// Loads the inputs of the `L::N` points that begin with the point `first`. If there are fewer points up to `last`, the
+/// remaining lanes repeat the point `last`. `rows` is working memory.
 #[inline(always)]
 fn gather<R: Real, L: Lane<R>, const I: usize>(
     input: &impl Fn(usize) -> [R; I],
@@ -137,7 +137,8 @@ fn gather<R: Real, L: Lane<R>, const I: usize>(
     x
 }
 
-/// Returns the rows of the identity. As cotangents they give a Jacobian.
+/// Returns the rows of the identity matrix. A reverse sweep that takes them as cotangents gives the rows of the
+/// Jacobian.
 #[inline(always)]
 fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     let mut rows = [[L::zero(); O]; O];
@@ -147,8 +148,8 @@ fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     rows
 }
 
-/// A kernel to be evaluated at many points. `J` is the number of inputs whose partials are computed: all (`I`) or
-/// none (0).
+/// A kernel that is to be evaluated at many points. `J` is the number of inputs for which partials are computed: all of
+/// them (`I`) or none (0).
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
     count: usize,

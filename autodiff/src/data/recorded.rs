@@ -1,4 +1,4 @@
-//! A function that is recorded once for all points.
+//! A function whose recording is replayed at many points.
 
 use std::fmt;
 use std::sync::Arc;
@@ -7,8 +7,8 @@ use crate::drivers::Function;
 use crate::real::{Fused, Real};
 use crate::record::replay::{Inputs, Plan, Points, Replayed, Wanted};
 
-/// A function that is recorded once, without values, and replayed forward and back at any number of points, in
-/// lanes over the points.
+/// A function that is recorded once, without values. The recording is then replayed at any number of points, forward
+/// for the values and backward for the gradients, several points at a time in SIMD lanes.
 ///
 /// One recording serves all points, so the function must not branch on values. Recording fails if it asks for the
 /// primal of a number.
@@ -36,9 +36,9 @@ pub struct Recorded {
     plan: Arc<Plan>,
 }
 
-/// The function asks for values and so cannot be recorded without them: it calls
-/// [`primal`](crate::Real::primal), `is_zero`, [`Mask::any`](crate::Mask::any) or
-/// [`all`](crate::Mask::all), or a [fused](crate::Real::fused) function, which has its own derivative.
+/// The error that a function cannot be recorded without values, because it needs them. Such a function calls
+/// [`primal`](crate::Real::primal), `is_zero`, [`Mask::any`](crate::Mask::any), [`all`](crate::Mask::all), or a
+/// [fused](crate::Real::fused) function, which has its own derivative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct NeedsValues {}
@@ -100,9 +100,9 @@ impl Recorded {
         values.map(|(k, &value)| (value, gradient(k))).collect()
     }
 
-    /// Returns the sum of the function's values at many points, as one entry of the reverse tape. The points are
-    /// variables; in a [`Sum`](super::Sum) they are data instead. A column holds the numbers of one argument at all
-    /// points.
+    /// Returns the sum of the function's values at many points. On the reverse tape the whole sum is one entry. Here
+    /// the points are variables with derivatives; in a [`Sum`](super::Sum) they are constant data. `columns[i]` holds
+    /// argument `i` of every point.
     ///
     /// ```
     /// use autodiff::data::Recorded;
@@ -151,14 +151,14 @@ fn replayed<R: Real>(plan: &Plan, columns: &[&[R]], wanted: Wanted<R>) -> Replay
     points.replay()
 }
 
-/// A [`Recorded::total`] as a fused function of the columns.
+/// The fused function behind [`Recorded::total`]. Its input slices are the columns.
 struct Total(Arc<Plan>);
 
 impl Total {
     /// Returns the sum and, if wanted, its gradient with respect to each column.
     fn run<R: Real>(&self, columns: &[&[R]], wanted: Wanted<R>) -> (Vec<R>, Vec<Vec<R>>) {
         let replayed = replayed(&self.0, columns, wanted);
-        // Several independent sums hide the latency of the additions.
+        // Sixteen independent sums, so that one addition need not wait for the result of the one before.
         let mut sums = [R::zero(); 16];
         for terms in replayed.results[0].chunks(sums.len()) {
             for (sum, &term) in sums.iter_mut().zip(terms) {

@@ -7,7 +7,7 @@ use crate::real::{Fused, Real};
 use crate::record::replay::{Inputs, Plan, Points, Wanted};
 use crate::reverse::Var;
 
-/// A function of parameters that all data share and of one datum: a term of a [`Sum`].
+/// The function that a [`Sum`] adds up. It takes the parameters that all data share, and one datum.
 pub trait Summand: Send + Sync + 'static {
     /// Returns the term of one datum.
     fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R;
@@ -15,18 +15,19 @@ pub trait Summand: Send + Sync + 'static {
 
 /// The sum of a [`Summand`] over data.
 ///
-/// The summand is recorded once, without values, and replayed over blocks of data in lanes, also for its
-/// gradient. On the reverse tape the whole sum is one fused entry. A summand that calls [`Real::fused`],
-/// [`Mask::any`] or `is_zero` cannot be recorded without values. It runs on an ordinary tape, datum by
+/// The summand is recorded once, without values. The recording is replayed over blocks of data, one datum in each SIMD
+/// lane, for the value and for the gradient. On the reverse tape the whole sum is one fused entry. A summand that calls
+/// [`Real::fused`], [`Mask::any`] or `is_zero` cannot be recorded without values. It runs on an ordinary tape, datum by
 /// datum, which is much slower.
 ///
 /// [`Mask::any`]: crate::Mask::any
 ///
-/// The record is searched for the layers of a network: dot products of rows of parameters with the same
-/// numbers, [`R::dot(row, x)`](Real::dot) for one row after the other. They are computed as matrix products
-/// over a block of data. Rows of one length, evenly spaced, make a layer; `x` may consist of a few evenly
-/// spaced parts, and the code may use each product before it computes the next. A zero cotangent passes zero
-/// here too. For a mini-batch that is already a matrix, use [`dense_batch`](crate::fused::dense_batch).
+/// Layers of a network run faster. The recording is searched for them: a layer calls [`R::dot(row, x)`](Real::dot) for
+/// several rows of parameters and the same numbers `x`, and is computed as a matrix product over a block of data. All
+/// rows must have the same length and be evenly spaced in the parameters. `x` may consist of a few evenly spaced parts.
+/// The code may use each product before it computes the next one. As elsewhere, a zero cotangent passes zero, even
+/// through an infinite partial. For a mini-batch that is already a matrix, use
+/// [`dense_batch`](crate::fused::dense_batch).
 ///
 /// ```
 /// use autodiff::data::{Sum, Summand};
@@ -63,7 +64,8 @@ struct Terms<S> {
     recorded: Mutex<Option<Recorded>>,
 }
 
-/// The plan of the summand for the given number of shared parameters; `None` if the summand cannot be recorded.
+/// The recorded plan of the summand, for the given number of shared parameters. The plan is `None` if the summand
+/// cannot be recorded.
 #[derive(Clone, Debug)]
 struct Recorded {
     shared: usize,
@@ -71,7 +73,7 @@ struct Recorded {
 }
 
 impl<S: Summand> Sum<S> {
-    /// Creates a sum over data of one length.
+    /// Creates a sum over data, which must all have the same length.
     ///
     /// # Panics
     /// If the data differ in length.
@@ -97,12 +99,12 @@ impl<S: Summand> Sum<S> {
         }))
     }
 
-    /// Returns the sum at these shared parameters.
+    /// Returns the sum, given the shared parameters.
     pub fn run<R: Real>(&self, shared: &[R]) -> R {
         R::fused(self.clone(), &[shared])[0]
     }
 
-    /// The summand's plan. It is recorded again only if the number of shared parameters has changed.
+    /// Returns the summand's plan. The summand is recorded again only if the number of shared parameters has changed.
     fn plan(&self, shared: usize) -> Option<Arc<Plan>> {
         let terms = &*self.0;
         let recorded = || {
@@ -131,7 +133,7 @@ impl<S: Summand> Sum<S> {
     fn total<R: Real>(&self, shared: &[R], wanted: Wanted<R>) -> (R, Vec<R>) {
         let Terms { count, columns, .. } = &*self.0;
         if *count == 0 {
-            // Without data the length of a datum is unknown, and the summand cannot be recorded.
+            // The length of a datum is unknown if there is no datum, so the summand cannot be recorded.
             return (R::zero(), vec![R::zero(); shared.len()]);
         }
         let Some(plan) = self.plan(shared.len()) else {
@@ -150,7 +152,7 @@ impl<S: Summand> Sum<S> {
         (total, replayed.by_shared)
     }
 
-    /// Returns the sum and its gradient, datum by datum on an ordinary tape.
+    /// Returns the sum and its gradient without a recording of the summand: each datum runs on an ordinary tape.
     fn by_tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
         let mut total = R::zero();
         let mut gradient = vec![R::zero(); shared.len()];

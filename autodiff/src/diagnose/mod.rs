@@ -1,4 +1,4 @@
-//! Diagnostics: gradient checks, the origin of a NaN, and rounding errors.
+//! Diagnostics: checks gradients, finds where a NaN comes from, and shows rounding errors.
 
 pub mod check;
 pub mod double_double;

@@ -1,12 +1,12 @@
-//! The dense matrices that drivers return.
+//! The dense matrix type that drivers return.
 
 use std::ops::Index;
 
-/// A dense matrix, row by row in one vector: a Jacobian or a Hessian.
+/// A dense matrix, such as a Jacobian or a Hessian. Its entries are stored row by row in one vector.
 ///
-/// `m[i][j]` is an entry and `m[i]` a row. To make a matrix of another crate:
-/// `DMatrix::from_row_slice(m.rows(), m.columns(), m.as_slice())` in nalgebra,
-/// `Array2::from_shape_vec((m.rows(), m.columns()), m.into_vec())` in ndarray.
+/// `m[i][j]` is an entry and `m[i]` a row. To convert it to a matrix of another crate, write
+/// `DMatrix::from_row_slice(m.rows(), m.columns(), m.as_slice())` in nalgebra, `Array2::from_shape_vec((m.rows(),
+/// m.columns()), m.into_vec())` in ndarray.
 ///
 /// ```
 /// use autodiff::{Dense, jacobian};

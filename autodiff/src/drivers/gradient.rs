@@ -1,11 +1,11 @@
-//! Gradients: by one reverse sweep, or by forward passes.
+//! Computes gradients, by one reverse sweep or by forward passes.
 
 use super::seed::{CHUNK, seeded};
 use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::{Var, with_tape};
 
-/// A scalar function of a vector, generic over its numbers. Most drivers take closures. Only code that evaluates a
+/// A scalar function of a vector, generic over its number type. Most drivers take closures. Only code that evaluates a
 /// function in several number types, such as [`check_gradient`](crate::check::check_gradient), needs this trait.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a `Function`, which is generic over its numbers",
@@ -42,7 +42,8 @@ pub fn value_and_gradient<R: Real>(
     swept(Box::new(function), x)
 }
 
-/// Records the function and sweeps back. Compiled once per number type, not once per closure.
+/// Records the function and sweeps back. It takes the function as a boxed closure, so that it is compiled once for each
+/// number type and not once for each closure.
 fn swept<R: Real>(function: Box<dyn FnOnce(&[Var<R>]) -> Var<R> + '_>, x: &[R]) -> (R, Vec<R>) {
     with_tape(|tape| {
         let y = tape.record(x, function);
@@ -50,8 +51,8 @@ fn swept<R: Real>(function: Box<dyn FnOnce(&[Var<R>]) -> Var<R> + '_>, x: &[R]) 
     })
 }
 
-/// Returns the gradient at `x` by forward passes over four arguments each. It needs no tape, and is
-/// faster than [`gradient`] for a handful of arguments.
+/// Returns the gradient at `x` in forward mode. Each forward pass computes the derivatives with respect to four
+/// arguments. There is no tape, and for a handful of arguments this is faster than [`gradient`].
 ///
 /// ```
 /// use autodiff::{Real, gradient_forward};

@@ -1,4 +1,4 @@
-//! Hessians, forward over reverse.
+//! Computes Hessians, by forward mode over reverse mode.
 
 use super::dense::Dense;
 use super::gradient::gradient;
@@ -7,8 +7,8 @@ use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::Var;
 
-/// Returns the gradient and the product of the Hessian with `direction`, forward over reverse. It costs a few
-/// gradients, for any number of arguments.
+/// Returns the gradient at `x` and the product of the Hessian with `direction`, by forward mode over reverse mode. For
+/// any number of arguments this costs as much as a few gradients.
 ///
 /// ```
 /// use autodiff::hessian_vector;
@@ -32,8 +32,8 @@ pub fn hessian_vector<R: Real>(
         .unzip()
 }
 
-/// Returns the Hessian at `x`, forward over reverse, four rows at a time. Its two triangles are computed
-/// separately and agree up to rounding.
+/// Returns the Hessian at `x`, by forward mode over reverse mode. Each pass computes four rows. The upper and the lower
+/// triangle are computed separately, so they agree only up to rounding.
 ///
 /// ```
 /// use autodiff::hessian;
@@ -49,7 +49,7 @@ pub fn hessian<R: Real>(
     Dense::of_rows(x.len(), rows.collect())
 }
 
-/// The rows of the Hessian from `first` on, as many as one pass computes.
+/// Returns the rows of the Hessian that one pass computes, beginning with the row `first`.
 pub(crate) fn hessian_rows<R: Real>(
     function: &dyn Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],

@@ -1,10 +1,10 @@
-//! Derivatives of a root, without differentiating the iterations that found it.
+//! Computes the derivatives of a root from its equations, without differentiating the iterations that found it.
 //!
-//! Where `F(x, p) = 0` defines `x` as a function of `p`, the implicit function theorem gives the
-//! derivative of `x` from the Jacobians of `F` at the root: `x_dot = -F_x^-1 F_p p_dot`, and in reverse
-//! `p_bar = -F_p^T F_x^-T x_bar`. It does not matter how `x` was found: the solver may iterate, branch and
-//! stop as it likes, on plain numbers. Differentiating the solver would cost every iteration again. If
-//! the solver stopped early, it would also give the derivative of the last iterate, not of the root.
+//! Where `F(x, p) = 0` defines `x` as a function of `p`, the implicit function theorem gives the derivative of `x` from
+//! the Jacobians of `F` at the root: `x_dot = -F_x^-1 F_p p_dot`, and in reverse `p_bar = -F_p^T F_x^-T x_bar`. It does
+//! not matter how `x` was found: the solver may iterate, branch and stop as it likes, on plain numbers. The
+//! alternative, differentiating the solver, would repeat every iteration. And if the solver stopped early, the result
+//! would be the derivative of the last iterate, not of the root.
 
 use std::fmt;
 
@@ -17,10 +17,10 @@ use crate::real::{Fused, Mask, Real};
 use crate::reverse::Var;
 
 /// A system of equations `F(x, p) = 0` for the unknowns `x`, with as many equations as unknowns and with parameters
-/// `p`. The tape keeps the residual, so it must own its data or share them by an `Arc`.
+/// `p`. The tape keeps the residual, so the residual must own its data or share them through an `Arc`.
 ///
-/// If the equations say that the gradient of an energy is zero, compute them as that gradient. Parameters enter the
-/// inner gradient as [constants](Var::constant):
+/// Often the equations say that the gradient of an energy is zero. Then let `eval` compute that gradient. In its
+/// closure, make the parameters [constants](Var::constant):
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
@@ -45,22 +45,24 @@ pub trait Residual: Clone + Send + 'static {
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R>;
 }
 
-/// Why [`root`] rejected a point.
+/// The reason why [`root`] rejected a point.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NoRoot {
     /// The Jacobian of the residual with respect to the unknowns is singular, so `x` is not a function of `p` there.
     Singular {
-        /// The first unknown whose column depends on earlier columns, to within rounding, or is NaN.
+        /// The first unknown whose column of the Jacobian depends linearly on earlier columns, to within rounding, or
+        /// contains NaN.
         unknown: usize,
     },
-    /// The residual is not zero.
+    /// The point is not a root: the residual is too far from zero.
     Far {
-        /// The first unknown that is too far from the root.
+        /// The first unknown whose value is too far from the root.
         unknown: usize,
-        /// Its estimated distance from the root, which is the length of a step of Newton's method, as text.
+        /// The estimated distance of this unknown from the root, as text. It is the unknown's change in a step of
+        /// Newton's method.
         step: String,
-        /// The allowed distance, as text.
+        /// The largest allowed distance, as text.
         allowed: String,
     },
 }
@@ -88,10 +90,11 @@ impl fmt::Display for NoRoot {
 
 impl std::error::Error for NoRoot {}
 
-/// Turns `x`, the root of `residual` found for the primal of `p`, into a function of `p`. The value is `x`
-/// itself. The derivatives follow from the equations, in every mode and nesting; their error is of the
-/// order of the error of `x`. Derivatives that `x` carries are ignored, so run the solver on
-/// [primals](Real::primal), or on [detached](Real::detach) parameters, which cost nothing on the tape.
+/// Makes a root depend on the parameters `p`. `x` is the root of `residual` that a solver found for the primal of `p`.
+/// The result has the value `x` and the root's derivatives with respect to `p`, which follow from the equations. This
+/// holds in every mode and nesting. If `x` is not exact, the derivatives have an error of the same order. Derivatives
+/// that `x` itself carries are ignored, so run the solver on [primals](Real::primal), or on [detached](Real::detach)
+/// parameters, which cost nothing on the tape.
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
@@ -137,8 +140,8 @@ pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>
     root_within(residual, x, p, epsilon::<R>().cbrt())
 }
 
-/// Like [`root`], with another tolerance: the longest step of Newton's method from `x` that is allowed, relative to
-/// `1 + max |x|`.
+/// Like [`root`], but with the given tolerance: the longest allowed step of Newton's method from `x`, relative to `1 +
+/// max |x|`.
 ///
 /// # Errors
 /// Like [`root`].
@@ -158,7 +161,7 @@ pub fn root_within<R: Real>(
     Ok(R::fused(root, &[&x, p]))
 }
 
-/// Rejects a point that a step of Newton's method would move further than allowed.
+/// Returns an error if a step of Newton's method would move the point further than allowed.
 fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> Result<(), NoRoot> {
     factors.solve(&mut steps);
     let largest = x.iter().fold(R::zero(), |largest, x| largest.max(x.abs()));
@@ -176,7 +179,7 @@ fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> R
     Ok(())
 }
 
-/// Factors the Jacobian with respect to the unknowns.
+/// Returns the LU factors of the Jacobian with respect to the unknowns.
 fn factors<R: Real>(
     residual: &dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
@@ -200,7 +203,8 @@ fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {
     numbers.iter().copied().map(Dual::constant).collect()
 }
 
-/// Sets the tangents of the root `x` from the tangents of the residual, which was evaluated at the constant root.
+/// Sets the tangents of the root `x` to those that follow from the tangents of the residual. The residual was evaluated
+/// with `x` as a constant.
 fn moved<R: Real, const N: usize>(x: &mut [Dual<R, N>], residual: &[Dual<R, N>], factors: &Lu<R>) {
     for i in 0..N {
         let mut x_dot: Vec<R> = residual.iter().map(|f| -f.tangent[i]).collect();
@@ -211,10 +215,10 @@ fn moved<R: Real, const N: usize>(x: &mut [Dual<R, N>], residual: &[Dual<R, N>],
     }
 }
 
-/// The root as a function of the slices `x`, through which no derivative passes, and `p`.
+/// The fused function that returns the root. Its input slices are `x`, which passes no derivative, and `p`.
 ///
-/// Each mode takes off its own layer of derivatives and evaluates the root on the numbers inside. That inner root,
-/// and the Jacobians taken there, carry all inner derivatives, so nested derivatives are correct.
+/// In nested derivatives, each mode removes its own layer of derivatives and evaluates the root on the inner numbers.
+/// The inner root and the inner Jacobians carry the derivatives of the inner modes, so nested derivatives are correct.
 struct Root<F>(F);
 
 /// The numbers that the reverse sweep needs: the root, and the parameters it was found for.
@@ -224,7 +228,7 @@ struct RootAtPoint<R> {
 }
 
 impl<F: Residual> Root<F> {
-    /// Returns the root in the numbers one layer further in.
+    /// Returns the root in the inner number type `R`.
     fn inner<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
         R::fused(Root(self.0.clone()), &[x, p])
     }
@@ -234,7 +238,8 @@ impl<F: Residual> Root<F> {
         factors(&|x| self.0.eval(x, &p), x)
     }
 
-    /// Factors a matrix that `root` has factored before. Only rounding can make it singular now.
+    /// Returns the factors of a matrix that `root` has already factored. If it is singular now, rounding errors are the
+    /// only possible reason.
     fn known_factors<R: Real>(&self, x: &[R], p: &[R]) -> Lu<R> {
         self.factors(x, p)
             .unwrap_or_else(|singular| panic!("{singular}"))

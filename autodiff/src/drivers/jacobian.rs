@@ -1,4 +1,4 @@
-//! Jacobians, and their products with vectors.
+//! Computes Jacobians, and products of Jacobians with vectors.
 
 use super::dense::Dense;
 use super::seed::{CHUNK, along, seeded};
@@ -26,7 +26,7 @@ pub fn jvp<R: Real>(
     y.into_iter().map(|y| (y.value, y.tangent[0])).unzip()
 }
 
-/// Returns the values at `x`, and their cotangents `y_bar` pulled back to `x` (a VJP), by one reverse
+/// Returns the values at `x`, and the product of the cotangents `y_bar` with the Jacobian (a VJP), by one reverse
 /// sweep.
 ///
 /// ```
@@ -54,8 +54,8 @@ pub fn vjp<R: Real>(
 /// A boxed closure. Functions that take it are compiled once per number type, not once per closure.
 type VectorOf<'a, R> = Box<dyn FnOnce(&[Var<R>]) -> Vec<Var<R>> + 'a>;
 
-/// Returns the Jacobian at `x`, one row per value and one column per argument, by forward passes over
-/// four arguments each. Use [`jacobian_reverse`] for fewer values than arguments.
+/// Returns the Jacobian at `x`, with one row per value and one column per argument. Each forward pass computes four
+/// columns. Use [`jacobian_reverse`] if there are fewer values than arguments.
 ///
 /// ```
 /// use autodiff::{Real, jacobian};
@@ -70,7 +70,7 @@ pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
 ) -> Dense<R> {
-    // Without arguments, one pass still finds the number of values.
+    // At least one pass, because it finds the number of values even if there are no arguments.
     let passes = (0..x.len().max(1)).step_by(CHUNK);
     joined_columns(
         &mut passes.map(|first| function(&seeded(x, first))),
@@ -78,8 +78,8 @@ pub fn jacobian<R: Real>(
     )
 }
 
-/// Returns the Jacobian at `x`, one row per value and one column per argument, by one recording and one
-/// reverse sweep per value.
+/// Returns the Jacobian at `x`, with one row per value and one column per argument. The function is recorded once, and
+/// each row takes one reverse sweep.
 ///
 /// ```
 /// use autodiff::jacobian_reverse;

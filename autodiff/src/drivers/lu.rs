@@ -1,22 +1,25 @@
-//! LU factors of a small dense matrix over any [`Real`].
+//! Factors small dense matrices over any [`Real`] into LU.
 
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
 
-/// The LU factors of a square matrix, by scaled partial pivoting. A pivot is scaled by the largest entry of its row.
-/// It counts as zero if it is negligible compared with the largest scaled entry of its column. So the units of
-/// equations and unknowns do not decide whether a matrix is singular.
+/// The LU factors of a square matrix, computed with scaled partial pivoting: pivots are compared after division by the
+/// largest entry of their row. A pivot counts as zero if it is negligible compared with the largest scaled entry of its
+/// column. So it does not depend on the units of equations and unknowns whether a matrix counts as singular.
 ///
-/// Rows are exchanged by `select`, because each lane has its own pivots. Duals are compared by their primals.
+/// Rows are exchanged by `select`, because each SIMD lane may need other exchanges. Pivots of duals are compared by
+/// their primals.
 pub(crate) struct Lu<R: Real> {
-    /// `U`, and below its diagonal `L` without the ones on the diagonal.
+    /// The upper factor `U`. Below its diagonal are the entries of the lower factor `L`, whose diagonal consists of
+    /// ones and is not stored.
     rows: Vec<Vec<R>>,
-    /// `(k, i, mask)`, in the order of the exchanges. Rows `k` and `i` were exchanged where the mask is true.
+    /// The exchanges of rows, in order, as `(k, i, mask)`: rows `k` and `i` were exchanged in those lanes where the
+    /// mask is true.
     exchanges: Vec<(usize, usize, R::Mask)>,
 }
 
 impl<R: Real> Lu<R> {
-    /// Factors a matrix given by rows. The error is the index of the first column that depends linearly on earlier
+    /// Factors the matrix with the given rows. The error is the index of the first column that depends linearly on earlier
     /// columns, to within rounding.
     pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
         let n = rows.len();
@@ -24,7 +27,7 @@ impl<R: Real> Lu<R> {
             let sizes = numbers.iter().map(|x| x.detach().abs());
             sizes.fold(R::zero(), |largest, size| largest.max(size))
         };
-        // The scale of a row of zeros is 1.
+        // A row of zeros gets the scale 1.
         let row_scale = |row: &Vec<R>| {
             let (size, zero) = (largest(row), R::zero());
             R::select(zero.less(size), size, R::one())
@@ -48,7 +51,7 @@ impl<R: Real> Lu<R> {
                 swap(&mut row_scales, k, i, mask);
                 exchanges.push((k, i, mask));
             }
-            // NaN is not a pivot either.
+            // A pivot of NaN also counts as zero.
             if !(row_scales[k] * negligible[k]).less(rows[k][k].abs()).all() {
                 return Err(k);
             }
@@ -116,7 +119,7 @@ fn swap<R: Real>(b: &mut [R], k: usize, i: usize, mask: R::Mask) {
 mod tests {
     use super::Lu;
 
-    /// Units whose squares over- or underflow must not change the choice of pivots.
+    /// The pivots must not change in units that are so large or small that squares over- or underflow.
     #[test]
     fn units_of_any_size_leave_the_pivots_alone() {
         for unit in [1e-300, 1e-170, 1.0, 1e170, 1e300] {
@@ -124,7 +127,7 @@ mod tests {
             let lu = Lu::new(vec![vec![zero, one], vec![one, one]]).expect("a matrix of full rank");
             let mut b = [one, one + one];
             lu.solve(&mut b);
-            // Without an exchange, the small first pivot would cost these digits.
+            // If the rows were not exchanged, the small first pivot would cost these digits.
             assert!(b.iter().all(|x| (x - 1.0).abs() < 1e-11), "{unit:e}: {b:?}");
         }
     }

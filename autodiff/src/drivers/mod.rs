@@ -1,8 +1,8 @@
-//! Derivatives of whole functions.
+//! The drivers: functions that compute derivatives of whole functions.
 //!
-//! A driver takes the function, then the point, then any other arguments. The function is anything that can be called
-//! with the driver's numbers: a closure `|x| …`, or the name of a `fn well<R: Real>(x: &[R]) -> R`. Wrap a method of
-//! a type with data in a closure, `|x| well.eval(x)`. Data that should not be differentiated are captured.
+//! A driver takes the function, then the point, then any other arguments. The function is a closure `|x| …` or the name
+//! of a generic function such as `fn well<R: Real>(x: &[R]) -> R`. If the function is a method, wrap it in a closure:
+//! `|x| well.eval(x)`. Let the closure capture data with respect to which you do not differentiate.
 //!
 //! All drivers are generic over the number type of `x`, so they nest. To use a number of the outer derivative in an
 //! inner closure, make it a [`Var::constant`](crate::Var::constant). It is constant only to the inner derivative.

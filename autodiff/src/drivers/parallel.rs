@@ -1,13 +1,13 @@
-//! The drivers on several cores (feature `rayon`).
+//! The drivers that use several cores (feature `rayon`).
 //!
-//! Each evaluation of the function stays on one thread. The passes over columns or rows are distributed in rayon's
-//! current pool. No sum runs across threads, so results are bit-identical to those of the serial drivers, for any
-//! number of threads. For gradients at many points, call [`value_and_gradient`](crate::value_and_gradient) in a
-//! parallel iterator.
+//! Each evaluation of the function stays on one thread. Only the passes over columns or rows are distributed over the
+//! threads of rayon's current pool. No sum is split between threads, so results are bit-identical to those of the
+//! serial drivers, for any number of threads. For gradients at many points, call
+//! [`value_and_gradient`](crate::value_and_gradient) in a parallel iterator.
 //!
 //! The numbers may be floats, lanes, [`DoubleDouble`](crate::DoubleDouble) or duals of these. Variables of an outer
-//! tape panic on another thread, because a tape records on its own thread only. With few arguments all work may stay
-//! on the calling thread, and such a mistake may go unnoticed.
+//! tape cause a panic, because a tape records only on its own thread. If there are so few arguments that all work stays
+//! on the calling thread, the mistake may go unnoticed.
 
 use rayon::prelude::*;
 
@@ -50,7 +50,7 @@ pub fn jacobian_reverse<R: Real>(
     let row = |(tape, y): &mut (Tape<R>, Vec<Var<R>>), i: usize| {
         tape.pullback(&y[i..=i], &[R::one()]).to_vec()
     };
-    // The first recording finds the number of values. Each thread's part of the rows needs its own recording, which
+    // This recording finds the number of values. Each thread that computes rows makes a recording of its own, which
     // costs about as much as two sweeps.
     let values = record().1.len();
     let rows = (0..values).into_par_iter().map_init(record, row);
@@ -87,7 +87,7 @@ pub fn hessian<R: Real>(
     Dense::of_rows(x.len(), rows.concat())
 }
 
-/// The first column of every pass.
+/// Returns the index of the first column of every pass.
 fn firsts(columns: usize) -> impl IndexedParallelIterator<Item = usize> {
     (0..columns).into_par_iter().step_by(CHUNK)
 }

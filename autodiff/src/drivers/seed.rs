@@ -1,13 +1,13 @@
-//! Seeds: the arguments of forward passes.
+//! Makes the arguments of forward passes: numbers with tangents.
 
 use crate::dual::Dual;
 use crate::real::Real;
 
-/// The number of columns that a forward pass of a Jacobian or a Hessian computes: enough to share the work of
-/// the primal, few enough to stay in registers.
+/// The number of columns that one forward pass of a Jacobian or a Hessian computes. They share the work of computing
+/// the values. There are few enough of them for the tangents to stay in registers.
 pub(crate) const CHUNK: usize = 4;
 
-/// Returns `x` with tangents along a direction.
+/// Returns `x` as dual numbers whose tangents are the entries of `direction`.
 pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     assert_eq!(
         x.len(),
@@ -22,7 +22,8 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     pairs.map(dual).collect()
 }
 
-/// Returns `x` as duals. Each of the [`CHUNK`] arguments from index `first` on gets its own direction.
+/// Returns `x` as dual numbers. Each of the [`CHUNK`] arguments that begin with the index `first` gets its own
+/// direction.
 pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
     let seed = |(j, &value): (usize, &R)| {
         if (first..first + CHUNK).contains(&j) {

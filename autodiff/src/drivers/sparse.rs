@@ -1,10 +1,10 @@
-//! Sparse Jacobians: columns that share no row are computed together.
+//! Computes sparse Jacobians: columns that have no row in common are computed together.
 //!
-//! Two columns without entries in a common row can share a forward direction, because each row of the result
-//! belongs to only one of them. Colour the columns so that any two with a common row differ. Then the whole
-//! Jacobian takes one direction per colour (A. R. Curtis, M. J. D. Powell and J. K. Reid, "On the estimation
-//! of sparse Jacobian matrices", IMA Journal of Applied Mathematics 13, 1974). A tridiagonal Jacobian of any
-//! size takes three.
+//! Two columns without entries in a common row can share a forward direction, because each entry of the result then
+//! belongs to only one of them. So the columns are coloured such that columns with a common row have different colours.
+//! The whole Jacobian then takes one forward direction for each colour (A. R. Curtis, M. J. D. Powell and J. K. Reid,
+//! "On the estimation of sparse Jacobian matrices", IMA Journal of Applied Mathematics 13, 1974). A tridiagonal
+//! Jacobian of any size takes three directions.
 
 use super::dense::Dense;
 use super::gradient::gradient;
@@ -16,11 +16,11 @@ use crate::reverse::{Var, with_tape};
 
 /// The sparsity pattern of a Jacobian, with a colouring of its columns.
 ///
-/// Create it once for a function and use it at every point. A pattern and its entries form a matrix in compressed
-/// sparse row format (CSR).
+/// Create it once for a function and use it at every point. The pattern, together with the list of entries, is a matrix
+/// in the compressed sparse row format (CSR).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
-    /// The index in `columns` at which each row begins, then the number of entries.
+    /// For each row, the index in `columns` at which the row begins. The last number is the number of all entries.
     starts: Vec<usize>,
     /// The columns of all entries, row by row.
     columns: Vec<usize>,
@@ -29,7 +29,8 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Creates a pattern with this number of columns, from the ascending columns of each row's entries.
+    /// Creates a pattern with the given number of columns. Each row lists the columns of its entries in ascending
+    /// order.
     ///
     /// # Panics
     /// If a row's columns are out of range or do not ascend.
@@ -54,7 +55,8 @@ impl Pattern {
         }
     }
 
-    /// Creates a square pattern with the main diagonal, `below` diagonals below it and `above` above it.
+    /// Creates the pattern of a square band matrix: the main diagonal, `below` diagonals below it and `above` diagonals
+    /// above it.
     pub fn banded(size: usize, below: usize, above: usize) -> Self {
         let row = |i: usize| {
             (i.saturating_sub(below)..i.saturating_add(above).saturating_add(1).min(size)).collect()
@@ -62,7 +64,7 @@ impl Pattern {
         Self::new(size, &(0..size).map(row).collect::<Vec<_>>())
     }
 
-    /// Creates a pattern of dense blocks along the diagonal, of shapes `[rows, columns]`.
+    /// Creates a pattern of dense blocks along the diagonal. Each block has a shape `[rows, columns]`.
     pub fn blocks(shapes: &[[usize; 2]]) -> Self {
         let (mut rows, mut first) = (Vec::new(), 0);
         for &[height, width] in shapes {
@@ -73,10 +75,10 @@ impl Pattern {
         Self::new(first, &rows)
     }
 
-    /// Returns the pattern of a function's Jacobian, from one recording at `x`. There is an entry wherever
-    /// operations lead from the argument to the value, even if the derivative is zero there.
+    /// Returns the pattern of a function's Jacobian, which it reads off a recording at `x`. A value has an entry for
+    /// every argument that its operations use, even if the derivative is zero.
     ///
-    /// The pattern holds for all points at which the function takes the branches that it takes at `x`.
+    /// The pattern is right at every point where the function takes the same branches as at `x`.
     ///
     /// ```
     /// use autodiff::Real;
@@ -93,8 +95,8 @@ impl Pattern {
         Self::new(x.len(), &rows)
     }
 
-    /// Like [`traced`](Self::traced), but returns the pattern of the function's Hessian, from one recording of its
-    /// gradient at `x`.
+    /// Returns the pattern of the function's Hessian, which it reads off a recording of the gradient at `x`. See
+    /// [`traced`](Self::traced).
     pub fn traced_hessian(
         function: impl FnOnce(&[Var<Var<f64>>]) -> Var<Var<f64>>,
         x: &[f64],
@@ -120,13 +122,13 @@ impl Pattern {
         &self.columns[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// The row pointers of CSR: the index at which the entries of each row begin, then the number of entries.
+    /// The row pointers of CSR: for each row the index of its first entry, and at the end the number of all entries.
     /// [`sparse_jacobian`] returns the entries themselves.
     pub fn row_starts(&self) -> &[usize] {
         &self.starts
     }
 
-    /// The column indices of CSR: the column of every entry, row by row.
+    /// The column indices of CSR: the column of each entry, row by row.
     pub fn column_indices(&self) -> &[usize] {
         &self.columns
     }
@@ -136,7 +138,7 @@ impl Pattern {
         self.columns.len()
     }
 
-    /// The number of colours: a Jacobian takes one forward direction for each.
+    /// The number of colours. A Jacobian takes one forward direction for each colour.
     pub fn colors(&self) -> usize {
         self.colors
     }
@@ -160,19 +162,19 @@ impl Pattern {
         Dense::new(self.rows(), self.columns(), dense)
     }
 
-    /// The number of directions of a Jacobian: one per colour, and the test direction.
+    /// The number of forward directions that a Jacobian takes: one for each colour, and the test direction.
     pub(crate) fn directions(&self) -> usize {
         self.colors + 1
     }
 
-    /// The index of the test direction among the [`CHUNK`] directions from `first` on, if it is one of them. The test
-    /// direction comes after the directions of the colours.
+    /// The place of the test direction among the [`CHUNK`] directions that begin with direction `first`. `None` if it
+    /// is not one of them. The test direction comes after the directions of the colours.
     fn test_slot(&self, first: usize) -> Option<usize> {
         let slot = self.colors.checked_sub(first);
         slot.filter(|&slot| slot < CHUNK)
     }
 
-    /// Returns `x` with tangents along the [`CHUNK`] directions from `first` on.
+    /// Returns `x` as dual numbers with tangents along the [`CHUNK`] directions that begin with direction `first`.
     pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
         assert_eq!(
             x.len(),
@@ -194,7 +196,7 @@ impl Pattern {
         x.iter().enumerate().map(seed).collect()
     }
 
-    /// Returns the entries, given the function's values at the [`seeded`](Self::seeded) arguments of every pass.
+    /// Returns the entries of the Jacobian. Each pass has the function's values at [`seeded`](Self::seeded) arguments.
     pub(crate) fn decompressed<R: Real>(
         &self,
         passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
@@ -210,7 +212,7 @@ impl Pattern {
             for (i, y) in y.iter().enumerate() {
                 self.decompress_row(i, y, first, &mut entries);
             }
-            // The test direction is in the last pass, so all entries are known.
+            // All entries are known here, because the test direction belongs to the last pass.
             if let Some(slot) = self.test_slot(first) {
                 self.test(y.iter().map(|y| y.tangent[slot]), &entries);
             }
@@ -218,7 +220,7 @@ impl Pattern {
         entries
     }
 
-    /// Writes those entries of a row that one pass computes.
+    /// Writes the entries of row `i` whose colours belong to this pass.
     fn decompress_row<R: Real>(
         &self,
         i: usize,
@@ -242,11 +244,11 @@ impl Pattern {
         );
     }
 
-    /// Compares the derivative of each value along the test direction with the derivative that follows from the
-    /// entries.
+    /// Panics if the pattern lacks an entry. For each value, the derivative along the test direction must agree with
+    /// the derivative that follows from the entries.
     fn test<R: Real>(&self, along: impl Iterator<Item = R>, entries: &[R]) {
-        // Rounding errors exceed an epsilon where terms cancel inside the function. A missing entry is of the
-        // order of the other entries.
+        // Where terms cancel inside the function, rounding errors are larger than an epsilon. A missing entry is about
+        // as large as the other entries.
         let share = epsilon::<R>().cbrt();
         let largest = entries
             .iter()
@@ -269,13 +271,13 @@ impl Pattern {
     }
 }
 
-/// An entry of the test direction: irregular numbers between 1 and 2.
+/// Returns entry `j` of the test direction. The entries are irregular numbers between 1 and 2.
 fn test_direction(j: usize) -> f64 {
     1.0 + ((j + 1) as f64 * 0.618033988749895).fract()
 }
 
-/// Colours greedily from the first column to the last: each takes the smallest colour that no earlier column
-/// with a common row has. This is optimal for banded and block patterns.
+/// Colours the columns greedily, from the first to the last. Each column gets the smallest colour that no earlier
+/// column in one of its rows has. For banded and block patterns the number of colours is the smallest possible.
 fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
     let mut rows_of_column = vec![Vec::new(); columns];
     for (i, row) in rows.iter().enumerate() {
@@ -284,7 +286,7 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
         }
     }
     let mut color_of_column = vec![usize::MAX; columns];
-    // For each colour, the last column that could not get it. It is never cleared between columns.
+    // For each colour, the last column that could not get this colour. No reset is needed, because the columns differ.
     let mut unfit_for = vec![usize::MAX; columns];
     for j in 0..columns {
         let neighbours = rows_of_column[j].iter().flat_map(|&i| &rows[i]);
@@ -297,8 +299,8 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
     color_of_column
 }
 
-/// Returns the entries of a sparse Jacobian in the order of its pattern, row by row, by one forward direction
-/// per colour.
+/// Returns the entries of a sparse Jacobian in the order of its pattern, row by row. It takes one forward direction for
+/// each colour, and one more as a test.
 ///
 /// ```
 /// use autodiff::Real;
@@ -319,9 +321,9 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 /// ```
 ///
 /// If the lengths of `x` or of the values do not match the pattern, or if a value depends on an argument that the
-/// pattern leaves out. The derivative along one more direction tests this, because it must agree with the entries. A
-/// missing entry below about 1e-5 of its row may pass the test. Under an outer tape an entry counts even where its
-/// terms cancel to zero, because their derivatives may not cancel.
+/// pattern leaves out. To find such an argument, the derivative along a test direction is compared with the entries. A
+/// missing entry that is smaller than about 1e-5 of its row may not be noticed. If `x` belongs to an outer tape, the
+/// pattern must also have the entries whose terms cancel to zero, because their derivatives may not cancel.
 pub fn sparse_jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
@@ -331,8 +333,8 @@ pub fn sparse_jacobian<R: Real>(
     pattern.decompressed(&mut passes.map(|first| function(&pattern.seeded(x, first))))
 }
 
-/// Returns the entries of a sparse Hessian in the order of its pattern, row by row: the [`sparse_jacobian`] of
-/// the gradient, forward over reverse.
+/// Returns the entries of a sparse Hessian in the order of its pattern, row by row. It is the [`sparse_jacobian`] of
+/// the gradient, so it uses forward mode over reverse mode.
 ///
 /// ```
 /// use autodiff::Real;

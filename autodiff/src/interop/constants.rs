@@ -1,4 +1,4 @@
-//! The constants of num-traits for elements.
+//! Implements num-traits' constants for [`Element`].
 
 use std::f64::consts;
 
@@ -8,12 +8,14 @@ use super::element::Element;
 use crate::math::rounding;
 use crate::real::Real;
 
-/// A constant as a double plus its rounding error; [`DoubleDouble`](crate::DoubleDouble) keeps both.
+/// Returns a constant that is given as an f64 plus its rounding error. [`DoubleDouble`](crate::DoubleDouble) keeps
+/// both.
 fn constant<R: Real>(digits: f64, more: f64) -> Element<R> {
     Element(R::lit(digits) + R::lit(more))
 }
 
-/// Each constant as f64, and its rounding error, computed with mpmath.
+/// Defines a method for each constant, from the rounding error of its f64. The rounding errors were computed with
+/// mpmath.
 macro_rules! constants {
     ($($name:ident $rest:literal)*) => {
         $(
@@ -57,7 +59,7 @@ mod tests {
 
     use crate::{DoubleDouble, Element, Real, gradient};
 
-    /// The differences between constants and the values that functions of other constants give for them.
+    /// Returns the errors of the constants: each one is compared with the value of a formula, such as `sqrt(2)`.
     fn misfits<F: Float + FloatConst>() -> Vec<F> {
         let number = |x: f64| F::from(x).unwrap_or_else(F::nan);
         let (two, ten) = (number(2.0), number(10.0));
@@ -86,11 +88,11 @@ mod tests {
 
     #[test]
     fn constants_have_all_digits_that_a_number_has() {
-        // The results are two operations on numbers up to 7, with errors of 1e-32 each in double-double.
+        // The formulas are two operations on numbers up to 7, each with an error of 1e-32 in double-double.
         let wide = misfits::<Element<DoubleDouble>>();
         let off = |x: &Element<DoubleDouble>| x.0.abs().less(DoubleDouble::lit(3e-31));
         assert!(wide.iter().all(off), "{wide:?}");
-        // The results are functions of numbers up to 7, accurate to an ulp or two.
+        // The formulas are functions of numbers up to 7, with errors of an ulp or two.
         let floats = misfits::<Element<f64>>();
         assert!(floats.iter().all(|x| x.0.abs() < 4e-15), "{floats:?}");
         assert_eq!(Element::<f64>::PI().0, std::f64::consts::PI);

@@ -1,11 +1,11 @@
-//! The wrapper of numbers for other crates.
+//! The type [`Element`], which wraps a number for the generic code of other crates.
 
 use crate::real::Real;
 
-/// A [`Real`] with the traits that other crates need. See the [module](super).
+/// A [`Real`] with the traits that the generic code of other crates needs. See the [module](super).
 #[derive(Clone, Copy, Debug)]
 pub struct Element<R>(
-    /// The number itself.
+    /// The wrapped number.
     pub R,
 );
 

@@ -10,7 +10,7 @@ use super::number::decided;
 use crate::math::rounding;
 use crate::real::Real;
 
-/// Always `None`, because the derivative would be lost.
+/// The conversions always return `None`, because a primitive number would lose the derivative.
 impl<R: Real> ToPrimitive for Element<R> {
     fn to_i64(&self) -> Option<i64> {
         None
@@ -23,7 +23,7 @@ impl<R: Real> ToPrimitive for Element<R> {
     }
 }
 
-/// Makes a constant, through f64.
+/// Converts a number to a constant. The number is first converted to f64.
 impl<R: Real> NumCast for Element<R> {
     fn from<T: ToPrimitive>(value: T) -> Option<Self> {
         value.to_f64().map(Self::lit)
@@ -31,7 +31,7 @@ impl<R: Real> NumCast for Element<R> {
 }
 
 impl<R: Real> Element<R> {
-    /// A limit of the range of doubles, or of singles if the inner type cannot hold it.
+    /// Makes a limit of the number range: that of f64, or that of f32 if the inner type cannot hold the f64 limit.
     fn widest(double: f64, single: f32) -> Self {
         let wide = R::lit(double);
         let fits = wide.finite() & !wide.less_equal(R::zero());
@@ -93,7 +93,7 @@ impl<R: Real> Float for Element<R> {
             FpCategory::Zero
         }
     }
-    /// 0 at 0, unlike `f64::signum`.
+    /// Returns the sign. At 0 it is 0, unlike that of `f64::signum`.
     fn signum(self) -> Self {
         Self(self.0.signum())
     }

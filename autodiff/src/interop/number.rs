@@ -1,4 +1,4 @@
-//! Arithmetic and comparison of elements, for num-traits.
+//! Implements arithmetic and comparison for elements, as num-traits needs them.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -13,10 +13,10 @@ use crate::operators::{
 use crate::real::{Mask, Real};
 use crate::rule;
 
-/// Returns the outcome of a comparison that an algorithm branches on.
+/// Returns the result of a comparison on which the calling code branches.
 ///
 /// # Panics
-/// If lanes disagree.
+/// If the result is not the same in all lanes.
 pub(crate) fn decided<R: Real>(mask: R::Mask) -> bool {
     rule::uniform(mask).unwrap_or_else(|| {
         panic!("lanes would take different branches; evaluate the points one at a time")
@@ -39,8 +39,8 @@ operators! {
 
 literal_operators! { [R: Real] Element<R> }
 
-// The remainder of a division with an integer quotient. It is exact and has the sign of the dividend, like `%` of
-// floats.
+// Computes the remainder of a division whose quotient is an integer. The remainder is exact and has the sign of the
+// dividend, like that of `%` for floats.
 operator! {
     [#[inline]] [R: Real] Element<R>, Rem rem RemAssign rem_assign, a b Self(remainder(a.0, b.0))
 }
@@ -68,7 +68,7 @@ impl<R: Real> PartialOrd for Element<R> {
 
 impl<R: Real> Num for Element<R> {
     type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
-    /// Reads a constant as f64.
+    /// Parses a number as f64 and makes it a constant.
     fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
         f64::from_str_radix(text, radix).map(Self::lit)
     }

@@ -18,11 +18,11 @@ use autodiff::real::Literal;
 use autodiff::{Elementary, Function, Mask, Real, lit};
 use num_traits::{One, Zero};
 
-/// A number of a formula, as an index into the formula's numbers.
+/// A number in a recorded formula: its index in the formula's list of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sym(usize);
 
-/// A comparison of a formula, as an index into the formula's comparisons.
+/// A comparison in a recorded formula: its index in the formula's list of comparisons.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Truth(usize);
 
@@ -60,7 +60,7 @@ enum Compare {
     Not(Truth),
 }
 
-/// Defines the operations that are methods of one, two or three numbers.
+/// Defines the recorded operations that are methods of [`Real`] with one, two or three operands.
 macro_rules! methods {
     ($($Methods:ident $count:literal $places:tt: $($method:ident)*;)*) => {
         $(
@@ -132,7 +132,7 @@ fn truth(op: Compare) -> Truth {
     })
 }
 
-/// A recorded function of some numbers.
+/// A recorded function of several numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Formula {
     arguments: usize,
@@ -226,14 +226,14 @@ impl Function for Formula {
     }
 }
 
-/// The arguments are the shared parameters, then the datum.
+/// A formula can be a summand. Its arguments are the shared parameters, followed by the datum.
 impl Summand for Formula {
     fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         self.values(&[shared, datum].concat())[0]
     }
 }
 
-/// The arguments are the unknowns, then the parameters.
+/// A formula can be a residual. Its arguments are the unknowns, followed by the parameters.
 impl Residual for Formula {
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
         self.values(&[x, p].concat())
@@ -351,7 +351,7 @@ impl<'a> Product<&'a Self> for Sym {
     }
 }
 
-/// Implements methods that record themselves.
+/// Implements methods of `Sym` that record the operation of the same name.
 macro_rules! recorded {
     ($($kind:ident $Kind:ident ($($x:ident)*): $($method:ident)*;)*) => {
         $(recorded!(@each $kind $Kind ($($x)*) $($method)*);)*

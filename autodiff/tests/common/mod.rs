@@ -1,4 +1,4 @@
-//! Shared code of the tests: one function in every mode of the crate, comparisons, and panic messages.
+//! Helpers that the tests share: derivatives of one function in every mode, comparisons, and messages of panics.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -36,15 +36,15 @@ pub(crate) fn forward_gradient<R: Real>(function: &impl Function, x: &[R]) -> Ve
     (0..x.len()).map(along).collect()
 }
 
-/// Returns the rows of the Hessian, by products with unit vectors. This needs only number types that [`gradients`]
-/// uses too.
+/// Returns the rows of the Hessian, each by a product with a unit vector. This needs no number types beyond those that
+/// [`gradients`] needs, which keeps compilation short.
 pub(crate) fn hessian_rows(function: &impl Function, x: &[f64]) -> Vec<Vec<f64>> {
     let row = |i| hessian_vector(|x| function.eval(x), x, &unit(x.len(), i)).1;
     (0..x.len()).map(row).collect()
 }
 
-/// Returns the gradient by forward mode, by reverse mode, and by each of them inside another mode. An outer mode must
-/// not change what the inner mode returns.
+/// Returns the gradient in several modes, with their names: forward mode, reverse mode, and each of these two inside
+/// another mode. An outer mode must not change the results of the inner mode.
 pub(crate) fn gradients(function: &impl Function, x: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
     let duals: Vec<Dual<f64, 1>> = x.iter().map(|&x| Dual::variable(x, 0)).collect();
     let primal = |gradient: Vec<Dual<f64, 1>>| gradient.iter().map(|g| g.value).collect();
@@ -81,7 +81,7 @@ pub(crate) fn gradients(function: &impl Function, x: &[f64]) -> Vec<(&'static st
     ]
 }
 
-/// Asserts that every mode returns exactly this gradient; NaN equals NaN.
+/// Asserts that every mode returns exactly this gradient. NaN counts as equal to NaN.
 #[track_caller]
 pub(crate) fn assert_gradient(function: &impl Function, x: &[f64], expected: &[f64]) {
     for (mode, gradient) in gradients(function, x) {
@@ -91,7 +91,7 @@ pub(crate) fn assert_gradient(function: &impl Function, x: &[f64], expected: &[f
     }
 }
 
-/// Asserts that every mode returns these gradients of a function at these points.
+/// Asserts for each point that every mode returns exactly the given gradient.
 #[track_caller]
 pub(crate) fn assert_gradients<const N: usize>(
     function: impl FnOnce(&[Sym]) -> Sym,
@@ -103,8 +103,8 @@ pub(crate) fn assert_gradients<const N: usize>(
     }
 }
 
-/// Asserts that each number is close to the expected one. The tolerance is relative, but absolute for numbers below
-/// 1.
+/// Asserts that each number is close to the expected one. The tolerance is relative to the expected number, or absolute
+/// if that is below 1.
 #[track_caller]
 pub(crate) fn assert_close<R: Real + Into<f64>>(got: &[R], expected: &[R], tolerance: f64) {
     assert_eq!(got.len(), expected.len());
@@ -115,7 +115,7 @@ pub(crate) fn assert_close<R: Real + Into<f64>>(got: &[R], expected: &[R], toler
     }
 }
 
-/// Returns the largest difference, relative to the largest expected number.
+/// Returns the largest difference between a number and the expected one, relative to the largest expected number.
 pub(crate) fn largest_difference<R: Real + Into<f64>>(got: &[R], expected: &[R]) -> f64 {
     assert_eq!(got.len(), expected.len());
     let size = |x: R| x.into().abs();
@@ -125,7 +125,8 @@ pub(crate) fn largest_difference<R: Real + Into<f64>>(got: &[R], expected: &[R])
     error / expected.iter().map(|&e| size(e)).fold(0.0, f64::max)
 }
 
-/// Returns central differences of values with respect to one argument, over twice the distance `h`.
+/// Returns the central difference quotients of all values with respect to one argument. The values are taken at the
+/// distance `h` on both sides.
 pub(crate) fn differences<R: Real>(
     values: impl Fn(&[R]) -> Vec<R>,
     x: &[R],
@@ -142,7 +143,7 @@ pub(crate) fn differences<R: Real>(
     pairs.map(|(a, b)| (a - b) / (h + h)).collect()
 }
 
-/// Returns the message of a panic.
+/// Returns the message with which an action panics.
 #[track_caller]
 pub(crate) fn panic_message<T>(action: impl FnOnce() -> T) -> String {
     let caught = catch_unwind(AssertUnwindSafe(action));

@@ -9,7 +9,8 @@ use super::step::{Drawn, Layer, Operation, Part, parts};
 /// Draws a random step, array by array.
 struct Draw {
     rng: ChaCha8Rng,
-    /// The lengths that new arrays may have: the nodes, the slots of the graph, and one more.
+    /// The lengths that new arrays may have: the number of nodes, the number of slots of the graph, and one other
+    /// length.
     lens: [usize; 3],
     /// The lengths of the arrays drawn so far.
     arrays: Vec<usize>,
@@ -30,7 +31,7 @@ impl Draw {
         self.lens[k]
     }
 
-    /// Draws the lengths of new arrays.
+    /// Draws the lengths of `count` new arrays.
     fn new_arrays(&mut self, count: usize) -> Vec<usize> {
         let lens: Vec<usize> = (0..count).map(|_| self.len()).collect();
         self.arrays.extend(&lens);
@@ -41,14 +42,14 @@ impl Draw {
         self.below(self.arrays.len())
     }
 
-    /// Draws an array of this length, if there is one.
+    /// Draws one of the arrays that have this length, if there is one.
     fn of(&mut self, len: usize) -> Option<usize> {
         let all = (0..self.arrays.len()).filter(|&k| self.arrays[k] == len);
         let all: Vec<usize> = all.collect();
         (!all.is_empty()).then(|| all[self.below(all.len())])
     }
 
-    /// Draws a part of the state, or an input.
+    /// Draws the declaration of a part of the state or of an input.
     fn part(&mut self, is_state: bool) -> Operation {
         let [len] = self.new_arrays(1)[..] else {
             unreachable!("one was asked for");
@@ -56,7 +57,7 @@ impl Draw {
         Operation::Part(Part { len, is_state })
     }
 
-    /// Draws the parts that are declared before all operations, at least one of them a state.
+    /// Draws the parts that are declared before all operations. At least one of them is a part of the state.
     fn parts(&mut self) -> Vec<Operation> {
         let count = 1 + self.below(4);
         let state = self.below(count);
@@ -67,7 +68,7 @@ impl Draw {
         (0..count).map(part).collect()
     }
 
-    /// Draws an operation; `None` if no array fits.
+    /// Draws an operation. Returns `None` if no array has the length that the operation needs.
     fn operation(&mut self) -> Option<Operation> {
         match self.below(6) {
             0 => {
@@ -127,8 +128,8 @@ impl Draw {
         }
     }
 
-    /// Draws the arrays that the states become: arrays that exist already, or new ones side by side in the order of
-    /// the states.
+    /// Draws the arrays that become the next state. These are arrays that exist already, or new ones side by side in
+    /// the order of the states.
     fn next(&mut self, states: &[usize], operations: &mut Vec<Operation>) -> Vec<usize> {
         let side_by_side = self.one_in(2);
         let next = states.iter().map(|&len| {
@@ -144,7 +145,7 @@ impl Draw {
 }
 
 impl Drawn {
-    /// Draws the step of a seed.
+    /// Draws the step that belongs to a seed.
     pub(crate) fn new(seed: u64) -> Self {
         let mut draw = Draw {
             rng: ChaCha8Rng::seed_from_u64(seed),

@@ -1,4 +1,4 @@
-//! Random programs must agree with the same steps written out.
+//! Randomly drawn programs must agree with the same steps written out in plain code.
 
 mod draw;
 mod step;
@@ -10,7 +10,7 @@ use step::Drawn;
 /// The number of programs. Miri is slow, so it gets fewer.
 const PROGRAMS: u64 = if cfg!(miri) { 4 } else { 400 };
 
-/// Returns programs with their seeds. A failing test prints the seed.
+/// Returns the drawn programs with their seeds, which failing tests print.
 fn programs() -> impl Iterator<Item = (usize, Drawn)> {
     (0..PROGRAMS).map(|seed| {
         let drawn = Drawn::new(seed);
@@ -29,7 +29,7 @@ fn drawn_programs_are_what_is_written_out() {
 /// A property of a drawn program.
 type Shape = fn(&Drawn) -> bool;
 
-/// The seeds must produce shapes that no other test has.
+/// The drawn programs must include shapes that no other test has.
 #[test]
 #[cfg_attr(miri, ignore)]
 fn programs_of_many_shapes_are_drawn() {
@@ -74,7 +74,7 @@ fn number(i: usize) -> f64 {
     (0.7 * i as f64 + 0.2).sin()
 }
 
-/// A start, and its own first parameter.
+/// The start of a rollout, and the value of the first parameter for this start.
 type Start<'a> = (&'a [Var<f64>], &'a [Var<f64>]);
 
 /// Rollouts of a program from several starts. If the program has array parameters, each start has its own values for
@@ -109,8 +109,8 @@ impl Rollouts {
         starts.iter().flat_map(alone).collect()
     }
 
-    /// Returns the observed states, and the gradient of a weighted sum of them with respect to the starts and their
-    /// own parameters.
+    /// Returns the observed states. Also returns the gradient of a weighted sum of them with respect to the starts and
+    /// to the starts' own parameters.
     fn seen_and_gradient(&self) -> (Vec<f64>, Vec<f64>) {
         let drawn = &self.rollout.model;
         let (state, own) = (drawn.state_len(), drawn.parameters.first().copied());
@@ -134,7 +134,8 @@ impl Rollouts {
 #[test]
 fn drawn_programs_have_the_same_bits_however_they_are_run() {
     for (seed, drawn) in programs() {
-        // More memory than one step of these programs takes, but for most of them less than all steps take.
+        // This is more memory than one step of any of these programs takes. For most programs it is less than all steps
+        // take together.
         let room = 800 / drawn.state_len().max(1) + 10;
         let run = |together, memory| {
             let rollouts = Rollouts {

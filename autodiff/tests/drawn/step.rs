@@ -1,10 +1,10 @@
-//! A step of randomly drawn operations, as a program and written out.
+//! A step of randomly drawn operations, both as a program and in plain code.
 
 use autodiff::{Array, Graph, Kernel, Matrix, Model, Program, Real};
 
 use crate::steps::{Step, Turn};
 
-/// A kernel with two results of three numbers, which stay small.
+/// A kernel with three inputs and two results, which stay small.
 #[derive(Clone, Copy)]
 struct Cross;
 
@@ -16,7 +16,7 @@ impl Kernel<3, 2> for Cross {
     }
 }
 
-/// The force of an edge, which stays small.
+/// A kernel that computes the force of an edge, which stays small.
 #[derive(Clone, Copy)]
 struct Tug;
 
@@ -28,8 +28,8 @@ impl Kernel<2, 1> for Tug {
     }
 }
 
-/// An operation, or a part that is declared between operations. Arrays have numbers; those of the parameters come
-/// first.
+/// An operation of a step, or the declaration of a part of the state or of an input. Operations name arrays by their
+/// numbers. The arrays of the parameters have the first numbers.
 #[derive(Clone, Debug)]
 pub(crate) enum Operation {
     Part(Part),
@@ -39,7 +39,7 @@ pub(crate) enum Operation {
         from: usize,
         indices: Vec<Option<usize>>,
     },
-    /// A layer, which uses the next matrix.
+    /// A layer of a network. It uses the next matrix of the list.
     Layer(Layer),
     Tug {
         end: usize,
@@ -62,7 +62,7 @@ pub(crate) struct Part {
     pub(crate) is_state: bool,
 }
 
-/// Returns the parts, in their order.
+/// Returns the parts that are declared among the operations, in order.
 pub(crate) fn parts(operations: &[Operation]) -> impl Iterator<Item = &Part> {
     operations.iter().filter_map(|operation| match operation {
         Operation::Part(part) => Some(part),
@@ -81,7 +81,7 @@ pub(crate) struct Drawn {
     /// The rows and columns of each matrix.
     pub(crate) matrices: Vec<[usize; 2]>,
     pub(crate) operations: Vec<Operation>,
-    /// The numbers of the arrays that the states become.
+    /// The numbers of the arrays that become the next state.
     pub(crate) next: Vec<usize>,
 }
 
@@ -91,7 +91,7 @@ fn scale<R: Real>([_, columns]: [usize; 2]) -> R {
 }
 
 impl Drawn {
-    /// Returns the numbers of the arrays that are parts of the state.
+    /// Returns the numbers of those arrays that are parts of the state.
     pub(crate) fn states(&self) -> Vec<usize> {
         let mut next = self.parameters.len();
         let mut states = Vec::new();
@@ -120,7 +120,7 @@ impl Drawn {
             })
     }
 
-    /// Returns the number of numbers in a state.
+    /// Returns how many numbers a state has.
     pub(crate) fn state_len(&self) -> usize {
         let states = parts(&self.operations).filter(|part| part.is_state);
         states.map(|part| part.len).sum()
@@ -261,7 +261,7 @@ impl Step for Drawn {
 }
 
 impl Drawn {
-    /// Sums the forces at each node over the edges that the graph has.
+    /// Returns the sum of the forces at each node. Only the edges that the graph has contribute.
     fn tugs<R: Real>(&self, end: &[R], per_edge: &[R]) -> Vec<R> {
         let mut sums = vec![R::zero(); self.graph.nodes()];
         let slots = self.graph.slot_of_edge().iter().zip(&self.edges);

@@ -1,4 +1,4 @@
-//! Kernels whose fields affect more than the values of literals.
+//! Kernels whose fields change the operations or the derivative, and not only the values of constants.
 
 use autodiff::custom::{Rule, apply};
 use autodiff::emit::adjoint;
@@ -6,7 +6,7 @@ use autodiff::{Kernel, Real};
 
 use crate::common::assert_refused;
 
-/// The effect of the fields `a` and `b`.
+/// What the fields `a` and `b` of the kernel are used for.
 #[derive(Clone, Copy, Debug)]
 enum Use {
     Values,
@@ -32,7 +32,7 @@ struct Fielded {
     b: f64,
 }
 
-/// The identity, with a derivative that depends on a field.
+/// A kernel that returns its input, with a derivative that depends on the field.
 #[derive(Clone)]
 struct Steep(f64);
 

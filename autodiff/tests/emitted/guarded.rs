@@ -1,4 +1,4 @@
-//! Emitted derivatives of values that pass no derivative, or the derivative of another value.
+//! Emitted derivatives of kernels in which some values pass no derivative, or pass that of another value.
 
 use autodiff::{Dual, Kernel, Memory, Pullback, Real, Tape, Var};
 
@@ -6,7 +6,7 @@ use crate::common::hessian_rows;
 
 use super::{Plain, assert_close, summed};
 
-/// Uses numbers that are held constant, and values with the derivative of others.
+/// A kernel in which some numbers are held constant, and some values have the derivative of other values.
 #[derive(Clone, Copy)]
 pub(crate) struct Held;
 
@@ -28,10 +28,10 @@ impl Kernel<2, 3> for Held {
     }
 }
 
-/// Has infinities and NaN behind a choice, or where the cotangent is zero.
+/// A kernel with infinities and NaN in operands that are not chosen, or where the cotangent is zero.
 #[derive(Clone, Copy)]
 pub(crate) struct Guarded {
-    /// Any number, also zero.
+    /// A number that is added under the square root of one result. It may be zero.
     pub(crate) width: f64,
 }
 
@@ -124,13 +124,14 @@ fn what_is_held_is_so_in_the_second_derivatives_of_a_rollout() {
     let (emitted, _) = summed(Held, Memory::All);
     let [expected, emitted] = [hessian_rows(&expected, &x), hessian_rows(&emitted, &x)];
     for (g, e) in emitted.concat().iter().zip(expected.concat()) {
-        // The roundings of eighteen kernels in a different order, each amplified by the later steps.
+        // The tolerance is for eighteen kernels whose operations are rounded in a different order. Later steps amplify
+        // the errors.
         assert!((g - e).abs() <= 1e-12 * e.abs(), "{g} and {e}");
     }
     assert!(expected[0][0] != 0.0, "{expected:?}");
 }
 
-/// Compares first and second derivatives with those of duals, none of which may be NaN.
+/// Asserts that the emitted first and second derivatives agree with those of duals, none of which may be NaN.
 fn assert_as_duals<K, const I: usize, const O: usize>(kernel: K, x: [f64; I], y_bar: [f64; O])
 where
     K: Kernel<I, O> + Copy,
@@ -144,14 +145,14 @@ where
 fn a_cotangent_of_zero_passes_zero() {
     let guarded = Guarded { width: 0.0 };
     let points = [
-        // The listed results are those whose derivatives by duals are finite.
+        // Each point lists the results of the kernel whose derivatives by duals are finite there.
         (0.0, &[0, 1, 2, 3, 4, 6][..]),
         (-1.0, &[0, 1, 2, 3, 4, 6, 7, 8]),
         (0.5, &[0, 1, 2, 3, 4, 6, 7, 8]),
-        // The exponential overflows, or it underflows to 0.
+        // At these points the exponential overflows, or underflows to 0.
         (800.0, &[0, 1, 2, 3, 4]),
         (-800.0, &[0, 1, 2, 3, 4, 6]),
-        // The square overflows.
+        // At this point the square overflows.
         (1e200, &[0, 1, 2, 3, 4, 5, 9, 10, 11]),
     ];
     for (x, known) in points {

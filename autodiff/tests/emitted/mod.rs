@@ -27,7 +27,8 @@ use super::guarded::{Guarded, Held};
 use super::{Bent, Every};
 ";
 
-/// A kernel with a field, a root that may be of zero, a result that is an input, and a result that is read again.
+/// A kernel with a field, a square root whose operand may be zero, a result that is an input, and a result that other
+/// operations read.
 #[derive(Clone, Copy)]
 struct Bent {
     stiffness: f64,
@@ -46,7 +47,7 @@ impl Kernel<2, 3> for Bent {
     }
 }
 
-/// The same kernel, with derivatives by dual numbers instead of emitted code.
+/// Wraps a kernel so that its derivatives are computed by dual numbers instead of emitted code.
 #[derive(Clone, Copy)]
 struct Plain<K>(K);
 
@@ -57,7 +58,7 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Plain<K> 
     }
 }
 
-/// Uses every operation of a number.
+/// A kernel that uses every operation of a number.
 #[derive(Clone, Copy)]
 struct Every {
     width: f64,
@@ -115,7 +116,7 @@ fn what_is_written_is_up_to_date() {
         adjoint("Guarded", &["self.width"], |f| Guarded { width: f[0] }),
     ];
     assert_fresh("tests/emitted/written.rs", HEADER, &parts);
-    // A generated function that is given the results must not compute them again.
+    // A generated function that gets the results as arguments must not compute them again.
     assert!(!parts[0].contains("tanh"), "{}", parts[0]);
 }
 
@@ -123,7 +124,7 @@ const BENT: Bent = Bent { stiffness: 0.8 };
 
 fn assert_close(got: &[f64], expected: &[f64]) {
     for (g, e) in got.iter().zip(expected) {
-        // A few operations in a different order. Infinities must be equal.
+        // The tolerance is for a few operations in a different order. Infinities must be equal.
         assert!(
             g == e || (g - e).abs() <= 1e-14 * e.abs().min(f64::MAX),
             "{got:?} and {expected:?}"
@@ -133,7 +134,7 @@ fn assert_close(got: &[f64], expected: &[f64]) {
 
 #[test]
 fn emitted_partials_are_those_of_duals() {
-    // At a root of zero the derivative must be infinite in both.
+    // Where the root is zero, both derivatives must be infinite.
     let points: Vec<[f64; 2]> = (0..21)
         .map(|i| [0.25 * f64::from(i) - 2.5, 1.5 - 0.2 * f64::from(i)])
         .collect();
@@ -159,7 +160,7 @@ fn every_operation_is_emitted_with_its_derivative() {
     let values = [-2.5_f64, -0.6, -0.0, 0.0, 0.3, 0.6, 1.0, 7.0];
     let mut sound = 0;
     for (i, x) in values.into_iter().enumerate() {
-        // Every pair of values, with a third value chosen from the pair, because all triples would be too many.
+        // All pairs of values, each with a third value that depends on the pair. All triples would be too many.
         for (k, y) in values.into_iter().enumerate() {
             let point = [x, y, values[(3 * i + k) % values.len()]];
             for o in 0..RESULTS {
@@ -184,8 +185,8 @@ fn every_operation_is_emitted_with_its_derivative() {
     assert!(sound > 2000, "{sound} of {}", 64 * 3 * RESULTS);
 }
 
-/// At a negative zero the slope must be the limit from inside the domain, as everywhere in this crate. The formula
-/// removes the sign unless the operand can have none.
+/// At negative zero, the slope must be the limit from inside the domain, as everywhere in this crate. So the emitted
+/// formula removes the sign of a zero, unless the operand cannot be negative zero.
 #[test]
 fn limits_at_negative_zero_are_taken_from_inside() {
     struct LogOf(usize);
@@ -206,7 +207,8 @@ fn limits_at_negative_zero_are_taken_from_inside() {
         let text = adjoint("LogOf", &[], |_| LogOf(of));
         assert_eq!(text.contains(" + t"), may_be_negative_zero, "{text}");
     }
-    /// Each sum uses the previous one twice. What is known about it must not be derived twice.
+    /// A kernel in which each sum uses the previous one twice. The emitter must not work out twice what it knows about
+    /// a sum, because the work would double with every sum.
     struct Doubled;
     impl Kernel<1, 1> for Doubled {
         #[inline(always)]
@@ -217,8 +219,8 @@ fn limits_at_negative_zero_are_taken_from_inside() {
     assert!(adjoint("Doubled", &[], |_| Doubled).contains(".recip()"));
 }
 
-/// The code must test for a cotangent of zero where a partial may be infinite. Two factors may be clear of zero while
-/// their product is not.
+/// Where a partial may be infinite, the emitted code must test whether the cotangent is zero. It must do so for the
+/// reciprocal of a product that may be close to zero, even if neither of its factors is.
 #[test]
 fn products_may_come_closer_to_zero_than_their_factors() {
     struct Inverse(f64);
@@ -280,13 +282,13 @@ fn a_program_gives_the_adjoint_the_results_of_its_own_step() {
     for memory in [Memory::All, Memory::States(30)] {
         let got = gradient(BENT, memory);
         for (g, e) in got.iter().zip(&expected) {
-            // The roundings of eighteen kernels in a different order.
+            // The tolerance is for eighteen kernels whose operations are rounded in a different order.
             assert!((g - e).abs() <= 1e-13 * e.abs(), "{got:?} and {expected:?}");
         }
     }
 }
 
-/// A kernel that rounds by a loop, with as many steps as the number has bits.
+/// A kernel that rounds its input in a loop with as many steps as the number has bits.
 struct Rounded;
 
 impl Kernel<1, 1> for Rounded {

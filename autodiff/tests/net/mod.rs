@@ -1,17 +1,17 @@
-//! A rollout for tests of drivers: a net of springs with a small controller.
+//! A rollout for the tests of drivers: a net of springs that a small network controls.
 
 use std::sync::Arc;
 
 use autodiff::{Function, Graph, Kernel, Model, Program, Real, Rollout};
 
-/// Springs between neighbours of a 4 x 3 grid, driven by a small network that senses the nodes.
+/// A model of springs between neighbours on a 4 x 3 grid. A small network senses the nodes and drives the springs.
 #[derive(Clone)]
 pub(crate) struct Net {
     pub(crate) graph: Graph,
     pub(crate) hidden: usize,
 }
 
-/// Returns a function that takes `len` numbers off the front at each call.
+/// Returns a function that splits a slice into parts: each call returns the next `len` numbers.
 pub(crate) fn taken_from<'a, R>(mut rest: &'a [R]) -> impl FnMut(usize) -> &'a [R] {
     move |len| rest.split_off(..len).expect("as long as its parts")
 }
@@ -36,7 +36,8 @@ impl Net {
     pub(crate) fn edges(&self) -> usize {
         self.graph.slot_of_edge().len()
     }
-    /// Returns the indices of the nodes rotated by `by` among `NODES + 1` places, one of which is empty.
+    /// Returns indices for a gather that rotates the nodes by `by` places. There are `NODES + 1` places, one of which
+    /// is empty.
     fn turn(by: usize) -> Vec<Option<usize>> {
         let place = |k| Some((k + by) % (NODES + 1)).filter(|&from| from < NODES);
         (0..NODES).map(place).collect()
@@ -91,7 +92,8 @@ impl Model for Net {
         let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
         let u = p.dense_tanh_spread(w2, &[h], b2, &places);
         let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u]);
-        // Gathers forward and back: single entries, runs of entries, and empty places.
+        // These gathers move the numbers one way and back. They contain single entries, runs of entries, and empty
+        // places.
         let turned = p.gather(f, &Self::turn(1));
         let f = p.gather(turned, &Self::turn(NODES));
         let [x_next, v_next] = p.map(Move, [x, v, f, w]);
@@ -100,7 +102,7 @@ impl Model for Net {
     }
 }
 
-/// A weighted sum of squares.
+/// Returns a weighted sum of squares.
 pub(crate) fn weighted_squares<R: Real>(of: &[R]) -> R {
     let terms = of.iter().enumerate();
     terms.fold(R::zero(), |sum, (i, &x)| {
@@ -108,7 +110,7 @@ pub(crate) fn weighted_squares<R: Real>(of: &[R]) -> R {
     })
 }
 
-/// A loss of the observed states, as a function of one vector of the start and the parameters.
+/// A loss of the observed states of a rollout. Its argument is a vector that holds the start and all parameters.
 #[derive(Clone)]
 pub(crate) struct Loss {
     pub(crate) rollout: Rollout<Net>,
@@ -128,7 +130,7 @@ impl Loss {
     }
     pub(crate) fn point(&self) -> Vec<f64> {
         let len = 2 * NODES + self.rollout.model.shapes().iter().sum::<usize>();
-        // Returns irregular numbers of order one.
+        // These are irregular numbers of order one.
         (0..len)
             .map(|i| ((i * i) as f64 * 0.7).sin() * 0.8)
             .collect()

@@ -1,4 +1,4 @@
-//! Steps as programs must agree with the same steps written out.
+//! Asserts that steps defined as programs agree with the same steps written out in plain code.
 
 use crate::common::{Formula, Sym, formula};
 use crate::net::{taken_from, weighted_squares};
@@ -7,22 +7,22 @@ use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
 // Miri is slow, so it gets the fewest steps that suffice.
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
 
-/// A step that is defined as a program and written out.
+/// A step that is defined both as a program and in plain code.
 pub(crate) trait Step: Model {
-    /// Returns the lengths of the state and of the parameters.
+    /// Returns the length of the state, followed by the lengths of the parameters.
     fn shapes(&self) -> Vec<usize>;
-    /// Returns the parameters in the form that the program takes.
+    /// Converts the given parameters to the form that the program takes.
     fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
         given.iter().map(|part| part.to_vec()).collect()
     }
-    /// Returns the inputs of all steps, which are equal in each step.
+    /// Returns the inputs, which are the same in every step.
     fn inputs(&self) -> Vec<f64> {
         Vec::new()
     }
     fn written_out<R: Real>(&self, state: &[R], parameters: &[&[R]]) -> Vec<R>;
 }
 
-/// The loss of the last state, by the program. The argument is one vector of the state and the parameters.
+/// A loss of the last state, computed by the program. The argument holds the state and all parameters.
 struct Steps<M>(M);
 
 /// Splits the argument into the state and the parameters.
@@ -43,7 +43,7 @@ impl<M: Step> Function for Steps<M> {
     }
 }
 
-/// The same loss, by the step written out.
+/// Returns the same loss, computed by the step in plain code.
 fn written_out(model: &impl Step) -> Formula {
     formula(model.shapes().iter().sum(), |x| {
         let parts = parts(model, x);
@@ -57,13 +57,13 @@ fn assert_close(a: &[f64], b: &[f64]) {
     assert_eq!(a.len(), b.len());
     let size = b.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
     for (a, b) in a.iter().zip(b) {
-        // Both add hundreds of equal terms, in a different order.
+        // The two numbers are sums of hundreds of equal terms in a different order.
         assert!((a - b).abs() <= 1e-13 * size, "{a} and {b} of {size}");
     }
 }
 
-/// Returns the value, the derivative along a direction, the gradient, and the derivative of the gradient along the
-/// direction.
+/// Returns four results: the value, the derivative along a direction, the gradient, and the derivative of the gradient
+/// along the direction.
 fn derivatives(function: &impl Function, x: &[f64], along: &[Dual<f64, 1>]) -> [Vec<f64>; 4] {
     let second = gradient(|x| function.eval(x), along);
     [
@@ -74,7 +74,7 @@ fn derivatives(function: &impl Function, x: &[f64], along: &[Dual<f64, 1>]) -> [
     ]
 }
 
-/// Asserts that a program and the step written out have the same value and derivatives.
+/// Asserts that the program and the plain code of a step have the same value and derivatives.
 #[track_caller]
 pub(crate) fn assert_same(model: impl Step) {
     let plain = written_out(&model);
@@ -91,8 +91,8 @@ pub(crate) fn assert_same(model: impl Step) {
     }
 }
 
-/// Mixes two numbers and keeps them small. It is algebraic to keep compilation short, because many programs compile
-/// it.
+/// A kernel that mixes two numbers and keeps them small. It is algebraic, so that the many programs that use it compile
+/// quickly.
 #[derive(Clone, Copy)]
 pub(crate) struct Turn;
 

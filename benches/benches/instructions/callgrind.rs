@@ -1,17 +1,17 @@
-//! Counts the instructions of a piece of work with valgrind's callgrind. Other load on the machine does not change
-//! the count. A program runs itself twice, with one repetition and with more. The difference contains only the work,
-//! without start, setup and first use of memory.
+//! Counts the instructions of a piece of work with valgrind's callgrind. Other load on the machine does not change the
+//! count. A program runs itself twice, with one repetition and with more. The difference of the two counts contains
+//! only the work itself, without the start of the program, the setup and the first use of memory.
 
 use std::process::Command;
 
-/// Returns the version of valgrind, if it is installed.
+/// Returns the version of valgrind, or `None` if it is not installed.
 pub(crate) fn version() -> Option<String> {
     let output = Command::new("valgrind").arg("--version").output().ok()?;
     let version = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| version.trim().to_owned())
 }
 
-/// Returns the instructions of one repetition. Calls the program with `arguments`, followed by a number of
+/// Returns the number of instructions of one repetition. Calls the program with `arguments`, followed by the number of
 /// repetitions.
 ///
 /// # Errors

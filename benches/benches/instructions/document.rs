@@ -1,8 +1,8 @@
-//! Formats the tables of counts.
+//! Formats the tables of instruction counts.
 
 use crate::works::{ComparedTo, CountTable};
 
-/// Returns all tables, given the counts of all works in order.
+/// Returns all tables as text. `counts` has the counts of all works, in order.
 pub(crate) fn page(tables: &[CountTable], counts: &[f64], valgrind: &str) -> String {
     let mut page = format!(
         "Counted by callgrind ({valgrind}) on AVX2 lanes. Each count is the difference between two processes \
@@ -34,7 +34,7 @@ fn table_of(table: &CountTable, counts: &mut impl Iterator<Item = f64>) -> Strin
             let times = count / *base.get_or_insert(count);
             text += &format!(" {count:.0} ({times:.2}) |");
         }
-        // Rows with fewer works than the table has columns are filled up.
+        // If a row has fewer works than the table has columns, empty cells are added.
         text += &" |".repeat(columns.len() - 1 - works.len());
         text.push('\n');
     }

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use benches::machine::section;
 use works::{CountTable, tables};
 
-/// `--work NUMBER REPETITIONS` does one piece of work. The bench calls itself with these arguments under valgrind.
+/// The argument with which the bench calls itself under valgrind. `--work NUMBER REPETITIONS` does one piece of work.
 const WORK: &str = "--work";
 
 fn main() -> ExitCode {
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does one piece of work, given its number.
+/// Does the piece of work with the given number.
 fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
     let mut works = tables.iter().flat_map(CountTable::works);
     let found = work.parse().ok().and_then(|work| works.nth(work));
@@ -59,7 +59,7 @@ fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
     }
 }
 
-/// Returns the instructions per unit for each work of all tables, in order.
+/// Returns the number of instructions per unit for each work of all tables, in order.
 fn count(tables: &[CountTable]) -> Result<Vec<f64>, String> {
     let all = tables.iter().flat_map(CountTable::works).count();
     let works = tables.iter().flat_map(CountTable::works).enumerate();

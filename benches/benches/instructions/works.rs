@@ -1,4 +1,4 @@
-//! The works whose instructions are counted.
+//! The pieces of work whose instructions are counted.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -10,13 +10,13 @@ use benches::objectives::Problem;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
-/// A piece of work to count. Every process sets it up once, for any number of repetitions.
+/// A piece of work whose instructions are counted. A process sets it up once, and then repeats it.
 pub(crate) struct CountedWork {
-    /// Sets up the work and repeats it the given number of times.
+    /// Sets up the work, and does it as many times as the argument says.
     pub(crate) run: Box<dyn Fn(u64)>,
-    /// The number of counted repetitions. One is enough for a work of thousands of steps.
+    /// The number of repetitions that are counted. One is enough if the work has thousands of steps.
     pub(crate) repeats: u64,
-    /// The number of units in a repetition, such as time steps.
+    /// The number of units, such as time steps, in one repetition. Counts are given per unit.
     pub(crate) units: f64,
 }
 
@@ -30,7 +30,7 @@ impl CountedWork {
     }
 }
 
-/// The figure that the counts of a table are divided by.
+/// Which figure the counts of a table are divided by, to give ratios.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ComparedTo {
     /// The first figure of the table.
@@ -39,24 +39,24 @@ pub(crate) enum ComparedTo {
     Row,
 }
 
-/// A table of works.
+/// A table of counted works.
 pub(crate) struct CountTable {
     pub(crate) title: &'static str,
     pub(crate) about: &'static str,
-    /// The column heads, including the head of the row names.
+    /// The column headings. The first one stands above the names of the rows.
     pub(crate) columns: &'static [&'static str],
     pub(crate) rows: Vec<(String, Vec<CountedWork>)>,
     pub(crate) base: ComparedTo,
 }
 
 impl CountTable {
-    /// All works, row by row.
+    /// Returns all works of the table, row by row.
     pub(crate) fn works(&self) -> impl Iterator<Item = &CountedWork> {
         self.rows.iter().flat_map(|(_, works)| works)
     }
 }
 
-/// All tables.
+/// Returns all tables.
 pub(crate) fn tables() -> Vec<CountTable> {
     vec![robot(), one_piece(), scalar_tapes(), problems()]
 }
@@ -96,7 +96,8 @@ fn matvecs(scene: &'static str) -> CountedWork {
     CountedWork::new(1, MEASURED_STEPS, run)
 }
 
-/// Returns work on a rollout of a scene's robot. `one_piece` replaces the scene's `design.one_piece`.
+/// Returns a counted work that runs a rollout of a scene's robot. `one_piece` replaces the scene's setting
+/// `design.one_piece`.
 fn rollout(
     scene: &'static str,
     one_piece: Option<bool>,
@@ -149,10 +150,10 @@ fn one_piece() -> CountTable {
     }
 }
 
-/// The number of steps in rollouts of [`Populations`].
+/// The number of steps in a rollout of [`Populations`].
 const STEPS: usize = 256;
 
-/// The populations of hares and lynxes after Lotka and Volterra: an explicit step with four rates.
+/// A model of populations of hares and lynxes after Lotka and Volterra. It takes explicit steps and has four rates.
 #[derive(Clone)]
 struct Populations;
 

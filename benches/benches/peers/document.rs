@@ -1,13 +1,13 @@
-//! Formats the tables of tasks.
+//! Formats the tables of measured tasks.
 
 use std::fmt::Write as _;
 
 use crate::task::{Outcome, Task};
 
-/// A task and the measurements of its ways.
+/// A task, with the measurements of the ways to do it.
 pub(crate) type Measured = (Task, Vec<Outcome>);
 
-/// Returns the table of a task.
+/// Returns the table of a task, with a row for each way to do it.
 pub(crate) fn table((task, outcomes): &Measured) -> String {
     let mut table = format!(
         "### {}\n\n{}\n\n| by | how | us | ratio | lines |\n| --- | --- | --- | --- | --- |\n",
@@ -21,7 +21,7 @@ pub(crate) fn table((task, outcomes): &Measured) -> String {
     table
 }
 
-/// Returns the fastest way of ours and the fastest way of a peer.
+/// Returns the fastest way to do the task with this project's crate, and the fastest way with another crate.
 fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
     let least = |ours: bool| {
         let some = outcomes[1..]
@@ -35,7 +35,8 @@ fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
     )
 }
 
-/// Returns a table of the fastest ways of both sides for each task.
+/// Returns a table with a row for each task: its fastest way with this project's crate, and its fastest way with
+/// another crate.
 pub(crate) fn summary(measured: &[Measured]) -> String {
     let mut table = String::from(
         "| task | ours, us | ratio to the reference | fastest peer | peer, us | peer's ratio to ours | lines, ours and \

@@ -1,4 +1,4 @@
-//! An ensemble: one small network brings pendulums to rest from many starts.
+//! A task with many rollouts: one small network brings pendulums to rest from many starts.
 
 use crate::task::{Task, Way, kept};
 
@@ -6,11 +6,12 @@ use crate::task::{Task, Way, kept};
 const STARTS: usize = 64;
 /// The number of steps.
 const STEPS: usize = 100;
-/// The length of a step in time.
+/// The length of a time step.
 const STEP: f64 = 0.05;
-/// Hidden units of the network.
+/// The number of hidden units of the network.
 const HIDDEN: usize = 16;
-/// The weights from angle and speed to the hidden units, their biases, the weights to the torque, and its bias.
+/// The number of parameters of the network: the weights from angle and speed to the hidden units, their biases, the
+/// weights to the torque, and its bias.
 const WEIGHTS: usize = 2 * HIDDEN + HIDDEN + HIDDEN + 1;
 
 pub(crate) fn task() -> Task {
@@ -23,7 +24,8 @@ pub(crate) fn task() -> Task {
                 gradient of the sum of squared final states with respect to all 65 weights, on one thread. Ratios are to the \
                 primal in f64. The tapes of peers run the starts one by one.",
         source: include_str!("ensemble.rs"),
-        // Sums of 6400 terms in a different order. Our tanh and the system's differ by a rounding.
+        // The tolerance is for sums of 6400 terms in a different order. The crate's tanh differs from the system's by a
+        // rounding.
         tolerance: 1e-11,
         ways: vec![
             Way::new("primal", "", &["primal"], || {
@@ -62,7 +64,7 @@ mod primal {
     }
 }
 
-/// The step is recorded once, and the starts run in lanes.
+/// A rollout whose step is recorded once. The starts run in lanes.
 mod ours {
     use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient, lit};
 

@@ -1,4 +1,4 @@
-//! The Hessian of a logistic regression's loss.
+//! A task to compute the Hessian of a logistic regression's loss.
 
 use crate::task::{Task, Way, kept};
 
@@ -7,7 +7,7 @@ const WEIGHTS: usize = 10;
 /// The number of data.
 const DATA: usize = 200;
 
-/// The features of a datum times the sign of its class. The loss is the sum of `ln(1 + exp(-w x))`.
+/// A datum `x`: the features times the sign of the class. The loss is the sum of `ln(1 + exp(-w x))` over the data.
 type Datum = [f64; WEIGHTS];
 
 pub(crate) fn task() -> Task {
@@ -20,7 +20,8 @@ pub(crate) fn task() -> Task {
         about: "The loss is a sum of ln(1 + exp(-w x)), written with the functions of each crate. \
                 A kept tape was recorded before the clock started.",
         source: include_str!("hessian.rs"),
-        // Sums of 200 terms in a different order, and ln(1 + e) differentiated in other forms.
+        // The tolerance is for sums of 200 terms in a different order, and for different forms of the derivative of
+        // ln(1 + e).
         tolerance: 1e-13,
         ways: vec![
             Way::new("by hand", "", &["hand"], || hand::hessian(data, w)),
@@ -49,7 +50,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// The formula for the Hessian of a generalised linear model.
+/// The known formula for the Hessian of a generalised linear model, without automatic differentiation.
 mod hand {
     use super::{Datum, WEIGHTS};
 
@@ -69,7 +70,7 @@ mod hand {
     }
 }
 
-/// A function for any driver. A dot product is one entry of the tape.
+/// The loss as a function for any driver. Each dot product is one entry of the tape.
 mod ours {
     use autodiff::{Function, Real, hessian};
 
@@ -89,7 +90,7 @@ mod ours {
     }
 }
 
-/// The loss of one datum, evaluated in lanes over the data.
+/// The loss of one datum as a summand, which runs in lanes over the data.
 mod ours_sum {
     use autodiff::data::{Sum, Summand};
     use autodiff::{Real, hessian};
@@ -111,7 +112,7 @@ mod ours_sum {
     }
 }
 
-/// Second-order duals of static length, as in the crate's first example.
+/// Duals of second order with a static length, as in the first example of num_dual.
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{Dual2SVec64, DualNum, hessian as dual_hessian};
@@ -134,7 +135,7 @@ mod num_dual {
     }
 }
 
-/// Recorded for each Hessian.
+/// A tape of echidna that is recorded again for each Hessian.
 mod echidna {
     use echidna::BReverse64;
     use num_traits::Float;
@@ -153,7 +154,7 @@ mod echidna {
     }
 }
 
-/// Recorded once; ten directions at a time.
+/// A tape of echidna that is recorded once. Each pass computes ten directions.
 mod echidna_kept {
     use echidna::BReverse64;
     use num_traits::Float;

@@ -1,5 +1,5 @@
-//! Compares `autodiff` with other crates on small tasks. Each task is written as the documentation of the crate
-//! recommends. Answers are compared before anything is timed.
+//! Compares `autodiff` with other crates on small tasks. For each crate, a task is written as that crate's
+//! documentation recommends. The answers are compared before anything is timed.
 //!
 //! `cargo bench -p benches --bench peers --features rivals` prints a section of `RESULTS.md`. To include tensors, use
 //! `--features candle` and set `RAYON_NUM_THREADS=1`.
@@ -15,7 +15,7 @@ mod task;
 
 use benches::machine::section;
 
-/// The number of rounds; only the minimum is reported.
+/// The number of rounds of a measurement. Only the minimum is reported.
 const ROUNDS: usize = 100;
 
 fn main() {

@@ -1,4 +1,4 @@
-//! The loss of a network over a mini-batch, with its gradient.
+//! A task to compute the loss of a network over a mini-batch, and its gradient.
 
 use ndarray::Array2;
 
@@ -13,7 +13,7 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
         about: "Squared errors of a network with tanh between its layers. By hand: matrix products of ndarray \
                 (matrixmultiply), with the reverse sweep written out. All on one thread.",
         source: include_str!("network.rs"),
-        // Sums of up to 256 terms in a different order, through three layers.
+        // The tolerance is for sums of up to 256 terms in a different order, through three layers.
         tolerance: 1e-12,
         ways: vec![
             Way::new("by hand", "ndarray", &["hand"], || hand::gradient(case)),
@@ -27,10 +27,10 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
     }
 }
 
-/// A network with tanh between its layers, and points with target values.
+/// A network with tanh between its layers, and points with the values that it should return.
 struct Case {
     sizes: &'static [usize],
-    /// For each layer its matrix, row by row, and its biases.
+    /// The parameters of all layers. Each layer has its matrix, row by row, and then its biases.
     parameters: Vec<f64>,
     x: Array2<f64>,
     targets: Vec<f64>,
@@ -50,7 +50,7 @@ impl Case {
         }
     }
 
-    /// Returns the number of inputs, the number of outputs and the index of the first parameter for each layer.
+    /// Returns for each layer the number of inputs, the number of outputs, and the index of its first parameter.
     fn layers(&self) -> Vec<(usize, usize, usize)> {
         let mut first = 0;
         let sizes = self.sizes.windows(2);
@@ -63,12 +63,12 @@ impl Case {
     }
 }
 
-/// Puts a value in front of its gradient.
+/// Returns the value followed by the gradient.
 fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
     [vec![value], gradient].concat()
 }
 
-/// Matrix products, with a hand-written reverse sweep.
+/// The loss by matrix products, with a reverse sweep that is written by hand.
 mod hand {
     use ndarray::linalg::general_mat_mul;
     use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -128,7 +128,7 @@ mod hand {
     }
 }
 
-/// The loss of one point. The library finds the layers and runs in lanes.
+/// The loss of one point as a summand. The library finds the layers and runs in lanes over the points.
 mod ours {
     use autodiff::data::{Sum, Summand};
     use autodiff::{Real, value_and_gradient};
@@ -170,14 +170,14 @@ mod ours {
     }
 }
 
-/// One layer after the other, over all points.
+/// The layers are evaluated one after the other, each over all points.
 mod ours_layers {
     use autodiff::fused::dense_batch;
     use autodiff::{Real, Var, value_and_gradient};
 
     use super::{Case, joined};
 
-    /// Returns the value and the gradient. Each layer over all points is one entry of the tape.
+    /// Returns the value followed by the gradient. Each layer over all points is one entry of the tape.
     pub(super) fn gradient(case: &Case) -> Vec<f64> {
         let loss = |parameters: &[Var<f64>]| {
             let mut x: Vec<Var<f64>> = case.x.iter().map(|&x| Var::lit(x)).collect();
@@ -196,7 +196,7 @@ mod ours_layers {
     }
 }
 
-/// Tensors that are variables and are kept from one gradient to the next.
+/// Tensors of the crate candle. They are variables, and are kept from one gradient to the next.
 #[cfg(feature = "candle")]
 mod candle {
     use candle_core::{Device, Result, Tensor, Var};

@@ -1,14 +1,15 @@
-//! The fit of an ODE: hares and lynxes after Lotka and Volterra, by the classical Runge-Kutta method.
+//! A task to fit an ODE. It describes hares and lynxes after Lotka and Volterra, and is solved by the classical
+//! Runge-Kutta method.
 
 use crate::task::{Task, Way, kept};
 
-/// The length of a step in time.
+/// The length of a time step.
 const STEP: f64 = 0.01;
 /// The number of steps.
 const STEPS: usize = 1000;
 /// The number of steps between observations.
 const APART: usize = 100;
-/// The parameters at which the gradient is taken. The observations come from other parameters.
+/// The parameters at which the gradient is taken. The observations were made with other parameters.
 const POINT: [f64; 4] = [1.1, 0.4, 0.1, 0.4];
 const TRUTH: [f64; 4] = [1.0, 0.5, 0.12, 0.35];
 const START: [f64; 2] = [3.0, 1.0];
@@ -21,7 +22,8 @@ pub(crate) fn task() -> Task {
         about: "Lotka and Volterra's equations, 1000 steps of the classical Runge-Kutta method, squared errors at \
                 ten times. Ratios are to the primal in f64.",
         source: include_str!("ode.rs"),
-        // 4000 evaluations with a few roundings each, amplified by the growth of perturbations.
+        // The tolerance is for 4000 evaluations with a few roundings each. Perturbations grow with time and amplify the
+        // errors.
         tolerance: 1e-11,
         ways: vec![
             Way::new("primal", "", &["primal"], || {
@@ -64,7 +66,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// The fit in plain numbers. Closures are inlined automatically.
+/// The error of the fit in plain numbers, without a gradient. Its closures are inlined automatically.
 mod primal {
     use super::{APART, START, STEP};
 
@@ -92,7 +94,7 @@ mod primal {
     }
 }
 
-/// One step. Kernels need `#[inline(always)]` on every function, and closures cannot have it.
+/// One time step, as a kernel uses it. All functions need `#[inline(always)]`, which closures cannot have.
 mod ours_step {
     use autodiff::{Real, lit};
 
@@ -120,7 +122,7 @@ mod ours_step {
     }
 }
 
-/// The fit as a function for any driver.
+/// The error of the fit as a function for any driver.
 mod ours_fit {
     use autodiff::{Function, Real, lit};
 
@@ -143,7 +145,7 @@ mod ours_fit {
     }
 }
 
-/// Four duals at once, no tape.
+/// The gradient in forward mode: four tangents at once, without a tape.
 mod ours_forward {
     use super::{POINT, ours_fit::Fit};
 
@@ -152,7 +154,7 @@ mod ours_forward {
     }
 }
 
-/// One reverse sweep over a recording of all steps.
+/// The gradient by one reverse sweep over a recording of all steps.
 mod ours_tape {
     use super::{POINT, ours_fit::Fit};
 
@@ -161,7 +163,7 @@ mod ours_tape {
     }
 }
 
-/// The step is recorded once, as a kernel.
+/// The gradient by a rollout. The step is a kernel and is recorded once.
 mod ours_rollout {
     use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
 
@@ -202,7 +204,7 @@ mod ours_rollout {
     }
 }
 
-/// A vector of static length, as in the crate's documentation of "Extra arguments" and `gradient`.
+/// Duals of static length, as the documentation of num_dual shows for `gradient` and under "Extra arguments".
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{DualNum, DualSVec64, gradient as dual_gradient};
@@ -239,7 +241,7 @@ mod num_dual {
     }
 }
 
-/// Generic over the crate's trait, as in its "Quick Start".
+/// The fit, generic over the trait of echidna, as in its "Quick Start".
 mod echidna {
     use echidna::Scalar;
 
@@ -269,7 +271,7 @@ mod echidna {
     }
 }
 
-/// Four tangents at once.
+/// The gradient in echidna's forward mode, with four tangents at once.
 mod echidna_forward {
     use echidna::DualVec64;
 
@@ -281,7 +283,7 @@ mod echidna_forward {
     }
 }
 
-/// As in the crate's documentation of "Gradient via reverse mode".
+/// The gradient on echidna's tape, as in its documentation under "Gradient via reverse mode".
 mod echidna_tape {
     use super::{POINT, echidna::loss};
 

@@ -1,4 +1,4 @@
-//! The gradient of Rosenbrock's function, chained over many arguments.
+//! A task to compute the gradient of Rosenbrock's function, which is a sum over neighbouring arguments.
 
 use crate::task::{Task, Way, kept};
 
@@ -25,13 +25,13 @@ pub(crate) fn task(arguments: usize) -> Task {
         about: "Scalar code on a tape, about eight operations per argument. A kept tape was recorded before the clock \
                 started. num-dual has only forward mode, so it takes part only with few arguments.",
         source: include_str!("rosenbrock.rs"),
-        // Two terms per argument in a different order: a few roundings.
+        // The tolerance is for a few roundings: each argument has two terms, which are added in a different order.
         tolerance: 1e-14,
         ways,
     }
 }
 
-/// The two partials of a term.
+/// The gradient by the formulas of the two partials of a term.
 mod hand {
     pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; x.len()];
@@ -44,7 +44,7 @@ mod hand {
     }
 }
 
-/// A closure, as in the crate's first example.
+/// The function as a closure, as in the first example of the crate.
 mod ours {
     use autodiff::{Var, gradient};
 
@@ -57,7 +57,7 @@ mod ours {
     }
 }
 
-/// As in the crate's documentation of "Gradient via reverse mode". The crate has no `Sum`.
+/// The function on echidna's tape, as in its documentation under "Gradient via reverse mode". Echidna has no `Sum`.
 mod echidna {
     use echidna::Reverse;
 
@@ -77,7 +77,7 @@ mod echidna {
     }
 }
 
-/// As in the crate's documentation of "record once, evaluate many".
+/// The function on a tape of echidna that is kept, as in its documentation under "record once, evaluate many".
 mod echidna_kept {
     use echidna::BReverse;
 
@@ -98,7 +98,7 @@ mod echidna_kept {
     }
 }
 
-/// Variables on the crate's own tape. Each term is a function, because a closure cannot name the lifetime.
+/// The function on the tape of the crate reverse. Each term is a function, because a closure cannot name the lifetime.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 
@@ -115,7 +115,7 @@ mod reverse {
     }
 }
 
-/// Duals with as many tangents as the vector has entries, as the crate's `gradient` uses for vectors of any length.
+/// Duals of num_dual with a tangent for each argument. The crate's `gradient` uses these for vectors of any length.
 mod num_dual {
     use nalgebra::DVector;
     use num_dual::{DualDVec64, gradient as dual_gradient};

@@ -1,4 +1,4 @@
-//! A sparse Jacobian: Broyden's tridiagonal equations.
+//! A task to compute a sparse Jacobian, that of Broyden's tridiagonal equations.
 
 use crate::task::{Task, Way, kept};
 
@@ -12,7 +12,7 @@ pub(crate) fn task() -> Task {
         about: "Broyden's tridiagonal equations. A kept pattern and its colours were found before the clock started, \
                 as in Newton's method. So was a kept tape.",
         source: include_str!("sparse.rs"),
-        // A few roundings per entry.
+        // The tolerance is for a few roundings in each entry.
         tolerance: 1e-14,
         ways: vec![
             Way::new("by hand", "", &["hand"], || hand::jacobian(x)),
@@ -53,7 +53,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// Takes the entries of a dense matrix that are compared, row by row.
+/// Returns the entries of a dense matrix on its three diagonals, row by row. These are compared.
 fn tridiagonal(rows: &[f64]) -> Vec<f64> {
     let columns = |i: usize| i.saturating_sub(1)..(i + 2).min(SIZE);
     (0..SIZE)
@@ -61,7 +61,7 @@ fn tridiagonal(rows: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The formulas of the three diagonals.
+/// The Jacobian by formulas for its three diagonals.
 mod hand {
     use super::SIZE;
 
@@ -80,7 +80,7 @@ mod hand {
     }
 }
 
-/// The equations for any driver.
+/// The equations as a function for any driver.
 mod ours {
     use autodiff::{Real, lit};
 
@@ -94,7 +94,7 @@ mod ours {
     }
 }
 
-/// The pattern is kept, as in Newton's method.
+/// A sparse Jacobian whose pattern is kept, as in Newton's method.
 mod ours_kept {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
@@ -106,7 +106,7 @@ mod ours_kept {
     }
 }
 
-/// The pattern is traced each time, in one line.
+/// A sparse Jacobian whose pattern is traced each time. This takes one line of code.
 mod ours_traced {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
@@ -117,7 +117,7 @@ mod ours_traced {
     }
 }
 
-/// All entries, four columns at a time.
+/// A dense Jacobian. Each pass computes four columns.
 mod ours_dense {
     use super::ours::broyden;
 
@@ -126,7 +126,7 @@ mod ours_dense {
     }
 }
 
-/// The equations, generic over the crate's trait.
+/// The equations, generic over the trait of echidna.
 mod echidna {
     use echidna::Scalar;
 
@@ -142,7 +142,7 @@ mod echidna {
     }
 }
 
-/// Tape and pattern are kept, as in Newton's method.
+/// A sparse Jacobian by echidna. The tape and the pattern are kept, as in Newton's method.
 mod echidna_kept {
     use echidna::sparse::column_coloring;
 
@@ -159,7 +159,7 @@ mod echidna_kept {
     }
 }
 
-/// Everything in one call.
+/// A sparse Jacobian by a single call of echidna.
 mod echidna_sparse {
     use super::echidna::broyden;
 
@@ -169,7 +169,7 @@ mod echidna_sparse {
     }
 }
 
-/// All entries, one column at a time.
+/// A dense Jacobian by echidna, one column at a time.
 mod echidna_dense {
     use super::echidna::broyden;
 

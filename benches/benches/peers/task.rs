@@ -1,18 +1,18 @@
-//! A task, and several ways to do it, with their times.
+//! A task to measure, with several ways to do it and their times.
 
 use benches::machine::{SPAN, in_turns};
 
-/// Keeps data that all ways of a task share for the lifetime of the program.
+/// Keeps data until the program ends, so that all ways to do a task can share them.
 pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
     data.into_iter().collect::<Vec<T>>().leak()
 }
 
 /// One way to do a task.
 pub(crate) struct Way {
-    /// The crate: `ours` or the name of a peer. `by hand` or `primal` is the reference of ratios.
+    /// Which crate is used: `ours` or the name of another crate. The reference of the ratios is `by hand` or `primal`.
     pub(crate) by: &'static str,
     pub(crate) how: &'static str,
-    /// The modules of the task's file that belong to this way.
+    /// The names of those modules in the task's file that contain the code of this way.
     pub(crate) modules: &'static [&'static str],
     pub(crate) run: Box<dyn FnMut() -> Vec<f64>>,
 }
@@ -33,7 +33,7 @@ impl Way {
     }
 }
 
-/// A task that is done in several ways. The first way is the reference of ratios.
+/// A task that is done in several ways. The times are divided by that of the first way.
 pub(crate) struct Task {
     pub(crate) title: String,
     pub(crate) about: &'static str,
@@ -44,7 +44,7 @@ pub(crate) struct Task {
     pub(crate) ways: Vec<Way>,
 }
 
-/// The measurements of a way.
+/// The measured results of one way to do a task.
 pub(crate) struct Outcome {
     pub(crate) by: &'static str,
     pub(crate) how: &'static str,
@@ -53,7 +53,7 @@ pub(crate) struct Outcome {
 }
 
 impl Task {
-    /// Compares the answers.
+    /// Compares the answers of all ways.
     ///
     /// # Panics
     /// If they differ by more than the tolerance.
@@ -62,7 +62,7 @@ impl Task {
             .ways
             .iter_mut()
             .map(|way| (way.by, way.how, (way.run)()));
-        // The primal has no gradient to compare.
+        // The way `primal` computes no gradient, so it has no answer to compare.
         let mut answers = answers.filter(|(by, ..)| *by != "primal");
         let (_, _, first) = answers.next().expect("a task has a way");
         let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -84,7 +84,7 @@ impl Task {
         }
     }
 
-    /// Times the ways alternately.
+    /// Measures the times of all ways, which take turns.
     pub(crate) fn measure(&mut self, rounds: usize) -> Vec<Outcome> {
         let works = self.ways.iter_mut().map(|way| &mut way.run);
         let seconds = in_turns(&mut works.collect::<Vec<_>>(), SPAN, rounds);
@@ -99,7 +99,7 @@ impl Task {
     }
 }
 
-/// Counts the lines of code of a top-level module of a file, without blank lines and comments.
+/// Returns how many lines of code a module at the top level of a file has. Blank lines and comments do not count.
 fn lines(source: &str, module: &str) -> usize {
     let head = format!("mod {module} {{");
     let body = source.lines().skip_while(|line| *line != head).skip(1);

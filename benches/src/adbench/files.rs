@@ -1,4 +1,4 @@
-//! Converts ADBench files to GradBench inputs.
+//! Reads the data files of ADBench as inputs of GradBench.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use crate::objectives::Error;
 
-/// The tokens of a file, separated by white space or colons.
+/// The tokens of a file, which are separated by white space or colons.
 struct Tokens<'a> {
     rest: std::vec::IntoIter<&'a str>,
     all: usize,
 }
 
-/// A value, or a description of what is wrong with the file.
+/// The value that was read, or a description of what is wrong with the file.
 type Read<T> = Result<T, String>;
 
 impl Tokens<'_> {
@@ -26,7 +26,8 @@ impl Tokens<'_> {
         number.map_err(|_| format!("token {place} cannot be read: '{token}'"))
     }
 
-    /// Reads the next token as a count of at least one. The limit protects memory.
+    /// Reads the next token as a count of at least one. Counts are limited, so that a wrong file does not use up all
+    /// memory.
     fn count(&mut self) -> Read<usize> {
         const MOST: usize = 1 << 24;
         let count = self.next()?;
@@ -44,7 +45,7 @@ impl Tokens<'_> {
     }
 }
 
-/// Reads a whole file.
+/// Reads a whole file, whose tokens `content` converts.
 fn read<T>(path: &Path, content: impl FnOnce(&mut Tokens) -> Read<T>) -> Result<T, Error> {
     let wrong = Error::file(path);
     let text = Error::read(path)?;
@@ -61,8 +62,8 @@ fn read<T>(path: &Path, content: impl FnOnce(&mut Tokens) -> Read<T>) -> Result<
     }
 }
 
-/// Reads the data file of a problem as the GradBench input of the module `gmm`, `ba`, `lstm` or `ht`. The folder
-/// `model` contains the model of the hand.
+/// Reads the data file of a problem as the GradBench input of the module `gmm`, `ba`, `lstm` or `ht`. For `ht`, the
+/// folder `model` contains the model of the hand.
 ///
 /// # Errors
 /// If the module is unknown, or a file cannot be read or has the wrong format.
@@ -107,7 +108,7 @@ fn lstm(tokens: &mut Tokens) -> Read<Value> {
     }))
 }
 
-/// Reads a hand problem. It is a complicated one if the file has `u1 u2` for each correspondence.
+/// Reads a problem of hand tracking. The problem is a complicated one if the file has `u1 u2` for each correspondence.
 fn hand(tokens: &mut Tokens, model: Result<Value, Error>) -> Read<Value> {
     let (count, theta) = (tokens.count()?, tokens.count()?);
     let complicated = tokens.all == 2 + 6 * count + theta;

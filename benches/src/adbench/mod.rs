@@ -1,4 +1,4 @@
-//! ADBench: its files, and how it compares and times answers.
+//! Reads the files of ADBench, and compares and times answers as ADBench does.
 
 mod files;
 mod reference;
@@ -13,21 +13,21 @@ pub use files::input;
 pub use reference::{Gap, gap};
 pub use table::table;
 
-/// A data file with its reference answer.
+/// A data file of ADBench with its reference answer.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// The name of the files.
+    /// The name of the case. The data file and the reference file have this name.
     pub name: String,
     /// The GradBench module: `gmm`, `ba`, `lstm` or `ht`.
     pub module: String,
-    /// The data file.
+    /// The path of the data file.
     pub file: PathBuf,
     /// The reference answer.
     pub reference: Value,
 }
 
 impl Case {
-    /// Reads the instance.
+    /// Reads the data file as a problem that is ready to run.
     ///
     /// # Errors
     /// If a file cannot be read or has the wrong format.

@@ -6,12 +6,13 @@ use serde_json::{Map, Value, json};
 
 use crate::distance::largest_distance;
 
-/// The difference between an answer and its reference.
+/// The largest difference between an answer and its reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
     /// The field with the largest error, as a JSON pointer.
     pub field: String,
-    /// The error of that field, `max |a - b| / max |b|`. It is infinite if lengths or integers differ.
+    /// The error of that field, `max |a - b| / max |b|`, where `b` is the reference. It is infinite if the lengths of
+    /// lists or integers differ.
     pub error: f64,
     /// The error that the reference allows.
     pub tolerance: f64,
@@ -24,7 +25,7 @@ impl Gap {
     }
 }
 
-/// Fields of a reference that are not part of the answer.
+/// The fields of a reference file that describe the case and are not part of the answer.
 const DESCRIPTION: [&str; 3] = ["/case", "/kind", "/tolerance"];
 
 /// Compares every field of a reference with the answer. A reference may contain a `digest` instead of long lists.
@@ -50,7 +51,7 @@ pub fn gap(answer: &Value, reference: &Value) -> Gap {
     }
 }
 
-/// Collects all values below objects, with their JSON pointers.
+/// Collects every value that is not an object, with its JSON pointer. Objects are searched at any depth.
 fn collect<'a>(pointer: String, value: &'a Value, leaves: &mut Vec<(String, &'a Value)>) {
     match value {
         Value::Object(fields) => {
@@ -76,8 +77,8 @@ fn error(got: &Value, expected: &Value) -> f64 {
     }
 }
 
-/// Replaces the long lists in a bundle adjustment's answer by a digest: a few sums and a hash. `None` for other
-/// answers.
+/// Replaces the long lists in the answer of a bundle adjustment by a digest: a few sums and a hash. Returns `None` for
+/// other answers.
 fn digest(answer: &Value, expected: &Value) -> Option<Value> {
     fn list<T: DeserializeOwned>(value: &Value) -> Option<Vec<T>> {
         Vec::deserialize(value).ok()
@@ -139,7 +140,7 @@ fn digest(answer: &Value, expected: &Value) -> Option<Value> {
     }))
 }
 
-/// Returns the fixed weight of entry `i` in the sums.
+/// Returns the weight of entry `i` in the sums of a digest.
 fn weight(i: usize) -> f64 {
     ((7919 * i + 13) % 10007) as f64 / 5003.5 - 1.0
 }
@@ -166,7 +167,7 @@ mod tests {
         let reference = json!({"case": "x", "tolerance": 1e-3, "a": [1.0, -4.0], "b": {"c": 2.0}});
         let close = gap(&json!({"a": [1.0, -4.001], "b": {"c": 2.0}}), &reference);
         assert!(close.is_close() && close.field == "/a", "{close:?}");
-        // The error is 0.001 of 4.
+        // The largest difference is 0.001, and the largest number is 4.
         assert!((close.error - 2.5e-4).abs() < 1e-12, "{close:?}");
         for answer in [
             json!({"a": [1.0, -4.1], "b": {"c": 2.0}}),

@@ -1,4 +1,4 @@
-//! The table of times.
+//! Makes the table of the times of all cases.
 
 use std::fmt::Write as _;
 
@@ -6,11 +6,12 @@ use super::{Case, gap};
 use crate::machine::in_turns;
 use crate::objectives::Error;
 
-/// The minimum duration of a sample in seconds, as in ADBench, and below it the number of samples.
+/// The minimum duration of one time measurement (a sample) in seconds, as in ADBench.
 const SAMPLE: f64 = 0.5;
+/// The number of samples.
 const SAMPLES: usize = 10;
 
-/// Published times of hand-written C++ derivatives, in milliseconds.
+/// Published times of objectives and derivatives that were written by hand in C++, in milliseconds.
 const CPP: [(&str, f64, f64); 4] = [
     ("ba1_n49_m7776_p31843", 0.67, 3.92),
     ("gmm_d10_K25", 1.36, 2.47),
@@ -18,7 +19,7 @@ const CPP: [(&str, f64, f64); 4] = [
     ("lstm_l2_c1024", 1.16, 7.39),
 ];
 
-/// Checks and times all cases and returns a Markdown table.
+/// Checks the answers of all cases, measures their times, and returns a Markdown table.
 ///
 /// # Errors
 /// If a case cannot be read or its answer is out of tolerance.
@@ -44,7 +45,7 @@ pub fn table(cases: &[Case]) -> Result<String, Error> {
     Ok(table)
 }
 
-/// Returns the milliseconds of objective and derivative, and the error of the answer.
+/// Returns the times of objective and derivative in milliseconds, and the error of the answer.
 fn measure(case: &Case) -> Result<([f64; 2], f64), Error> {
     let (mut problem, mut other) = (case.open()?, case.open()?);
     problem.derivative();

@@ -1,7 +1,8 @@
-//! Bundle adjustment: the distance between where cameras see points and where a model predicts them.
+//! Bundle adjustment. The residuals are the distances between the points that cameras see and the points that a model
+//! predicts.
 //!
 //! An observation depends on 15 numbers. Forward mode computes its local Jacobian, with one observation in each lane.
-//! A camera, point or weight that the input repeats is treated as a new one.
+//! If the input repeats a camera, point or weight, each repetition counts as a different one.
 
 use autodiff::{Kernel, Real, data};
 use serde::Deserialize;
@@ -11,17 +12,17 @@ use serde_json::{Value, json};
 use super::rotation;
 use super::work::{Error, Prepared, Problem, functions, read, require};
 
-/// The parameters of a camera: rotation vector, centre, focal length, principal point, distortion.
+/// The number of parameters of a camera: rotation vector, centre, focal length, principal point, distortion.
 const CAMERA: usize = 11;
-/// The inputs of an observation: camera, point, weight.
+/// The number of inputs of an observation: camera, point, weight.
 const INPUTS: usize = CAMERA + 4;
-/// The maximum number of cameras, points or observations.
+/// The largest allowed number of cameras, points or observations.
 const MOST: usize = 1 << 24;
-/// GradBench compares only this many numbers from the beginning of a list.
+/// The length of the lists that are sent. GradBench compares only this many numbers from the beginning of a list.
 const SENT: usize = 30;
 
-/// The input from GradBench: the numbers of cameras, points and observations, and one camera, point, weight and
-/// feature to repeat.
+/// The input from GradBench: the numbers of cameras, points and observations. One camera, one point, one weight and one
+/// feature follow, which are repeated as often as needed.
 #[derive(Deserialize)]
 pub(super) struct Input {
     n: usize,
@@ -33,7 +34,7 @@ pub(super) struct Input {
     feat: [f64; 2],
 }
 
-/// An instance, with memory for its results.
+/// A bundle adjustment that is ready to run, with memory for its results.
 pub(super) struct Ba {
     scene: Scene,
     reprojection: Vec<[f64; 2]>,
@@ -41,27 +42,28 @@ pub(super) struct Ba {
     jacobian: Csr,
 }
 
-/// The data of an instance.
+/// The cameras, points and observations of an instance.
 struct Scene {
     cameras: Vec<[f64; CAMERA]>,
     points: Vec<[f64; 3]>,
     weights: Vec<f64>,
     features: Vec<[f64; 2]>,
-    /// The indices of the camera and of the point of each observation.
+    /// For each observation, the index of its camera and of its point.
     seen: Vec<[usize; 2]>,
 }
 
-/// A sparse matrix in compressed rows.
+/// A sparse matrix in the compressed sparse row format (CSR).
 #[derive(Default)]
 struct Csr {
-    /// The index at which each row starts, then the end of the last row.
+    /// For each row, the index of its first entry. At the end, the number of all entries.
     rows: Vec<u32>,
     cols: Vec<u32>,
     vals: Vec<f64>,
 }
 
-/// The weighted reprojection error, and the error `1 - w^2` of the weight. The feature is subtracted from the
-/// principal point beforehand, because both are constants that are added to the image coordinates.
+/// The residuals of one observation: the weighted reprojection error, and the error `1 - w^2` of the weight. The
+/// feature is subtracted from the principal point beforehand. This is possible because both are constants that are
+/// added to the image coordinates.
 struct Observation;
 
 impl Kernel<INPUTS, 3> for Observation {
@@ -98,7 +100,7 @@ impl Ba {
         })
     }
 
-    /// Returns the first residuals, and the number of residuals.
+    /// Returns the first residuals, and how many residuals there are.
     fn first(&self) -> Value {
         let (errors, weights) = (&self.reprojection, &self.weight_error);
         json!({
@@ -107,7 +109,7 @@ impl Ba {
         })
     }
 
-    /// Returns the first and last numbers of the lists of the Jacobian.
+    /// Returns the beginning and the last number of each list of the Jacobian.
     fn ends(&self) -> Value {
         let Csr { rows, cols, vals } = &self.jacobian;
         json!({ "rows": ends(rows), "cols": ends(cols), "vals": ends(vals) })
@@ -121,7 +123,7 @@ fn ends<T: Copy>(list: &[T]) -> Vec<T> {
 }
 
 impl Scene {
-    /// Returns the inputs of an observation.
+    /// Returns the numbers that an observation depends on.
     #[inline(always)]
     fn inputs(&self, observation: usize) -> [f64; INPUTS] {
         let [camera, point] = self.seen[observation];
@@ -134,7 +136,7 @@ impl Scene {
         inputs
     }
 
-    /// Returns the columns of the variables that an observation depends on.
+    /// Returns the columns of the Jacobian that belong to the numbers of an observation.
     #[inline(always)]
     fn columns(&self, observation: usize) -> [u32; INPUTS] {
         let [camera, point] = self.seen[observation];
@@ -163,7 +165,7 @@ impl Problem for Ba {
         data::values(&Observation, scene.weights.len(), |i| scene.inputs(i), keep);
     }
 
-    /// Computes the rows of the Jacobian: two for each reprojection, then one for each weight.
+    /// Computes the rows of the Jacobian. Each reprojection has two rows, and then each weight has one.
     fn derivative(&mut self) {
         let (scene, Csr { rows, cols, vals }) = (&self.scene, &mut self.jacobian);
         let count = scene.weights.len();

@@ -1,16 +1,16 @@
-//! Gradient descent with derivatives by forward or reverse mode, which may be nested.
+//! Minimises functions by gradient descent. The gradients come from forward or reverse mode, which may be nested.
 
 use autodiff::{Dual, Mask, Real, Var, gradient};
 
 use super::work::Error;
 
-/// A scalar function of `x` and of other, given numbers.
+/// A scalar function of `x`. It also takes other numbers, which are given and not varied.
 pub(super) trait Objective {
     /// Returns the value at `x`.
     fn eval<R: Real>(&self, given: &[R], x: &[R]) -> R;
 }
 
-/// A way to differentiate.
+/// The mode of differentiation.
 #[derive(Clone, Copy)]
 pub(super) enum Mode {
     /// Forward mode, one argument at a time.
@@ -20,7 +20,8 @@ pub(super) enum Mode {
 }
 
 impl Mode {
-    /// Returns the outer and the inner mode, which GradBench names by two letters, as in `rf`.
+    /// Returns the outer and the inner mode. GradBench names them by two letters, such as `rf` for reverse over forward
+    /// mode.
     pub(super) fn pair(function: &str) -> Result<[Self; 2], Error> {
         use Mode::{Forward, Reverse};
         Ok(match function {
@@ -32,7 +33,7 @@ impl Mode {
         })
     }
 
-    /// Returns the gradient with respect to `x`. The given numbers may carry derivatives of an outer differentiation.
+    /// Returns the gradient with respect to `x`. The numbers in `given` may carry the derivatives of an outer mode.
     pub(super) fn gradient<R: Real>(self, of: &impl Objective, given: &[R], x: &[R]) -> Vec<R> {
         if let Self::Reverse = self {
             let given: Vec<Var<R>> = given.iter().map(|&number| Var::constant(number)).collect();
@@ -49,14 +50,14 @@ impl Mode {
     }
 }
 
-/// Minimises an objective by gradient descent from `x`.
+/// Minimises an objective by gradient descent that starts at `x`. Returns the minimum point.
 pub(super) fn argmin<R: Real>(
     mode: Mode,
     objective: &impl Objective,
     given: &[R],
     x: &[R],
 ) -> Vec<R> {
-    /// The step length grows after this many accepted steps in a row.
+    /// The number of accepted steps in a row after which the step length grows.
     const STREAK: usize = 10;
     let mut x = x.to_vec();
     let mut value = objective.eval(given, &x);
@@ -86,7 +87,7 @@ pub(super) fn argmin<R: Real>(
     }
 }
 
-/// Whether a vector is so short that the descent stops.
+/// Returns whether a gradient or a step is so short that the descent stops.
 fn is_short<R: Real>(v: &[R]) -> bool {
     const TOLERANCE: f64 = 1e-5;
     let v: Vec<R> = v.iter().map(|entry| entry.detach()).collect();

@@ -1,8 +1,9 @@
-//! The determinant by recursive expansion along the first row.
+//! The determinant of a matrix, by recursive expansion along the first row.
 //!
-//! The expansion along the upper rows is a sum over the ways to choose a column in each row. The terms have the same
-//! form, so lanes compute them. Each way is a datum of ones and zeros, which picks columns by products. The first
-//! rows of a large matrix are expanded by nested calls to save memory.
+//! The expansion along the upper rows is a sum over all choices of a different column in each row. The terms have the
+//! same form, so they are computed in lanes. Each choice is a datum of ones and zeros: multiplied with a row, they pick
+//! the entry in the chosen column. If the matrix is large, its first rows are expanded by nested calls, which saves
+//! memory.
 
 use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
@@ -18,14 +19,14 @@ struct Input {
     ell: usize,
 }
 
-/// The order of the minor that remains in a term.
+/// The order of the minors that remain after the expansion.
 const LEAF: usize = 6;
-/// The largest order whose determinant is one sum over data.
+/// The largest order for which the determinant is a single sum over data.
 const LARGEST: usize = 9;
 
 /// A term of the expansion along all rows but the last [`LEAF`]: one entry of each upper row, times the remaining
-/// minor. The datum is a sign and, for each upper row and then for each remaining column, ones and zeros that pick a
-/// column.
+/// minor. The datum has the sign of the term. Then it has ones and zeros that pick a column, first for each upper row
+/// and then for each remaining column.
 #[derive(Clone)]
 struct Term {
     order: usize,
@@ -51,8 +52,8 @@ impl Summand for Term {
     }
 }
 
-/// Defines a function for the minor of the last rows of a small matrix in as many columns. It uses minors with one
-/// row less.
+/// Defines a function that computes a minor of a small matrix, from its last rows and as many columns. The function
+/// uses minors with one row less.
 macro_rules! expansion {
     ($name:ident, $order:literal, $smaller:ident) => {
         #[inline(always)]
@@ -84,7 +85,7 @@ fn of_two<R: Real>(matrix: &[R], [a, b]: [usize; 2]) -> R {
     upper[a] * last[b] - upper[b] * last[a]
 }
 
-/// The determinant of matrices of a fixed order.
+/// A determinant for matrices of a fixed order.
 struct Determinant {
     order: usize,
 }
@@ -97,7 +98,8 @@ impl Function for Determinant {
     }
 }
 
-/// Returns the determinant of a matrix. `expansion` computes the minors of its own order.
+/// Returns the determinant of a matrix. `expansion` computes the determinants of one order, which the nested calls
+/// reach.
 fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>>) -> R {
     if order == 1 {
         return matrix[0];
@@ -120,7 +122,7 @@ fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>
     sum
 }
 
-/// Lists the ways to choose a column in each upper row, as the data of [`Term`].
+/// Returns all choices of a column in each upper row, as data of [`Term`].
 fn ways(order: usize) -> Vec<Vec<f64>> {
     let mut ways = Vec::new();
     let mut columns: Vec<usize> = (0..order).collect();
@@ -128,7 +130,7 @@ fn ways(order: usize) -> Vec<Vec<f64>> {
     ways
 }
 
-/// Adds all ways that begin with the first `chosen` columns. The other columns are in ascending order.
+/// Appends all choices that begin with the first `chosen` columns. The other columns are in ascending order.
 fn choose(columns: &mut [usize], chosen: usize, sign: f64, ways: &mut Vec<Vec<f64>>) {
     let order = columns.len();
     if chosen + LEAF == order {

@@ -1,4 +1,4 @@
-//! The log-likelihood of a Gaussian mixture, with a Wishart prior.
+//! The log-likelihood of points under a Gaussian mixture with a Wishart prior.
 
 use std::f64::consts::PI;
 
@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 
 use super::work::{Error, Prepared, Problem, flat, functions, read, require};
 
-/// The input from GradBench. A factor is a lower triangle: the logarithms `q` of its diagonal, and the part `l` below
-/// the diagonal, column by column.
+/// The input from GradBench. Each component has a triangular factor `Q` of its inverse covariance. It is given by the
+/// logarithms `q` of its diagonal and the part `l` below the diagonal, column by column.
 #[derive(Deserialize)]
 pub(super) struct Input {
     d: usize,
@@ -32,16 +32,16 @@ fn plus() -> f64 {
     1.0
 }
 
-/// An instance, with memory for its results.
+/// A mixture that is ready to run, with memory for its results.
 pub(super) struct Gmm {
     mixture: Mixture,
-    /// The weights, the means, then the factors. Each factor has `q` before `l`.
+    /// All parameters: the weights, the means, and then for each factor `q` and `l`.
     parameters: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
 }
 
-/// The objective as a function of the parameters.
+/// The log-likelihood as a function of the parameters.
 struct Mixture {
     shape: Shape,
     points: usize,
@@ -65,15 +65,15 @@ impl Shape {
         self.d * (self.d + 1) / 2
     }
 
-    /// Returns the number of entries that a component has in the arguments of [`Likelihood`].
+    /// Returns how many numbers of a component the arguments of [`Likelihood`] have.
     #[inline(always)]
     fn packed(self) -> usize {
         1 + self.d + self.factor()
     }
 }
 
-/// The logarithm of `sum_k exp(c_k - |Q_k (x - mu_k)|^2 / 2)` at a point. Each component has the shared numbers `c`,
-/// `mu` and the lower triangle of `Q`, row by row.
+/// The term of one point `x`: the logarithm of `sum_k exp(c_k - |Q_k (x - mu_k)|^2 / 2)`. The shared parameters are,
+/// for each component `k`, the numbers `c`, `mu` and the lower triangle of `Q`, row by row.
 #[derive(Clone, Debug)]
 struct Likelihood(Shape);
 
@@ -97,7 +97,8 @@ impl Summand for Likelihood {
     }
 }
 
-/// Returns `ln sum exp(v)`, computed relative to the largest entry, which is held constant. Overwrites `v`.
+/// Returns `ln sum exp(v)`. The largest entry, as a constant, is subtracted before the exponentials are taken, so that
+/// they do not overflow. Overwrites `v`.
 #[inline(always)]
 fn log_sum_exp<R: Real>(v: &mut [R]) -> R {
     let mut largest = v[0];
@@ -140,7 +141,7 @@ impl Function for Mixture {
     }
 }
 
-/// Appends the rows of a lower triangle whose part below the diagonal is stored by columns.
+/// Appends a lower triangle row by row. The part below its diagonal is given column by column.
 fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
     let d = diagonal.len();
     for (row, &last) in diagonal.iter().enumerate() {
@@ -152,7 +153,7 @@ fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
 }
 
 impl Mixture {
-    /// Returns the terms that depend on no parameter.
+    /// Returns the sum of those terms that do not depend on the parameters.
     fn constant(&self) -> f64 {
         let d = self.shape.d as f64;
         let freedom = d + self.m + 1.0;
@@ -207,7 +208,7 @@ impl Gmm {
         })
     }
 
-    /// Returns the gradient, split like the input.
+    /// Returns the gradient in the form of the input, with a list for each kind of parameter.
     fn parts(&self) -> Value {
         let Shape { d, k } = self.mixture.shape;
         let (alpha, rest) = self.gradient.split_at(k);

@@ -1,4 +1,4 @@
-//! The square of a number.
+//! The square of a number, as the simplest objective.
 
 use autodiff::{Real, gradient};
 use serde_json::value::RawValue;

@@ -1,7 +1,8 @@
-//! The squared distances of points from their closest centroids.
+//! The sum of the squared distances of points from their closest centroids.
 //!
-//! The closest centroids are found first, in lanes over points. They do not change under small shifts of the
-//! centroids, so the objective is then a sum over the points of each centroid.
+//! First the closest centroid of each point is found, in lanes over points. Small shifts of the centroids do not change
+//! which one is closest. So for the derivatives, each centroid has a fixed set of points, and the objective is a sum
+//! over these points.
 
 use autodiff::data::{Sum, Summand};
 use autodiff::simd::{Lane, Vectorized};
@@ -17,14 +18,14 @@ struct Input {
     centroids: Vec<Vec<f64>>,
 }
 
-/// The points, both point by point and coordinate by coordinate. Columns repeat the last point to fill whole
-/// registers.
+/// The points, both point by point and coordinate by coordinate. The list of each coordinate repeats that of the last
+/// point to fill whole registers.
 struct Cloud {
     points: Vec<Vec<f64>>,
     columns: Vec<Vec<f64>>,
 }
 
-/// Lists are padded to multiples of this number. No register has more lanes.
+/// Lists are padded to a multiple of this length, which is the largest number of lanes in any register.
 const PADDING: usize = 16;
 
 impl Cloud {
@@ -42,7 +43,7 @@ impl Cloud {
     }
 }
 
-/// Finds the closest centroid of each point, and the sum of the squared distances.
+/// Finds the closest centroid of each point, and sums up the squared distances.
 struct Closest<'a> {
     cloud: &'a Cloud,
     centroids: &'a [f64],
@@ -95,7 +96,8 @@ impl Summand for SquaredDistance {
     }
 }
 
-/// The derivative of a term along a shift of all shared numbers by the same amount, by forward mode.
+/// The derivative of a summand, by forward mode. All shared numbers are shifted by the same amount, and the derivative
+/// is with respect to this amount.
 #[derive(Clone)]
 struct Growth<S>(S);
 
@@ -107,8 +109,8 @@ impl<S: Summand> Summand for Growth<S> {
     }
 }
 
-/// Returns the negative Newton step for each centroid. The Hessian is diagonal, so its product with a vector of ones
-/// gives all its entries. This product uses reverse mode over forward mode.
+/// Returns the negative step of Newton's method for each centroid. The Hessian is diagonal, so its product with a
+/// vector of ones gives all its entries. This product is computed by reverse mode over forward mode.
 fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
     let d = cloud.columns.len();
     let (closest, _) = f64::vectorize(Closest { cloud, centroids });

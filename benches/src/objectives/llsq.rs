@@ -9,13 +9,13 @@ use super::work::{Error, Prepared, read, require, work};
 
 #[derive(Deserialize)]
 struct Input {
-    /// The coefficients, beginning with the constant.
+    /// The coefficients of the polynomial, beginning with the constant.
     x: Vec<f64>,
     /// The number of points.
     n: usize,
 }
 
-/// Half the squared error at a point.
+/// The term of one point: half the squared error of the polynomial.
 #[derive(Clone)]
 struct Misfit;
 
@@ -31,7 +31,7 @@ impl Summand for Misfit {
     }
 }
 
-/// The fit to points that are evenly spaced from -1 to 1.
+/// The squared error of the polynomial at points that are evenly spaced from -1 to 1.
 struct Fit {
     points: usize,
 }

@@ -1,4 +1,4 @@
-//! The logarithm of a sum of exponentials, computed relative to the largest one.
+//! The logarithm of a sum of exponentials. The largest number is subtracted before the exponentials are taken.
 
 use autodiff::data::Recorded;
 use autodiff::{Function, Real, gradient, lit};
@@ -12,7 +12,7 @@ struct Input {
     x: Vec<f64>,
 }
 
-/// `exp(x - largest)`.
+/// The term of one number: `exp(x - largest)`.
 struct Exponential {
     largest: f64,
 }
@@ -27,7 +27,7 @@ struct LogSumExp;
 
 impl Function for LogSumExp {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        // The function does not depend on this constant.
+        // The largest number is a constant, because the function does not depend on its choice.
         let largest = x.iter().fold(f64::NEG_INFINITY, |largest, x| {
             f64::max(largest, x.primal())
         });

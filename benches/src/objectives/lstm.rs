@@ -1,7 +1,7 @@
 //! The loss of a small language model: layers of LSTM cells with diagonal weights, over a sequence of characters.
 //!
-//! Each character is one step of a rollout. The state has the hidden and cell values of every layer and the loss so
-//! far. The parameters are the weights.
+//! Each character is one step of a rollout. The state consists of the hidden and cell values of every layer, and the
+//! sum of the losses so far. The parameters are the weights.
 
 use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout, value_and_gradient};
 use serde::Deserialize;
@@ -13,7 +13,7 @@ use super::work::{Error, Prepared, Problem, flat, functions, read, require};
 /// The number of weight and bias vectors in a layer.
 const PER_LAYER: usize = 8;
 
-/// The input from GradBench. Every row has one number for each bit of a character.
+/// The input from GradBench. Every row of a list has one number for each bit of a character.
 #[derive(Deserialize)]
 pub(super) struct Input {
     /// Two rows per layer: the weights and the biases, each for the gates forget, input, output and change.
@@ -25,37 +25,39 @@ pub(super) struct Input {
     sequence: Vec<Vec<f64>>,
 }
 
-/// An instance, with memory for its results.
+/// A language model that is ready to run, with memory for its results.
 pub(super) struct Lstm {
     loss: LanguageLoss,
-    /// The weights of the layers, then of the input and the output.
+    /// All parameters: the weights of the layers, then those of the input and the output.
     parameters: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
 }
 
-/// The objective as a function of the parameters.
+/// The loss as a function of the parameters.
 struct LanguageLoss {
     rollout: Rollout<Cells>,
     start: Vec<f64>,
 }
 
-/// One character of the sequence.
+/// The model of one step, which processes one character of the sequence.
 #[derive(Clone, Debug)]
 struct Cells {
     layers: usize,
     bits: usize,
 }
 
-/// `tanh(s (x w + b))` for a scale `s`. With `s = 1/2`, [`opened`] turns it into `sigmoid(x w + b)`.
+/// A kernel that computes `tanh(s (x w + b))` for a scale `s`. With `s = 1/2`, [`opened`] turns the result into
+/// `sigmoid(x w + b)`.
 struct Gate(f64);
-/// Computes the new cell and hidden values from the old cell value and the gates forget, input, output and change.
+/// A kernel that computes the new cell and hidden values from the old cell value and from the gates forget, input,
+/// output and change.
 struct Cell;
-/// Multiplies two numbers.
+/// A kernel that multiplies two numbers.
 struct Product;
-/// Computes the exponential of `y = x w + b`, and the product of `y` with the next character.
+/// A kernel that computes the exponential of `y = x w + b`, and the product of `y` with the next character.
 struct Prediction;
-/// Adds the loss of a character, given `sum_j x_j y_j`, `2 + sum_j exp y_j` and `sum_j x_j`.
+/// A kernel that adds the loss of a character, given `sum_j x_j y_j`, `2 + sum_j exp y_j` and `sum_j x_j`.
 struct Add;
 
 impl Kernel<3, 1> for Gate {
@@ -65,7 +67,7 @@ impl Kernel<3, 1> for Gate {
     }
 }
 
-/// `1 / (1 + exp(-z))`, given `tanh(z / 2)`.
+/// Returns the sigmoid `1 / (1 + exp(-z))`, given `tanh(z / 2)`.
 #[inline(always)]
 fn opened<R: Real>(gate: R) -> R {
     R::lit(0.5).fma(gate, R::lit(0.5))
@@ -102,9 +104,9 @@ impl Kernel<4, 1> for Add {
 }
 
 impl Model for Cells {
-    /// Parameters: the vectors of the file in order, then a row of ones, a two and a zero for sums. State: the hidden
-    /// and cell values of each layer, then the loss. Inputs: the character, the next character, and the number of
-    /// ones in the next character.
+    /// The parameters are the vectors of the file in order, then a row of ones, a two and a zero, which the sums need.
+    /// The state has the hidden and cell values of each layer, then the loss. The inputs are the character, the next
+    /// character, and the number of ones in the next character.
     fn record<R: Real>(&self, program: &mut Program<R>) {
         let weights: Vec<Array> = (0..PER_LAYER * self.layers + 3)
             .map(|_| program.parameter(self.bits))
@@ -132,7 +134,7 @@ impl Model for Cells {
     }
 }
 
-/// Steps a layer and returns its new hidden values.
+/// Records the step of one layer and returns its new hidden values.
 fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array]; 2]) -> Array {
     let (hidden, cell) = (state[0], state[1]);
     let mut gate = |scale, from, k: usize| {

@@ -41,10 +41,11 @@ use hand::Hand;
 use lstm::Lstm;
 pub use work::{Error, Prepared, Problem, Work};
 
-/// Reads the input of a function. The first argument is the function's name.
+/// The type of a function that reads an input and prepares the work. Its first argument is the name of the GradBench
+/// function.
 pub type Prepare = fn(&str, &RawValue) -> Prepared;
 
-/// All GradBench evaluations, with the names of their modules.
+/// All evaluations of GradBench: the name of the module, and the function that prepares its work.
 pub const EVALUATIONS: [(&str, Prepare); 12] = [
     ("hello", hello::prepare),
     ("gmm", gmm::prepare),

@@ -1,4 +1,5 @@
-//! The ODE `y_0' = x_0`, `y_i' = x_i y_(i-1)` from `y = 0`, solved by a rollout of the classical Runge-Kutta method.
+//! The ODE `y_0' = x_0`, `y_i' = x_i y_(i-1)` with `y = 0` at the start. It is solved by the classical Runge-Kutta
+//! method, in a rollout.
 
 use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
 use serde::Deserialize;
@@ -12,15 +13,15 @@ struct Input {
     s: usize,
 }
 
-/// The end time.
+/// The time at which the solution ends.
 const END: f64 = 2.0;
 
-/// The memory of a rollout in bytes, which fits roughly into the caches of a processor.
+/// The memory budget of a rollout in bytes. It fits roughly into the caches of a processor.
 const MEMORY: usize = 1 << 24;
 
-/// Computes the slope, and the state after following it for the given time.
+/// A kernel that computes a slope, and the state after following this slope for the given time.
 struct Stage(f64);
-/// Computes the last slope, and the state after following the weighted mean of the four slopes.
+/// A kernel that computes the last slope, and the state after following the weighted mean of all four slopes.
 struct Last(f64);
 
 impl Kernel<3, 2> for Stage {
@@ -39,7 +40,7 @@ impl Kernel<6, 1> for Last {
     }
 }
 
-/// A step of the chain. The first number of the state is constant.
+/// The model of one Runge-Kutta step. The state is a chain of numbers, the first of which is constant.
 #[derive(Clone)]
 struct Chain {
     len: usize,
@@ -69,8 +70,8 @@ struct Solution {
 }
 
 impl Solution {
-    /// Returns the given entries of `y` at the end time, or all entries. The chain starts with a one, so that the
-    /// slope of `y_0` has the same form as the other slopes.
+    /// Returns the given entries of `y` at the end time, or all entries if none are given. The state starts with a
+    /// constant 1 before `y_0`, so that the slope of `y_0` has the same form as the other slopes.
     fn end<R: Real>(&self, x: &[R], entries: Option<Vec<usize>>) -> Vec<R> {
         let chain = Chain {
             len: x.len() + 1,
@@ -87,7 +88,7 @@ impl Solution {
     }
 }
 
-/// Returns the last entry of `y`.
+/// The function of `x` that returns the last entry of `y`.
 impl Function for Solution {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         self.end(x, Some(vec![x.len()]))[0]

@@ -1,4 +1,5 @@
-//! Steers a charged particle to the origin: minimises a function of a simulation whose forces are derivatives.
+//! Steers a charged particle to the origin. The minimised function is a simulation in which the forces are derivatives
+//! of a potential.
 
 use autodiff::{Mask, Real};
 use serde::Deserialize;
@@ -12,10 +13,10 @@ struct Input {
     w: f64,
 }
 
-/// The time of a step.
+/// The length of a time step.
 const DT: f64 = 0.1;
 
-/// The potential at a point, of charges at (10, 10 - w) and (10, 0), for the given `w`.
+/// The potential at a point `x`, of charges at (10, 10 - w) and (10, 0). The number `w` is given.
 struct Potential;
 
 impl Objective for Potential {
@@ -30,8 +31,8 @@ impl Objective for Potential {
     }
 }
 
-/// The squared distance from the origin at which the particle crosses the line `y = 0`. Forces are derivatives in
-/// the given mode.
+/// The squared distance from the origin at which the particle crosses the line `y = 0`. The forces are computed in the
+/// given mode.
 struct Miss(Mode);
 
 impl Objective for Miss {

@@ -1,14 +1,15 @@
-//! Rotation by a vector whose direction is the axis and whose length is the angle (Rodrigues).
+//! Rotates by a vector whose direction is the axis and whose length is the angle (Rodrigues' formula).
 
 use autodiff::Real;
 
 /// Rotates `v` by the rotation vector `r`. If `r` is exactly zero, the result is `v + r x v`, which has the right
-/// derivative there.
+/// derivative at zero.
 #[inline(always)]
 pub(super) fn rotate<R: Real>(r: [R; 3], v: [R; 3]) -> [R; 3] {
     let squared = dot(r, r);
     let at_zero = squared.less_equal(R::zero());
-    // If the angle is zero, any number but zero will do, because the terms below are not selected then.
+    // If the angle is zero, it is replaced by 1. Any number but zero would do, because the terms below are not selected
+    // then.
     let angle = R::select(at_zero, R::one(), squared).sqrt();
     let inverse = angle.recip();
     let axis = [r[0] * inverse, r[1] * inverse, r[2] * inverse];

@@ -1,4 +1,5 @@
-//! A saddle point: minimises, over `(x1, y1)`, the maximum over `(x2, y2)`. One descent runs inside the other.
+//! Finds a saddle point: minimises over `(x1, y1)` the maximum over `(x2, y2)`. One gradient descent runs inside the
+//! other.
 
 use autodiff::Real;
 use serde::Deserialize;
@@ -26,7 +27,8 @@ impl Objective for Opposed {
     }
 }
 
-/// The maximum of the objective over `(x2, y2)`, found from the given start with derivatives in the given mode.
+/// The maximum of the objective over `(x2, y2)`, as a function of `(x1, y1)`. It is found by descent from the given
+/// start, with derivatives in the given mode.
 struct Greatest(Mode);
 
 impl Objective for Greatest {

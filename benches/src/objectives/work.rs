@@ -1,4 +1,4 @@
-//! The interface of objectives, and the preparation of GradBench's functions.
+//! The traits of objectives, and helpers that prepare the functions of GradBench.
 
 use std::path::{Path, PathBuf};
 
@@ -7,28 +7,28 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-/// An objective whose input has been read, with memory for its results.
+/// An objective of ADBench whose input has been read, with memory for its results.
 pub trait Problem {
-    /// Computes the objective from scratch, in plain floating point.
+    /// Computes the objective in plain floating point, without results of earlier calls.
     fn objective(&mut self);
 
-    /// Computes objective and derivative from scratch.
+    /// Computes the objective and its derivative, without results of earlier calls.
     fn derivative(&mut self);
 
-    /// Returns the last results, with the names and shapes of ADBench's reference answers.
+    /// Returns the results of the last calls, with the names and shapes of ADBench's reference answers.
     fn answer(&self) -> Value;
 }
 
 /// A function of a GradBench module whose input has been read.
 pub trait Work {
-    /// Computes the answer from scratch.
+    /// Computes the answer, without results of earlier calls.
     fn run(&mut self);
 
-    /// Returns the answer of the last [`run`](Self::run). Numbers that are not finite are null.
+    /// Returns the answer of the last [`run`](Self::run). Numbers that are not finite are written as null.
     fn answer(&self) -> Value;
 }
 
-/// A function that is ready to run, or the error in the request.
+/// Work that is ready to run, or the error in the request.
 pub type Prepared = Result<Box<dyn Work>, Error>;
 
 /// An error in a request or an input file.
@@ -41,7 +41,7 @@ pub enum Error {
     /// The input does not have the format of the function.
     #[error("cannot read the input: {0}")]
     Input(#[from] serde_json::Error),
-    /// The input has the wrong shape.
+    /// The lists of the input do not have the right lengths.
     #[error("invalid input: {0}")]
     Shape(String),
     /// The answer is infinite or NaN, which JSON cannot represent.
@@ -53,7 +53,7 @@ pub enum Error {
     /// A file cannot be read or has the wrong format.
     #[error("{}: {what}", path.display())]
     File {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// What is wrong with the file.
         what: String,
@@ -61,7 +61,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Returns a function that makes an error about a file from a description.
+    /// Returns a function that takes a description of what is wrong with a file and makes an error of it.
     pub(crate) fn file(path: &Path) -> impl Fn(String) -> Self {
         |what| Self::File {
             path: path.to_owned(),
@@ -79,25 +79,24 @@ impl Error {
     }
 }
 
-/// Reads an input.
+/// Parses the input of a function.
 pub(super) fn read<T: DeserializeOwned>(input: &RawValue) -> Result<T, Error> {
     Ok(serde_json::from_str(input.get())?)
 }
 
-/// Returns an error unless a condition holds.
+/// Returns an error with the message `what` unless the condition `fits` holds.
 pub(super) fn require(fits: bool, what: &str) -> Result<(), Error> {
     fits.then_some(())
         .ok_or_else(|| Error::Shape(what.to_owned()))
 }
 
-/// Concatenates the rows of a matrix, which must all have `columns` entries. Otherwise returns an error with the
-/// message `what`.
+/// Concatenates the rows of a matrix. Returns an error with the message `what` unless every row has `columns` entries.
 pub(super) fn flat(rows: &[Vec<f64>], columns: usize, what: &str) -> Result<Vec<f64>, Error> {
     require(rows.iter().all(|row| row.len() == columns), what)?;
     Ok(rows.concat())
 }
 
-/// A closure that changes a state. The state also holds the answer.
+/// A [`Work`] that calls a closure. The closure changes a state, which also holds the answer.
 struct Function<S> {
     state: S,
     run: Box<dyn FnMut(&mut S)>,
@@ -114,7 +113,7 @@ impl<S> Work for Function<S> {
     }
 }
 
-/// Makes a [`Work`] of a closure that returns the answer.
+/// Makes a [`Work`] from a closure that computes and returns the answer.
 pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'static) -> Prepared {
     Ok(Box::new(Function {
         state: None,
@@ -123,7 +122,8 @@ pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'sta
     }))
 }
 
-/// Returns the functions `objective` and `jacobian` of a problem, with the answers that they reply with.
+/// Prepares one of the two functions of a problem, `objective` or `jacobian`. The last argument has a closure for each
+/// of them, which returns its answer.
 pub(super) fn functions<P: Problem + 'static>(
     function: &str,
     problem: P,

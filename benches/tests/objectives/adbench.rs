@@ -1,5 +1,5 @@
-//! Compares ADBench cases with their reference answers, within the tolerances of the references: both as ADBench
-//! instances and through GradBench's protocol.
+//! Compares the answers of ADBench cases with their reference answers, within the tolerances of the references. The
+//! cases run directly and through GradBench's protocol.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::driver::{agrees, answer, assert_close};
 use crate::naive::{gradient, numbers};
 
-/// Returns the folder of the project's own cases, or the folder named by `ADBENCH_DIR`.
+/// Returns the folder named by `ADBENCH_DIR`, or else the folder of the project's own cases.
 fn folder() -> PathBuf {
     std::env::var_os("ADBENCH_DIR").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/adbench"),
@@ -25,7 +25,8 @@ fn every_answer_is_the_reference() {
         problem.derivative();
         let with_derivative = problem.answer();
         problem.objective();
-        // Both runs must compute the value. The second one overwrites the answer of the first.
+        // The objective and the derivative must both compute the value. The second call overwrites the answer of the
+        // first.
         for found in [with_derivative, problem.answer()] {
             let gap = gap(&found, &case.reference);
             println!("{}: {gap:?}", case.name);
@@ -34,7 +35,7 @@ fn every_answer_is_the_reference() {
     }
 }
 
-/// Returns GradBench's input of a case, and its reference answer.
+/// Returns a case as an input of GradBench, and the reference answer of the case.
 fn case(module: &str, name: &str) -> [Value; 2] {
     let cases = cases(&folder()).unwrap_or_else(|error| panic!("{error}"));
     let case = cases.into_iter().find(|case| case.name == name);
@@ -65,7 +66,7 @@ fn ba() {
     let [rows, cols, vals] = lists.each_ref().map(|list| ends(list));
     let right = json!({ "rows": rows, "cols": cols, "vals": vals });
     agrees("ba", "jacobian", &input, &right);
-    // A single observation has two rows of fifteen columns, and one row for the weight.
+    // A single observation has two rows of fifteen entries, and a row for the weight.
     let mut single = input;
     for count in ["n", "m", "p"] {
         single[count] = json!(1);
@@ -74,7 +75,7 @@ fn ba() {
     let cols: Vec<usize> = columns().chain(columns()).chain([14]).collect();
     let right = json!({ "rows": [0, 15, 30, 31, 31], "cols": cols, "vals": vals });
     agrees("ba", "jacobian", &single, &right);
-    // Without any rotation, the derivative must agree with finite differences.
+    // If the rotation vector is zero, the derivative must still agree with finite differences.
     let inputs = ["cam", "x", "w"]
         .map(|name| numbers(&single[name]))
         .concat();
@@ -106,7 +107,8 @@ fn ht() {
         let [value, jacobian] = replies(&input);
         assert_close(name, &value, &reference["objective"]);
         assert_close(name, &jacobian, &reference["jacobian"]);
-        // A mirrored hand must be the reflection of a hand whose rotation, translation and targets are reflected.
+        // The answer for a mirrored hand must be the mirror image of the answer for a hand whose rotation, translation
+        // and targets are mirrored.
         let reflect = |number: &mut Value| *number = json!(-number.as_f64().expect("a number"));
         input["data"]["model"]["is_mirrored"] = json!(true);
         (1..=3).for_each(|i| reflect(&mut input["theta"][i]));

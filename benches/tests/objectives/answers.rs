@@ -1,4 +1,4 @@
-//! Compares answers with those of a second implementation of the objectives.
+//! Compares answers with those of the second, plain implementation in `naive`.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::draw::Draw;
 use crate::driver::{agrees, answer};
 use crate::naive::{determinant, gradient, kmeans, least_squares, mixture, newton, numbers, ode};
 
-/// Checks the value and the gradient of a function of a flat list.
+/// Checks the value and the gradient of a function whose argument is a flat list.
 fn check(module: &str, input: &Value, right: impl Fn(&[f64]) -> f64, x: &[f64]) {
     agrees(module, "primal", input, &json!(right(x)));
     agrees(module, "gradient", input, &json!(gradient(right, x)));
@@ -38,7 +38,7 @@ fn llsq() {
 
 #[test]
 fn lse() {
-    // This formula is accurate for small numbers only.
+    // This plain formula is accurate only for small numbers.
     let plain = |x: &[f64]| x.iter().map(|x| x.exp()).sum::<f64>().ln();
     for n in [1, 2, 511, 512, 513, 1300] {
         let input = json!({ "x": Draw(n as u64).uniforms(n) });
@@ -50,7 +50,7 @@ fn lse() {
     agrees("lse", "gradient", &input, &json!([0.5, 0.5, 0.0]));
 }
 
-/// The orders include some below, at and above the largest order that is a single sum.
+/// The orders are below, at and above the largest order for which the determinant is a single sum.
 #[test]
 fn det() {
     for ell in 1..=10 {
@@ -66,7 +66,7 @@ fn det() {
 
 #[test]
 fn ode_of_chains() {
-    // After 2 steps of 4 stages, only the first 8 of 12 numbers differ from zero.
+    // In the case of 2 steps, which have 4 stages each, only the first 8 of the 12 numbers differ from zero.
     for (n, s) in [(1, 1), (4, 1), (4, 100), (12, 2), (40, 12), (100, 30)] {
         let input = json!({ "x": Draw(1).uniforms(n), "s": s });
         let x = numbers(&input["x"]);
@@ -85,7 +85,7 @@ fn kmeans_of_clusters() {
         let input = Draw(k as u64).kmeans(k, n, d);
         let rows = |name: &str| serde_json::from_value(input[name].clone()).expect("rows");
         let [mut points, mut centroids]: [Vec<Vec<f64>>; 2] = ["points", "centroids"].map(rows);
-        // The clusters are far apart, so that finite differences do not change the closest centroid.
+        // The clusters are so far apart that finite differences do not change which centroid is closest.
         for (i, point) in points.iter_mut().enumerate() {
             point[0] += 10.0 * (i % k) as f64;
         }

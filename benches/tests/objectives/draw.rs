@@ -1,4 +1,4 @@
-//! Random inputs with the shapes of GradBench's evaluations.
+//! Draws random inputs in the shapes of GradBench's evaluations.
 
 use serde_json::{Value, json};
 

@@ -1,11 +1,11 @@
-//! Drives the tool through its protocol.
+//! Runs the tool through the protocol of GradBench.
 
 use benches::distance::distance;
 use benches::gradbench::serve;
 use serde_json::{Value, json};
 
-/// The largest allowed relative distance in the 2-norm. GradBench's own tolerance would accept wrong derivatives,
-/// while the answers of its tools agree to about 1e-12.
+/// The largest allowed relative distance of an answer in the 2-norm. GradBench's own tolerance would accept wrong
+/// derivatives. The answers of GradBench's tools agree to about 1e-12.
 const TOLERANCE: f64 = 1e-7;
 
 #[track_caller]
@@ -14,7 +14,7 @@ pub(crate) fn assert_close(what: &str, answer: &Value, right: &Value) {
     assert!(distance <= TOLERANCE, "{what} is off by {distance:e}");
 }
 
-/// Returns the replies to lines.
+/// Returns the replies of the tool to these lines.
 pub(crate) fn replies(lines: &[u8]) -> Vec<Value> {
     let mut replies = Vec::new();
     serve(lines, &mut replies).expect("memory can be written");
@@ -28,20 +28,20 @@ pub(crate) fn request(module: &str, function: &str, input: &Value) -> Value {
     json!({ "id": 2, "kind": "evaluate", "module": module, "function": function, "input": input })
 }
 
-/// Returns the only reply to a message.
+/// Returns the reply of the tool to a single message.
 pub(crate) fn reply(message: &Value) -> Value {
     let mut replies = replies(format!("{message}\n").as_bytes());
     assert_eq!(replies.len(), 1, "a line has one reply");
     replies.remove(0)
 }
 
-/// Asserts that the answer of a function is close to the right one.
+/// Asserts that the tool's answer for a function is close to the right answer.
 #[track_caller]
 pub(crate) fn agrees(module: &str, function: &str, input: &Value, right: &Value) {
     assert_close(module, &answer(module, function, input), right);
 }
 
-/// Returns the answer of a function.
+/// Returns the tool's answer for a function.
 pub(crate) fn answer(module: &str, function: &str, input: &Value) -> Value {
     let mut reply = reply(&request(module, function, input));
     assert_eq!(

@@ -1,5 +1,5 @@
-//! Compares the objectives with stored reference answers and with a second, plain implementation that is
-//! differentiated by finite differences. The GradBench tool is driven as GradBench drives it.
+//! Compares the objectives with stored reference answers and with a second, plain implementation that is differentiated
+//! by finite differences. The tool is run through the same protocol that GradBench uses.
 
 mod adbench;
 mod answers;

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// Returns all numbers of a value, in order.
+/// Returns all numbers in a JSON value, in order.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(list) => list.iter().flat_map(numbers).collect(),
@@ -28,7 +28,8 @@ pub(crate) fn gradient(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     (0..x.len()).map(&mut partial).collect()
 }
 
-/// Returns the gradient divided by the diagonal of the Hessian, for a function that is quadratic within 0.1.
+/// Returns the gradient divided by the diagonal of the Hessian. The function must be quadratic within a distance of
+/// 0.1.
 pub(crate) fn newton(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     const STEP: f64 = 0.1;
     let quotient = |i: usize| {
@@ -43,7 +44,7 @@ pub(crate) fn newton(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     (0..x.len()).map(quotient).collect()
 }
 
-/// Returns half the squared errors of a polynomial at `n` points.
+/// Returns half the sum of the squared errors of a polynomial at `n` points.
 pub(crate) fn least_squares(n: usize, x: &[f64]) -> f64 {
     let square = |i: usize| {
         let t = -1.0 + 2.0 * i as f64 / (n as f64 - 1.0);
@@ -99,7 +100,7 @@ pub(crate) fn ode(steps: usize, x: &[f64]) -> Vec<f64> {
     y
 }
 
-/// Returns the sum of squared distances from the closest centroids.
+/// Returns the sum of the squared distances of points from their closest centroids.
 pub(crate) fn kmeans(points: &[Vec<f64>], centroids: &[f64]) -> f64 {
     let least = |point: &Vec<f64>| {
         let centroids = centroids.chunks(point.len());
@@ -112,7 +113,7 @@ pub(crate) fn kmeans(points: &[Vec<f64>], centroids: &[f64]) -> f64 {
     points.iter().map(least).sum()
 }
 
-/// Returns the log-likelihood of an input. `x` has `alpha`, then `mu`, `q` and `l` of each component.
+/// Returns the log-likelihood of the points of an input. `x` has `alpha`, then for each component `mu`, `q` and `l`.
 pub(crate) fn mixture(input: &Value, x: &[f64]) -> f64 {
     let [d, k, m] = ["d", "k", "m"].map(|name| input[name].as_u64().expect("a count") as usize);
     let (points, gamma) = (numbers(&input["x"]), numbers(&input["gamma"])[0]);

@@ -1,4 +1,4 @@
-//! The protocol: each kind of line must get its reply.
+//! Tests the protocol: each kind of line must get the right reply.
 
 use std::io::Write;
 use std::process::{Command, Stdio};

@@ -1,11 +1,11 @@
-//! Checks along directions.
+//! Checks a gradient along random directions, and finds the wrong component.
 
 use super::report::{Component, Direction, Report, Verdict};
 use super::slopes;
 use super::taylor;
 use crate::drivers::{self, Function};
 
-/// The options of a check. `Options::default()` suits smooth functions of variables of order one in f64.
+/// The options of a gradient check. The default suits smooth functions in f64 whose variables are of order one.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The number of random directions, each of unit length.
@@ -13,20 +13,20 @@ pub struct Options {
     /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is larger. It must
     /// be finite and at least ten times the smallest step.
     pub largest_step: f64,
-    /// The smallest step, as a multiple of the same length. The check misses features that are narrower than a few
+    /// The smallest step, in the same unit as `largest_step`. The check misses features that are narrower than a few
     /// hundred smallest steps. For small variables reduce this step, or change their units.
     pub smallest_step: f64,
-    /// The largest error that counts as agreement, relative to the largest of three: the slope, the root mean
-    /// square of the gradient, and the change of the slope over the middle step. The uncertainty of the
-    /// differences is added to it.
+    /// The largest difference between two slopes that still counts as agreement. It is relative to the largest of three
+    /// numbers: the slope, the root mean square of the gradient, and the change of the slope over the middle one of the
+    /// steps. The estimated error of the difference quotients is allowed in addition.
     pub tolerance: f64,
-    /// The relative error of the values and the arguments: the epsilon of the number type, or more if the computation
-    /// amplifies rounding. Smaller differences of values are ignored. A slope is ignored if it changes the value by
-    /// less than this over a step as long as `x`.
+    /// The relative error of the function's values and arguments. This is the epsilon of the number type, or more if
+    /// the computation amplifies rounding errors. Value differences below this error are ignored. So is a slope that is
+    /// too small to change the value by more than this error, even over a step as long as `x`.
     pub noise: f64,
-    /// The seed of the directions.
+    /// The seed of the random directions.
     pub seed: u64,
-    /// The names of the components, one for each. If empty, a report shows indices.
+    /// The name of each component of the gradient. If there are no names, a report shows indices.
     pub names: Vec<String>,
 }
 
@@ -55,22 +55,22 @@ impl Options {
     }
 }
 
-/// A function that returns the derivative along a given direction.
+/// A function that takes a direction and returns the derivative along it.
 pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
 
-/// The claim that [`check_directions`] checks.
+/// A claimed gradient at a point, which [`check_directions`] checks.
 #[derive(Clone, Copy)]
 pub struct Claim<'a> {
-    /// The point.
+    /// The point at which the gradient is claimed.
     pub x: &'a [f64],
     /// The claimed gradient at the point.
     pub gradient: &'a [f64],
-    /// The derivative along a direction from another source, such as forward mode.
+    /// A second source of derivatives, such as forward mode. It returns the derivative along a direction.
     pub forward: Option<Along<'a>>,
 }
 
 impl<'a> Claim<'a> {
-    /// Claims that a gradient is right at a point.
+    /// Creates the claim that `gradient` is the gradient at `x`, without a second source of derivatives.
     pub fn new(x: &'a [f64], gradient: &'a [f64]) -> Self {
         let forward = None;
         Self {
@@ -81,7 +81,8 @@ impl<'a> Claim<'a> {
     }
 }
 
-/// Checks the gradient of a generic function at `x`: reverse mode against forward mode and differences.
+/// Checks the gradient of a generic function at `x`. Reverse mode is compared with forward mode and with difference
+/// quotients.
 ///
 /// ```
 /// use autodiff::{Function, Real};
@@ -102,7 +103,8 @@ impl<'a> Claim<'a> {
 /// assert!((order - 2.0).abs() < 0.1, "{report}");
 /// ```
 ///
-/// A kink, and a rule with a wrong partial that forward and reverse mode share:
+/// The next example has a kink. It also has a rule with a wrong partial: forward and reverse mode both use it and so
+/// agree, but differences find it.
 ///
 /// ```
 /// use autodiff::check::{Options, Verdict, check_gradient};
@@ -160,8 +162,8 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
     check_directions(|x| function.eval(x), &claim, options)
 }
 
-/// Checks a gradient against differences of a plain function, and against a second source of derivatives if the
-/// claim has one.
+/// Checks a claimed gradient against difference quotients of a plain function. If the claim has a second source of
+/// derivatives, the gradient is compared with that too.
 ///
 /// ```
 /// use autodiff::check::{Claim, Options, Verdict, check_directions};
@@ -184,7 +186,8 @@ pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &
     checked(&value, claim, options)
 }
 
-/// Like [`check_directions`], but compiled once and not once per closure.
+/// The body of [`check_directions`]. It takes the function as a trait object, so that it is compiled only once and not
+/// for each closure.
 fn checked(value: &dyn Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     refuse_misuse(claim, options);
     let n = claim.x.len();
@@ -193,7 +196,7 @@ fn checked(value: &dyn Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> R
         value,
         claim,
         options,
-        // Only a finite gradient sets a scale.
+        // A gradient that is infinite or NaN cannot set the scale.
         typical: if typical.is_finite() { typical } else { 0.0 },
     };
     let mut random = SplitMix(options.seed);
@@ -241,14 +244,14 @@ struct Checker<'a> {
     value: &'a dyn Fn(&[f64]) -> f64,
     claim: &'a Claim<'a>,
     options: &'a Options,
-    /// The root mean square of the gradient: the expected slope along a random direction.
+    /// The root mean square of the claimed gradient. A slope along a random direction has about this size.
     typical: f64,
 }
 
 impl Checker<'_> {
     fn check(&self, direction: &[f64]) -> Direction {
         let along = |(&g, &d): (&f64, &f64)| if d == 0.0 { 0.0 } else { g * d };
-        // A component that does not move adds 0, even if it is infinite.
+        // A component in which the direction is zero adds 0 to the slope, even if the gradient is infinite there.
         let claimed = self.claim.gradient.iter().zip(direction).map(along).sum();
         let forward = self.claim.forward.map(|forward| forward(direction));
         let value = |h| self.moved(direction, h);
@@ -294,8 +297,8 @@ impl Checker<'_> {
                 let length = dot(&half, &half).sqrt();
                 let half = normalised(half);
                 let checked = self.check(&half);
-                // The half's contribution to the error: the error of its slope times its length. A claim
-                // of infinity or NaN is always the worst.
+                // What this half contributes to the error along `direction`: the error of the slope along the half,
+                // times the half's length. A claimed slope of infinity or NaN always counts as the worst.
                 let error = if checked.gradient.is_finite() {
                     checked.absolute_error() * length
                 } else {
@@ -328,13 +331,13 @@ impl Checker<'_> {
         (self.value)(&x)
     }
 
-    /// Steps from the largest to the smallest, two in each decade.
+    /// Returns the steps, from the largest to the smallest. There are two in each decade.
     fn steps(&self) -> impl Iterator<Item = f64> {
         let size = largest(self.claim.x).max(1.0);
         let smallest = self.options.smallest_step * size;
         let first = (self.options.largest_step * size).min(f64::MAX);
-        // The addend makes sure that rounding of the logarithms does not exclude the smallest step. The quotient of
-        // the steps may overflow, so its logarithm is computed as a difference.
+        // The 1e-9 makes sure that rounding errors of the logarithms do not drop the smallest step. The logarithms are
+        // subtracted, because the quotient of the two steps may overflow.
         let levels = (2.0 * (first.log10() - smallest.log10()) + 1e-9) as i32;
         (0..=levels).map(move |level| first / 10f64.powf(0.5 * f64::from(level)))
     }
@@ -344,7 +347,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The largest finite magnitude.
+/// Returns the largest finite magnitude.
 fn largest(x: &[f64]) -> f64 {
     let finite = x.iter().filter(|x| x.is_finite());
     finite.fold(0.0, |size: f64, x| size.max(x.abs()))
@@ -356,7 +359,8 @@ fn normalised(mut direction: Vec<f64>) -> Vec<f64> {
     direction
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014): good enough for directions, without a dependency.
+/// The random number generator SplitMix64 (Steele, Lea and Flood 2014). It is good enough for directions and needs no
+/// other crate.
 struct SplitMix(u64);
 
 impl SplitMix {
@@ -375,7 +379,7 @@ impl SplitMix {
 mod tests {
     use super::SplitMix;
 
-    /// The generator must return the numbers published with it, for the published seed.
+    /// For the seed in its publication, the generator must return the published numbers.
     #[test]
     fn directions_are_drawn_by_split_mix() {
         let mut random = SplitMix(1234567);

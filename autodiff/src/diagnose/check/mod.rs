@@ -1,22 +1,24 @@
-//! Gradient checking: is a gradient right? If differences disagree, is the gradient wrong or are they?
+//! Checks gradients. If difference quotients disagree with a gradient, the check also decides which of the two is
+//! wrong.
 //!
 //! [`check_gradient`] takes a generic function and compares its reverse mode with forward mode and finite
 //! differences. [`check_directions`] compares any gradient with differences of a plain function. Both look
 //! along random directions. Every component has a part in each direction, so a wrong component shows in all of
 //! them, and bisection of the direction finds it.
 //!
-//! Differences can be wrong too. A step that is too long crosses a kink nearby, a step that is too short drowns
-//! in rounding, and at a kink no step is right. So the step is swept over all magnitudes, and the left and the
-//! right slope are kept apart. The gradient is called wrong only if neither a smaller step nor a kink explains
-//! the disagreement.
+//! Differences can be wrong too. A step that is too long crosses a kink nearby, with a step that is too short, rounding
+//! errors exceed the difference, and at a kink no step is right. So the check tries steps of all magnitudes, and looks
+//! at the left and the right slope separately. The gradient is called wrong only if neither a smaller step nor a kink
+//! explains the disagreement.
 //!
-//! The same values show two more things. The Taylor order is the order at which the remainder
-//! `f(x + h d) - f(x) - h g.d` falls with the step: 2 if the gradient is right, 1 if it is wrong. The negative
-//! control is a gradient that is wrong on purpose, by [`WRONG_BY`], and is judged by the same differences. If it
-//! is not called wrong, the check proves nothing.
+//! The same values show two more things. The Taylor order is the order at which the remainder `f(x + h d) - f(x) - h
+//! g.d` falls with the step: 2 if the gradient is right, 1 if it is wrong. The negative control is a gradient that was
+//! made wrong on purpose, by the relative error [`WRONG_BY`]. The same differences judge it. If they do not call it
+//! wrong, the check proves nothing.
 //!
-//! A plateau is a range of steps over which the central slope stays the same. It is trusted if the left and the
-//! right slope come together as the step shrinks. The verdicts follow:
+//! A plateau is a range of steps over which the central slope stays the same. The check trusts a plateau if the left
+//! and the right slope approach each other as the step shrinks. The verdict depends on the function at the point and on
+//! the claimed slope:
 //!
 //! | at the point | the claimed slope is right | it is wrong |
 //! | --- | --- | --- |
@@ -27,9 +29,9 @@
 //! | a narrow term, a few hundred smallest steps wide or wider | smooth | wrong, also if the term was forgotten |
 //! | a narrower term | kink or smooth | kink or wrong |
 //!
-//! At a stationary point the slope cannot set the scale of the tolerance. There the change of the slope over the
-//! middle step does. `x * x.abs()` is smooth at zero. `x.max(0).powf(1.5)` is a kink, because its slope shrinks
-//! more slowly than the step.
+//! At a stationary point the slope is zero and cannot set the scale of the tolerance. There the scale is the change of
+//! the slope over the middle one of the steps. `x * x.abs()` is smooth at zero. `x.max(0).powf(1.5)` is a kink, because
+//! its slope shrinks more slowly than the step.
 //!
 //! The check cannot see two things. A jump at the point looks like noise if it is small compared to the change of
 //! the value over the largest steps. A term that varies over less than the smallest step, such as `1 / x` at 1e-9,

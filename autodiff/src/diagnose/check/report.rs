@@ -1,19 +1,19 @@
-//! The findings of a gradient check.
+//! The report of a gradient check.
 
 use std::fmt;
 
-/// The relative error of the negative control: one part in a hundred.
+/// The relative error of the negative control, which is a gradient that is wrong on purpose: one part in a hundred.
 pub const WRONG_BY: f64 = 0.01;
 
-/// The verdict of a check; ordered from good to bad.
+/// The verdict of a check. Verdicts are ordered from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// The differences settle on the claimed slope from both sides.
+    /// The claimed slope is right: the difference quotients of both sides converge to it.
     Smooth,
-    /// Differences cannot tell. The claimed slope is between the left and the right slope, which differ or
-    /// grow apart, or no step makes the differences settle.
+    /// Difference quotients cannot decide. Either the left and the right slope differ and the claimed slope is between
+    /// them, or the two slopes grow apart, or the quotients do not settle at any step.
     Kink,
-    /// The differences settle on another slope, or forward mode disagrees.
+    /// The claimed slope is wrong: the difference quotients settle on another slope, or forward mode disagrees.
     Wrong,
 }
 
@@ -27,11 +27,11 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// The check along one direction. Slopes are per unit length.
+/// The result of the check along one direction. Its slopes are per unit length.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Direction {
-    /// The claimed slope: the gradient times the direction.
+    /// The claimed slope: the scalar product of the gradient and the direction.
     pub gradient: f64,
     /// The slope from the claim's second source of derivatives, if it has one.
     pub forward: Option<f64>,
@@ -41,23 +41,24 @@ pub struct Direction {
     pub central: f64,
     /// The forward difference quotient at `step`.
     pub right: f64,
-    /// The step that the verdict rests on.
+    /// The step whose difference quotients decided the verdict.
     pub step: f64,
-    /// The order at which the remainder `|f(x + h d) - f(x) - h gradient|`, the larger one ahead and behind, falls
-    /// with the step `h`. It is 2 or more if the slope is right and `f` smooth, and 1 if the slope is wrong or at a
-    /// kink. It is measured at the smallest steps whose remainders are clear of rounding. `None` if no two of them
-    /// are clear, as for a linear function.
+    /// The order at which the remainder of the linear approximation falls with the step `h`. The remainder is `|f(x + h
+    /// d) - f(x) - h gradient|`, taken at `h` and at `-h`, whichever is larger. The order is 2 or more if the slope is
+    /// right and `f` is smooth. It is 1 if the slope is wrong or if there is a kink. It is measured at the smallest
+    /// steps whose remainders clearly exceed rounding errors. `None` if there are not two such steps, as for a linear
+    /// function.
     pub taylor: Option<f64>,
-    /// `|gradient - central|`, relative to the slope and the typical slope.
+    /// The error `|gradient - central|`, divided by the larger one of the slope and the typical slope.
     pub error: f64,
-    /// The possible error of `central`, on the scale of `error`: an estimate from the neighbouring steps,
-    /// infinite if the differences do not settle.
+    /// An estimate of how wrong `central` may be, in the unit of `error`. It comes from the neighbouring steps, and is
+    /// infinite if the difference quotients do not settle.
     pub unsure: f64,
-    /// The verdict.
+    /// The verdict on the claimed slope.
     pub verdict: Verdict,
-    /// The verdict of the differences on a slope that is wrong on purpose, by the relative error [`WRONG_BY`]. `None`
-    /// if the slope is not smooth, or if its uncertainty exceeds a quarter of that error, because the verdict would
-    /// prove nothing then.
+    /// The verdict of the same difference quotients on a slope that is wrong on purpose, by the relative error
+    /// [`WRONG_BY`]. `None` if this verdict would prove nothing: if the claimed slope is not smooth, or if the
+    /// quotients may be wrong by more than a quarter of that error.
     pub control: Option<Verdict>,
 }
 
@@ -67,19 +68,19 @@ impl Direction {
     }
 }
 
-/// The component that contributes most to the error of the worst direction.
+/// The component of the gradient that contributes most to the error along the worst direction.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Component {
-    /// Its index.
+    /// The index of the component.
     pub index: usize,
-    /// Its name, if [`Options::names`](super::Options::names) has one.
+    /// The name of the component, if [`Options::names`](super::Options::names) has one.
     pub name: Option<String>,
-    /// The claimed component.
+    /// The claimed value of the component.
     pub gradient: f64,
-    /// Its central difference.
+    /// The value of the component by a central difference.
     pub central: f64,
-    /// The verdict along this component.
+    /// The verdict on the slope along this component alone.
     pub verdict: Verdict,
 }
 
@@ -102,15 +103,15 @@ impl fmt::Display for Component {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Report {
-    /// One row per random direction.
+    /// The results along the random directions, one for each.
     pub directions: Vec<Direction>,
-    /// The component to look at first.
+    /// The component that is most likely to be wrong.
     pub worst: Component,
-    /// The worst verdict of any direction.
+    /// The worst of the directions' verdicts.
     pub verdict: Verdict,
-    /// The negative control: the worst verdict of any direction on a gradient that is wrong on purpose, by the
-    /// relative error [`WRONG_BY`]. The check can be trusted only if this is [`Verdict::Wrong`]. `None` if no
-    /// direction is smooth and steep enough to tell.
+    /// The negative control: the worst verdict that any direction gives on a gradient that is wrong on purpose, by the
+    /// relative error [`WRONG_BY`]. The check can be trusted only if this is [`Verdict::Wrong`]. `None` if no direction
+    /// can tell, because the function is not smooth along it or the slope is too small.
     pub control: Option<Verdict>,
 }
 

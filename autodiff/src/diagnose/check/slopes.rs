@@ -1,4 +1,4 @@
-//! Difference quotients over a sweep of steps, and what they say about a claimed slope.
+//! Computes difference quotients over a range of steps, and judges a claimed slope by them.
 //!
 //! [`Judge::verdict`] decides in this order:
 //! 1. The central quotient is taken where it changes least from step to step, on a plateau. Without a plateau
@@ -13,24 +13,24 @@
 
 use super::report::{Verdict, WRONG_BY};
 
-/// The difference quotients of one step.
+/// The difference quotients for one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quotients {
     pub(super) step: f64,
     pub(super) left: f64,
     pub(super) central: f64,
     pub(super) right: f64,
-    /// The error of the quotients caused by the noise of the values.
+    /// How far the quotients may be off because of noise in the function's values.
     pub(super) noise: f64,
 }
 
 impl Quotients {
-    /// The distance between the left and the right slope.
+    /// Returns the distance between the left and the right slope.
     fn gap(&self) -> f64 {
         (self.right - self.left).abs()
     }
 
-    /// The larger distance of the two sides' slopes from `base`.
+    /// Returns the distance of the left or the right slope from `base`, whichever is larger.
     pub(super) fn steepest(&self, base: f64) -> f64 {
         (self.left - base).abs().max((self.right - base).abs())
     }
@@ -42,17 +42,19 @@ struct Plateau {
     /// The index of the step in the sweep. Steps shrink as the index grows.
     level: usize,
     slope: f64,
-    /// The difference from the slopes of the neighbouring steps, plus the noise. Truncation dominates at larger
-    /// steps and noise at smaller ones, so this estimates both. The difference alone is not enough, because all
-    /// steps below the value's resolution give the same slope, zero.
+    /// The difference from the slopes of the neighbouring steps, plus the noise. This estimates the error of the slope:
+    /// the truncation error dominates at larger steps, and the noise at smaller ones. The difference alone is not
+    /// enough. At steps so small that the value does not change, all slopes are zero and differ by nothing.
     spread: f64,
     noise: f64,
-    /// The slope of the steeper side. It sets the scale, because at a minimum the central slope is zero.
+    /// The magnitude of the left or the right slope, whichever is larger. It sets the scale, because at a minimum the
+    /// central slope is zero.
     steepest: f64,
 }
 
-/// The quotients of all steps. `value(h)` is the function at distance `h` along the direction, and `here` its
-/// value at the point. Values and arguments, of magnitudes up to `size`, have a relative error of `noise`.
+/// Returns the difference quotients for all steps. `value(h)` is the function at the distance `h` from the point along
+/// the direction, and `here` is the value at the point. Values and arguments have a relative error of `noise`. The
+/// largest argument has the magnitude `size`.
 pub(super) fn sweep(
     here: f64,
     value: impl Fn(f64) -> f64,
@@ -69,7 +71,7 @@ pub(super) fn sweep(
             right: (ahead - here) / step,
             noise: 0.0,
         };
-        // The value at the point may be zero at a minimum.
+        // Not the value at the point alone, because it may be zero at a minimum.
         let largest = here.abs().max(behind.abs()).max(ahead.abs());
         slopes.noise = noise * (largest + size * slopes.steepest(0.0)) / step;
         slopes
@@ -77,14 +79,14 @@ pub(super) fn sweep(
     steps.map(slopes).collect()
 }
 
-/// The change of the slope over the middle step. It is the scale of errors where the slope and the gradient are zero.
-/// It is extrapolated from that larger step whose slope changes least relative to its length, because a jump beside
-/// the point is not a change of the slope.
+/// Returns an estimate of how much the slope changes over the middle one of the steps. It is the scale of errors where
+/// the slope and the gradient are zero. The change is measured at the middle step and at all larger steps, and scaled
+/// in proportion to the step. The smallest result counts, because a jump beside the point is not a change of the slope.
 pub(super) fn change(sweep: &[Quotients], claimed: f64) -> f64 {
     let middle = sweep.len() / 2;
     let change = |slopes: &Quotients| slopes.steepest(claimed) / slopes.step * sweep[middle].step;
     let changes = sweep[..=middle].iter().map(change);
-    // Only finite values set a scale.
+    // An infinite or NaN change cannot set the scale.
     let least = changes.filter(|change| change.is_finite()).reduce(f64::min);
     least.unwrap_or(0.0)
 }
@@ -108,7 +110,7 @@ fn plateau(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64, level: usize)
     }
 }
 
-/// The plateau with the least spread, if any quotient is finite.
+/// Returns the plateau with the least spread. `None` if no spread is finite.
 fn settled(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64) -> Option<Plateau> {
     (1..sweep.len().saturating_sub(1))
         .map(|level| plateau(sweep, &slope, level))
@@ -116,9 +118,10 @@ fn settled(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64) -> Option<Pla
         .min_by(|a, b| a.spread.total_cmp(&b.spread))
 }
 
-/// The observed noise of the values: the median error with which values at smaller steps than that of index `level`
-/// miss the plateau's central slope. Noise, or a jump beside the point, moves the two sides differently, so it shows
-/// here. A kink, a cusp or a spike at the point moves both sides alike, so it does not show.
+/// Returns the noise that is observed in the values: the median error with which values at steps smaller than step
+/// number `level` miss a line with that step's central slope. Noise and a jump beside the point move the values on the
+/// two sides differently, so they count. A kink, a cusp or a spike at the point moves both sides alike, so it does not
+/// count.
 pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
     let miss = |slopes: &Quotients| (slopes.central - sweep[level].central).abs() * slopes.step;
     let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
@@ -126,37 +129,39 @@ pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
     misses[misses.len() / 2]
 }
 
-/// Whether the values bend by more than the observed noise (`missed`) and the stated noise.
+/// Returns whether the values bend at the point by more than the observed noise (`missed`) and by more than the noise
+/// of the options.
 fn bends(slopes: &Quotients, missed: f64) -> bool {
     slopes.gap() * slopes.step > Judge::BENT * missed && slopes.gap() > Judge::SAFETY * slopes.noise
 }
 
-/// Whether the gap between left and right slope grows as the step shrinks.
+/// Returns whether the gap between the left and the right slope grows as the step shrinks.
 fn grows_apart(sweep: &[Quotients]) -> bool {
     sweep.len() > 2 && sweep[2].gap() > 2.0 * sweep[0].gap()
 }
 
-/// Judges a claimed slope.
+/// Judges a claimed slope by the difference quotients.
 #[derive(Clone, Copy)]
 pub(super) struct Judge {
     pub(super) claimed: f64,
     pub(super) typical: f64,
     pub(super) tolerance: f64,
-    /// At this slope, a step as long as the point changes the value by its noise. Smaller slopes are not
-    /// distinguished from zero.
+    /// The smallest slope that can be seen. A step as long as the point changes the value by its noise at this slope.
+    /// Smaller slopes count as zero.
     pub(super) unseen: f64,
 }
 
 impl Judge {
     /// The largest spread of a plateau, relative to its slope.
     const ROUGH: f64 = 1e-2;
-    /// A spread is an estimate of the error. This many times the spread is a bound.
+    /// The spread of a plateau estimates the error of its slope. The error is assumed to be below this many times the
+    /// spread.
     const SAFETY: f64 = 4.0;
-    /// Values that bend by this many times their observed noise do so for another reason. Noise of amplitude 1 bends
-    /// them by up to 4, and its observed median is at least 1/8.
+    /// If the values bend by more than this many times their observed noise, the noise cannot be the reason. Noise of
+    /// amplitude 1 bends them by up to 4, and its observed median is at least 1/8.
     const BENT: f64 = 32.0;
-    /// A gap stays if the next smaller step keeps more than this part of it. The gap of a smooth function shrinks to
-    /// 0.32.
+    /// If the gap between the left and the right slope keeps more than this part from one step to the next smaller one,
+    /// it counts as staying open. For a smooth function 0.32 of the gap is left.
     const STAYS: f64 = 0.5;
 
     /// Returns the scale for relative errors of a slope. It is clamped to finite numbers, because an error divided by
@@ -166,14 +171,14 @@ impl Judge {
         scale.clamp(f64::MIN_POSITIVE, f64::MAX)
     }
 
-    /// Whether the claimed slope equals another exact derivative, up to the tolerance.
+    /// Returns whether the claimed slope agrees with a derivative from another exact source, within the tolerance.
     pub(super) fn same(&self, derivative: f64) -> bool {
         self.claimed == derivative
             || (self.claimed - derivative).abs()
                 <= self.tolerance * self.scale(derivative) + self.unseen
     }
 
-    /// Returns the verdict, the slopes that it rests on, and their possible error.
+    /// Returns the verdict, the difference quotients that decided it, and their possible error.
     pub(super) fn verdict(&self, sweep: &[Quotients]) -> (Verdict, Quotients, f64) {
         let Some(best) = settled(sweep, central).filter(|best| self.settles(best)) else {
             // Without a plateau the function is rough, or its slope is infinite.
@@ -188,8 +193,8 @@ impl Judge {
         if self.agrees(&best) {
             return rests(agreed(kink), &best);
         }
-        // The steps of the plateau may cross a kink beside the point. If smaller steps settle on a clearly
-        // different slope, that slope decides.
+        // The steps of the plateau may cross a kink beside the point. So if the quotients of smaller steps settle on a
+        // clearly different slope, that slope decides.
         for level in best.level + 1..sweep.len() - 1 {
             let closer = plateau(sweep, central, level);
             let unsure = Self::SAFETY * (closer.spread + best.spread);
@@ -198,16 +203,16 @@ impl Judge {
                 return rests(agreed(self.stays_apart(sweep, &closer)), &closer);
             }
         }
-        // Every slope is between sides that grow apart, as at a cusp.
+        // If the left and the right slope grow apart, as at a cusp, every slope counts as being between them.
         if self.between_sides(sweep) || kink && grows_apart(&sweep[best.level..]) {
             return rests(Verdict::Kink, &best);
         }
         rests(Verdict::Wrong, &best)
     }
 
-    /// Returns the verdict on the slope that is made wrong by [`WRONG_BY`], from the verdict on the claimed slope and
-    /// the possible error of the differences. Returns `None` unless the differences are sure enough of the claimed
-    /// slope.
+    /// Returns the verdict on a slope that is wrong on purpose, by [`WRONG_BY`]. `verdict` is the verdict on the
+    /// claimed slope, and `unsure` is the possible error of the differences. Returns `None` unless the claimed slope is
+    /// smooth and the differences are accurate enough.
     pub(super) fn control(
         &self,
         sweep: &[Quotients],
@@ -215,7 +220,8 @@ impl Judge {
         unsure: f64,
     ) -> Option<Verdict> {
         let unsure = unsure + self.tolerance * self.scale(self.claimed);
-        // The error counts twice: in the comparison with the claimed slope and in that with the wrong slope.
+        // The error counts twice: the claimed slope is compared with the differences, and so is the wrong slope. Hence
+        // a quarter.
         let sure = unsure < 0.25 * WRONG_BY * self.claimed.abs();
         let wrong = Judge {
             claimed: self.claimed * (1.0 + WRONG_BY),
@@ -235,9 +241,9 @@ impl Judge {
             && error <= self.tolerance * self.scale(plateau.slope) + Self::SAFETY * plateau.spread
     }
 
-    /// Whether the left and the right slope stay apart or grow apart somewhere from the plateau down. At a
-    /// smooth point their gap shrinks like the step. This looks at four levels, because noise may keep them
-    /// apart over three by chance.
+    /// Returns whether the gap between the left and the right slope stays open or grows over some four successive
+    /// steps, from the plateau's step to smaller ones. At a smooth point the gap shrinks like the step. Three steps are
+    /// not enough, because noise may keep the gap open over three by chance.
     fn stays_apart(&self, sweep: &[Quotients], best: &Plateau) -> bool {
         let missed = missed(sweep, best.level);
         let first = best.level.min(sweep.len().saturating_sub(4));
@@ -251,8 +257,9 @@ impl Judge {
         })
     }
 
-    /// The plateau with the least spread among those at smaller steps where the left and the right slope come
-    /// together. If there is one, a narrow term and not a kink kept them apart at larger steps.
+    /// Looks for a plateau at smaller steps than those of `best`, where the left and the right slope approach each
+    /// other. Returns the one with the least spread. If there is one, the gap at larger steps was caused by a narrow
+    /// term and not by a kink.
     fn closer(&self, sweep: &[Quotients], best: &Plateau) -> Option<Plateau> {
         let together = |closer: &Plateau| {
             let levels = &sweep[closer.level - 1..=closer.level + 1];
@@ -267,7 +274,8 @@ impl Judge {
             .min_by(|a, b| a.spread.total_cmp(&b.spread))
     }
 
-    /// Whether the two sides settle on different slopes with the claimed slope between them.
+    /// Returns whether the left and the right slope each settle, on different values, and the claimed slope is between
+    /// them.
     fn between_sides(&self, sweep: &[Quotients]) -> bool {
         let left = settled(sweep, |slopes| slopes.left).filter(|left| self.settles(left));
         let right = settled(sweep, |slopes| slopes.right).filter(|right| self.settles(right));

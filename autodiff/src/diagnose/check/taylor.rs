@@ -1,20 +1,21 @@
-//! The order at which the remainder of the linear approximation falls with the step.
+//! Measures the order at which the remainder of the linear approximation falls with the step.
 
 use super::slopes::{Quotients, missed};
 
-/// A remainder is clear of the noise if it is this many times as large. With steps half a decade apart, noise then
-/// changes a local order by at most a twentieth.
+/// A remainder counts as clear of the noise if it is this many times as large as the noise. Then noise changes the
+/// order between two neighbouring steps, half a decade apart, by at most a twentieth.
 const CLEAR: f64 = 32.0;
 
-/// The number of clear steps, from the smallest on, whose median counts. A median of so many tolerates two outliers.
-/// At the smallest steps a small error of the slope shows, and a kink beside the point does not.
+/// The number of orders, from the smallest clear steps on, whose median is taken. A median of five tolerates two
+/// outliers. Only the smallest steps are used, because a small error of the slope shows there and a kink beside the
+/// point does not.
 const LOCAL: usize = 5;
 
-/// Returns the order at which `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
-/// neighbouring steps, over the smallest steps that are clear of the noise. The remainder is the larger one ahead and
-/// behind, so that a change of sign on one side does not count as a fall. The noise is the larger of two: the stated
-/// noise, and the noise observed at steps smaller than `rests`, the step of the plateau. `None` if no two
-/// neighbouring steps are clear.
+/// Returns the order at which the remainder `|f(x + h d) - f(x) - h slope|` falls with `h`. It is the median of the
+/// orders between neighbouring steps, over the smallest steps whose remainders are clear of the noise. The remainder is
+/// taken on both sides of the point and the larger one counts, so that a change of sign on one side does not look like
+/// a fall. The noise is the noise of the options or the noise observed at steps smaller than `rests`, whichever is
+/// larger; `rests` is the step of the plateau. `None` if no two neighbouring steps are clear.
 pub(super) fn order(sweep: &[Quotients], slope: f64, rests: f64) -> Option<f64> {
     let level = sweep.iter().position(|slopes| slopes.step == rests)?;
     let missed = missed(sweep, level);

@@ -1,9 +1,9 @@
-//! Double-double: a [`Real`](crate::Real) of about 31 digits, to measure rounding errors.
+//! Double-double numbers: a [`Real`](crate::Real) of about 31 digits, which shows rounding errors.
 //!
-//! A program written over `R: Real` runs on [`DoubleDouble`] unchanged. The difference of its results in f64 and
-//! in double-double is its rounding error. Inside [`Dual`](crate::Dual), [`Var`](crate::Var) or a
-//! [`Rollout`](crate::Rollout) it measures derivatives in the same way. It is about thirty times slower than
-//! f64.
+//! A program written over `R: Real` runs on [`DoubleDouble`] unchanged. The difference between its result in f64 and
+//! its result in double-double is the rounding error of the f64 result. Inside [`Dual`](crate::Dual),
+//! [`Var`](crate::Var) or a [`Rollout`](crate::Rollout) it measures the rounding errors of derivatives in the same way.
+//! Double-double is about thirty times slower than f64.
 //!
 //! ```
 //! use autodiff::{DoubleDouble, Real};
@@ -19,18 +19,19 @@
 //!
 //! # Accuracy
 //!
-//! `tests/double_double.rs` checks these relative errors against 50-digit values, for magnitudes between 1e-280
-//! and 1e300. The second float of smaller numbers underflows.
+//! `tests/double_double.rs` checks these relative errors against 50-digit values, for magnitudes between 1e-280 and
+//! 1e300. Below 1e-280 the numbers are less accurate, because their second float underflows.
 //!
 //! - 1e-31 for `+ - * /` and `sqrt`;
 //! - 1e-30 for `exp`, `ln`, `tanh`, `atan2`, and for `sin` and `cos` away from their zeros. At a zero the error is
 //!   absolute, 1e-32 times the angle;
-//! - `powi(n)` adds 1e-31 per `n`, and `powf(y)` 1e-31 per unit of `y ln x`.
+//! - For `powi(n)` the error grows by `n` times 1e-31, and for `powf(y)` by `y ln x` times 1e-31.
 //!
 //! `sin` and `cos` beyond 2^50 radians are NaN. So is `powf` of a negative number, even for an integer exponent.
 //! Infinities, NaN and the conventions of the table in [`real`](crate::real) are as in f64.
 //!
-//! Literals are f64: `R::lit(0.1)` is the same number in both runs, so the difference is only rounding.
+//! Literals are f64: `R::lit(0.1)` is the same number in f64 and in double-double, so the two results differ only by
+//! rounding errors.
 
 mod number;
 mod real;

@@ -1,4 +1,4 @@
-//! The pair of floats and its arithmetic.
+//! The number type [`DoubleDouble`] and its arithmetic.
 
 use std::cmp::Ordering;
 
@@ -11,7 +11,7 @@ use crate::real::Real;
 
 /// The unevaluated sum of two floats; see the [module](super).
 ///
-/// The first float is the sum rounded to f64, so the pair is unique and compares part by part.
+/// The first float is the sum rounded to f64. So each number has only one pair, and numbers are compared part by part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubleDouble {
     pub(super) high: f64,
@@ -26,7 +26,7 @@ impl DoubleDouble {
         Self::normal(high, low)
     }
 
-    /// Returns the number rounded to f64, and the rest.
+    /// Returns the two floats: the number rounded to f64, and what the rounding left out.
     #[inline]
     pub fn parts(self) -> [f64; 2] {
         [self.high, self.low]
@@ -38,8 +38,8 @@ impl DoubleDouble {
         self.high
     }
 
-    /// `high + low`, where `low` is small compared to `high`. The second part of infinities and NaN is 0, and
-    /// a zero keeps its sign.
+    /// Returns `high + low`, where `low` is small compared to `high`. For infinities and NaN the second float is 0. A
+    /// zero keeps its sign.
     #[inline]
     pub(super) fn normal(high: f64, low: f64) -> Self {
         if low == 0.0 || !high.is_finite() {
@@ -58,10 +58,10 @@ impl DoubleDouble {
         }
     }
 
-    /// `self * 2^exponent`, exact except for over- and underflow.
+    /// Returns `self * 2^exponent`. The result is exact unless it over- or underflows.
     #[inline]
     pub(super) fn scaled(self, exponent: i32) -> Self {
-        // Two factors, because 2^exponent itself may be out of range.
+        // The exponent is split over two factors, because 2^exponent itself may be out of range.
         let half = exponent / 2;
         let [a, b] = [half, exponent - half].map(|n| 2.0_f64.powi(n));
         Self::normal(self.high * a * b, self.low * a * b)
@@ -88,10 +88,10 @@ impl From<DoubleDouble> for f64 {
 }
 
 operators! {
-    // Not inlined: a kernel over duals of these would take seconds to compile.
+    // The operators are not inlined, because a kernel over duals of double-doubles would then take seconds to compile.
     #[inline(never)]
     impl[] DoubleDouble:
-    // Hida, Li and Bailey's accurate sum: the bound of 3 * 2^-106 holds under cancellation too.
+    // The accurate sum of Hida, Li and Bailey. Its error stays below 3 * 2^-106 even if the terms cancel.
     a + b => {
         let (high, low) = two_sum(a.high, b.high);
         let (next, last) = two_sum(a.low, b.low);
@@ -104,7 +104,7 @@ operators! {
         let cross = Primitive::mul_add(a.low, b.high, a.low * b.low);
         Self::normal(high, low + Primitive::mul_add(a.high, b.low, cross))
     },
-    // Long division, with three floats of quotient.
+    // Long division. The quotient is computed as a sum of three floats.
     a / b => {
         let first = a.high / b.high;
         if first == 0.0 || !first.is_finite() {

@@ -1,10 +1,10 @@
-//! Double-doubles as a [`Real`].
+//! Implements [`Real`] for double-doubles.
 //!
-//! Arguments are reduced by constants of three or four floats, with exact products. Taylor series are summed
-//! inside out, `1 + r/2 (1 + r/3 (...))`. This needs no table of coefficients, and only the last two operations
-//! contribute rounding errors. Roots and angles start from the system's f64 value; one correction doubles its
-//! digits.
-//! After Hida, Li and Bailey, *Library for double-double and quad-double arithmetic* (2007).
+//! Arguments are reduced by constants of three or four floats, with exact products. Taylor series are summed from the
+//! innermost term outward: `1 + r/2 (1 + r/3 (...))`. This needs no table of coefficients, and only the last two
+//! operations contribute rounding errors. Roots and angles start from the value that the system computes in f64, and
+//! one correction doubles the number of correct digits. The methods are those of Hida, Li and Bailey, *Library for
+//! double-double and quad-double arithmetic* (2007).
 
 use num_traits::{One, Zero};
 
@@ -28,11 +28,13 @@ const PI_2: [f64; 4] = [
     5.562271104316826e-50,
 ];
 
-/// The number of powers in the series of the exponential for `|r| <= ln(2)/2`: `0.347^26 / 26! = 3e-39`.
+/// The number of powers in the series of the exponential. For `|r| <= ln(2)/2` the last power contributes at most
+/// `0.347^26 / 26! = 3e-39`.
 const EXP_TERMS: u32 = 26;
-/// The number of pairs of powers in the series of sine and cosine for `|r| <= pi/4`: `0.786^28 / 28! = 4e-33`.
+/// The number of pairs of powers in the series of sine and cosine. For `|r| <= pi/4`, powers from the 28th on
+/// contribute at most `0.786^28 / 28! = 4e-33`.
 const SIN_TERMS: u32 = 15;
-/// The number of terms in the series of the logarithm for `s <= 0.172`: `s^44 / 45 = 5e-36`.
+/// The number of terms in the series of the logarithm. For `s <= 0.172` the next term is `s^44 / 45 = 5e-36`.
 const LN_TERMS: u32 = 22;
 
 /// Returns `x - n * constant`.
@@ -120,7 +122,7 @@ impl Real for DoubleDouble {
         let (expm1, n) = reduced_exp_m1(self.clamp(Self::from(-800.0), Self::from(800.0)));
         (Self::one() + expm1).scaled(n)
     }
-    /// `ln x = k ln 2 + 2 atanh((m - 1) / (m + 1))` with `x = 2^k m`, `m` around 1.
+    /// Computes `ln x = k ln 2 + 2 atanh((m - 1) / (m + 1))`, where `x = 2^k m` and `m` is close to 1.
     fn ln(self) -> Self {
         if self.high <= 0.0 || !self.high.is_finite() {
             return Self::from(self.high.ln());
@@ -140,18 +142,19 @@ impl Real for DoubleDouble {
     fn cos(self) -> Self {
         sin_cos(self).1
     }
-    /// `tanh x = (e^2x - 1) / (e^2x + 1)`, whose numerator is computed without cancellation.
+    /// Computes `tanh x = (e^2x - 1) / (e^2x + 1)`. The numerator is computed without cancellation.
     fn tanh(self) -> Self {
         // A zero keeps its sign.
         if self.is_zero() || !self.high.is_finite() {
             return Self::from(self.high.tanh());
         }
-        // From 40 on, 1 - tanh x is below 4e-35.
+        // For arguments from 40 on, `1 - tanh x` is below 4e-35, so the argument may be clamped.
         let (expm1, n) = reduced_exp_m1((self + self).clamp(Self::from(-80.0), Self::from(80.0)));
         let numerator = expm1.scaled(n) + Self::new(2.0_f64.powi(n), -1.0);
         numerator / (numerator + Self::from(2.0))
     }
-    /// The system's f64 angle plus a correction: the small angle that is left after turning the point back by it.
+    /// Computes the angle in f64 with the system's function, and adds a correction: the small angle that remains after
+    /// the point is turned back by the f64 angle.
     fn atan2(self, x: Self) -> Self {
         let angle = self.high.atan2(x.high);
         // The sum below would lose the sign of a zero.
@@ -160,22 +163,23 @@ impl Real for DoubleDouble {
         }
         let size = self.high.abs().max(x.high.abs());
         if size == 0.0 || size.is_infinite() || angle.is_nan() {
-            // This is a multiple of pi/4.
+            // The angle is a multiple of pi/4 in these cases.
             let eighths = (angle / std::f64::consts::FRAC_PI_4).round();
             return Self::from(eighths) * Self::new(PI_2[0] / 2.0, PI_2[1] / 2.0);
         }
         let scale = Self::from(size);
         let (y, x) = (self / scale, x / scale);
         let (sin, cos) = sin_cos(Self::from(angle));
-        // The quotient is about 1e-16, and equals its inverse tangent to within 1e-48.
+        // The quotient is about 1e-16. So its inverse tangent equals the quotient itself, up to 1e-48.
         Self::from(angle) + (y * cos - x * sin) / (x * cos + y * sin)
     }
-    /// Repeated squaring.
+    /// Computes the power by repeated squaring.
     fn powi(self, exponent: i32) -> Self {
         let power = by_squaring(Self::one(), self, exponent.unsigned_abs());
         if exponent < 0 { power.recip() } else { power }
     }
-    /// `e^(y ln x)`. For 0, infinity and NaN it returns what f64 returns; for negative numbers NaN.
+    /// Computes `e^(y ln x)`. If `x` is 0, infinite or NaN, the result is that of f64. If `x` is negative, the result
+    /// is NaN.
     fn powf(self, exponent: Self) -> Self {
         if self.high == 0.0 || !self.high.is_finite() {
             return Self::from(self.high.powf(exponent.high));

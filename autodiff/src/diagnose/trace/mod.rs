@@ -1,4 +1,4 @@
-//! Finds the origin of a NaN, by [`Traced`] numbers.
+//! Finds the operation where a NaN or an infinity comes from. The function runs on [`Traced`] numbers.
 //!
 //! If a function or its gradient returns NaN, pass the function to [`first_non_finite`]. It names the first operation
 //! whose infinity or NaN reaches the result, with its operands and its line. An infinity that a

@@ -1,4 +1,4 @@
-//! The state of a running trace: the number of operations, and the origins found.
+//! The state of a running trace: a count of the operations, and the origins of infinities and NaN that were found.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -6,11 +6,11 @@ use std::panic::Location;
 
 use crate::steps::step;
 
-/// The origin of a value or partial that is infinite or NaN.
+/// Where an infinity or NaN comes from: the operation whose value or partial is infinite or NaN.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct NonFinite {
-    /// The operation.
+    /// The name of the operation.
     pub operation: &'static str,
     /// The number of the operation, counted from 1; 0 for an argument of the function.
     pub number: usize,
@@ -19,7 +19,7 @@ pub struct NonFinite {
     /// The line of the operation. For an argument, the line of the call to
     /// [`first_non_finite`](super::first_non_finite).
     pub place: &'static Location<'static>,
-    /// Operands, value and partials, as text.
+    /// The operands, the value and the partials of the operation, as text.
     pub numbers: String,
 }
 
@@ -34,7 +34,7 @@ impl fmt::Display for NonFinite {
     }
 }
 
-/// The trace that runs on this thread.
+/// The trace that is running on this thread.
 #[derive(Default)]
 pub(super) struct Trace {
     operations: usize,
@@ -45,11 +45,11 @@ thread_local! {
     pub(super) static RUNNING: RefCell<Option<Trace>> = const { RefCell::new(None) };
 }
 
-/// An index into `Trace::found`.
+/// The origin of a number, as an index into `Trace::found`.
 pub(super) type Origin = u32;
 
-/// The origin of a number that is free of infinities and NaN. It is the largest index, so that the minimum of several
-/// origins is the first operation to report.
+/// The index of a number without an origin, because no infinity or NaN contributed to it. It is the largest index. So
+/// if several numbers are combined, the minimum of their indices is the first operation to report.
 pub(super) const CLEAN: Origin = Origin::MAX;
 
 /// Counts an operation.

@@ -1,4 +1,4 @@
-//! The search for an origin.
+//! The search for the operation where an infinity or NaN comes from.
 
 use std::panic::Location;
 

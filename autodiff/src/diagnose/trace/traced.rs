@@ -1,4 +1,4 @@
-//! The number type of traces.
+//! The number type on which a traced function runs.
 
 use std::panic::Location;
 
@@ -10,12 +10,12 @@ use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
-/// A number that carries its origin: the operation in which it, or a partial that it depends on, became infinite or
-/// NaN. Only the value is public; [`first_non_finite`](super::first_non_finite) reads the origin.
+/// A number that remembers its origin: the operation in which the number itself, or a partial that it depends on,
+/// became infinite or NaN. Only the value is public; [`first_non_finite`](super::first_non_finite) reads the origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Traced<R> {
     value: R,
-    /// Whether the number depends on an argument. Only then do partials matter.
+    /// Whether the number depends on an argument of the function. Partials matter only for such numbers.
     active: bool,
     pub(super) origin: Origin,
 }
@@ -37,7 +37,7 @@ impl<R: Real> Traced<R> {
         }
     }
 
-    /// Returns the primal.
+    /// Returns the number without its origin.
     pub fn value(self) -> R {
         self.value
     }
@@ -86,8 +86,8 @@ fn clean<R>(numbers: &[Traced<R>]) -> bool {
     numbers.iter().all(|x| x.origin == CLEAN)
 }
 
-/// Makes the outputs of a function depend on its inputs even if `eval` does not. The value of an implicit root
-/// or of a custom rule may be computed without the inputs.
+/// Marks the outputs of a fused function as depending on its inputs. `eval` may compute them without the inputs, as for
+/// an implicit root or a custom rule.
 fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     let active = inputs.iter().copied().flatten().filter(|x| x.active);
     let Some(origin) = active.map(|x| x.origin).min() else {
@@ -99,8 +99,8 @@ fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     }
 }
 
-/// Whether the values of a function and its derivatives with respect to the active inputs are finite, in reverse and
-/// in forward mode. One mode is not enough, because a zero may hide an infinity in it.
+/// Returns whether the values of a function and its derivatives with respect to the active inputs are finite. The
+/// derivatives are computed in reverse and in forward mode, because in one of them a zero may hide an infinity.
 fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
     let values = |slice: &&[Traced<R>]| slice.iter().map(|x| x.value).collect();
     let values: Vec<Vec<R>> = inputs.iter().map(values).collect();
@@ -137,7 +137,7 @@ impl<R: Real> Real for Traced<R> {
         |x, y, operation, rule| x.apply2(operation, y, rule),
     }
 
-    /// The operand that is not chosen does not pass on its origin.
+    /// Only the chosen operand passes on its origin.
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
             Some(true) => if_true,
@@ -165,7 +165,7 @@ impl<R: Real> Real for Traced<R> {
             ..self.detach()
         }
     }
-    /// The partials are dropped. A value that is not finite keeps its origin.
+    /// Drops the partials, and with them the origin. A value that is not finite keeps its origin.
     fn detach(self) -> Self {
         let sound = self.value.finite().all();
         Self {
@@ -210,8 +210,9 @@ impl<R: Real> Real for Traced<R> {
         }
         sum
     }
-    /// Traces through `eval` and evaluates the function's own derivative. If that derivative is finite, nothing
-    /// inside is reported. If it is not, but all operations inside are finite, the whole function is reported.
+    /// Traces the operations inside `eval`, and also evaluates the function's own derivative. If that derivative is
+    /// finite, no operation inside is reported. If it is not finite although all operations inside are, the whole
+    /// function is reported.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         let mut outputs = function.eval(inputs);

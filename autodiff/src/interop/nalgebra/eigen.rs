@@ -1,4 +1,5 @@
-//! Eigenvalues and eigenvectors of symmetric matrices, with the derivatives that nalgebra's iterations may lose.
+//! Computes eigenvalues and eigenvectors of symmetric matrices with all their derivatives, some of which nalgebra's own
+//! iterations would lose.
 
 use ::nalgebra::{DMatrix, DVector};
 
@@ -6,8 +7,8 @@ use super::super::element::Element;
 use crate::drivers::implicit::{NoRoot, Residual, root};
 use crate::real::Real;
 
-/// The equations `A v = lambda v` and `v . v = 1`. The unknowns are `v` and `lambda`. The parameters are the lower
-/// triangle of `A`, column by column.
+/// The equations of an eigenpair: `A v = lambda v` and `v . v = 1`. The unknowns are `v` and `lambda`. The parameters
+/// are the lower triangle of `A`, column by column.
 #[derive(Clone)]
 struct Pair {
     size: usize,
@@ -43,8 +44,8 @@ pub struct EigenPair<R> {
 }
 
 /// Returns the eigenvalues of a symmetric matrix, ascending, each with its eigenvector of length 1. Only the lower
-/// triangle is read. Derivatives of every order follow from the equations of each pair, also where entries are
-/// zero. Each pair takes one factorisation.
+/// triangle is read. Derivatives of every order are right, even where entries of the matrix are zero, because they
+/// follow from the equations of each pair. They take one factorisation for each pair.
 ///
 /// ```
 /// use ::nalgebra::DMatrix;
@@ -64,10 +65,11 @@ pub struct EigenPair<R> {
 /// ```
 ///
 /// # Errors
-/// If an eigenvalue is repeated, to within rounding: neither it nor its vectors have derivatives.
+/// If an eigenvalue is repeated, to within rounding, because then neither the eigenvalue nor its eigenvectors have
+/// derivatives.
 ///
 /// # Panics
-/// If the matrix is not square, or if lanes differ.
+/// If the matrix is not square, or if the SIMD lanes of an entry differ.
 pub fn symmetric_eigen<R: Real>(matrix: &DMatrix<Element<R>>) -> Result<Vec<EigenPair<R>>, NoRoot> {
     let size = matrix.nrows();
     let lower: Vec<R> = (0..size)

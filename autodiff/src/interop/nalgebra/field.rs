@@ -1,4 +1,4 @@
-//! [`Element`] as a real field of simba.
+//! Implements the traits of simba, on which nalgebra is built, for [`Element`].
 
 use ::nalgebra::{ComplexField, Field, RealField, SimdValue};
 use approx::{AbsDiffEq, RelativeEq, UlpsEq};
@@ -13,7 +13,8 @@ use crate::real::Real;
 
 impl<R: Real> Field for Element<R> {}
 
-/// An element is one lane, because lanes inside `R` belong to the number, not to the matrix.
+/// For nalgebra an element is a SIMD register with one lane: the lanes inside `R` belong to the number, not to the
+/// matrix.
 #[allow(unsafe_code)] // Only the signatures of the trait are unsafe.
 impl<R: Real> SimdValue for Element<R> {
     const LANES: usize = 1;
@@ -52,7 +53,7 @@ impl<R: Real> SubsetOf<Self> for Element<R> {
     }
 }
 
-/// Floats become constants. There is no conversion back, because it would lose the derivative.
+/// Converts floats to constant elements. The other direction does not exist, because a float would lose the derivative.
 macro_rules! constants_from {
     ($($float:ident)*) => {
         $(
@@ -95,8 +96,8 @@ impl<R: Real> RelativeEq for Element<R> {
     }
     fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
         let largest = self.0.abs().max(other.0.abs());
-        // An infinite number must equal only itself, but every number is within a multiple of infinity. So the
-        // relative tolerance is 0 then.
+        // An infinite number must equal only itself. Every number would be within a multiple of infinity, so the
+        // relative tolerance is 0 in this case.
         let largest = R::select(largest.finite(), largest, R::zero());
         self.abs_diff_eq(other, epsilon) || self.abs_diff_eq(other, Self(largest) * max_relative)
     }
@@ -106,7 +107,8 @@ impl<R: Real> UlpsEq for Element<R> {
     fn default_max_ulps() -> u32 {
         f64::default_max_ulps()
     }
-    /// Uses the larger number times the type's epsilon as one ulp.
+    /// Compares with a tolerance in ulps. One ulp is taken to be the larger of the two numbers times the type's
+    /// epsilon.
     fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
         let ulps = Self::lit(max_ulps.into()) * Self::default_epsilon();
         self.relative_eq(other, epsilon, ulps)
@@ -149,7 +151,7 @@ impl<R: Real> ComplexField for Element<R> {
     fn unscale(self, factor: Self) -> Self {
         self / factor
     }
-    /// The magnitude and the sign. The sign is a constant; it is 1 at zero.
+    /// Returns the magnitude and the sign. The sign is a constant, and is 1 for zero.
     fn to_exp(self) -> (Self, Self) {
         if self < Self::zero() {
             (-self, -Self::one())
@@ -172,13 +174,13 @@ impl<R: Real> ComplexField for Element<R> {
     fn is_finite(&self) -> bool {
         decided::<R>(self.0.finite())
     }
-    /// `None` also at zero, where the root has no finite derivative.
+    /// Returns the square root, or `None` for zero and for negative numbers. At zero the root has no finite derivative.
     fn try_sqrt(self) -> Option<Self> {
         (self > Self::zero()).then(|| self.sqrt())
     }
 }
 
-/// Constants under nalgebra's names.
+/// Defines nalgebra's methods for constants, such as `pi()`.
 macro_rules! constants {
     ($($name:ident $constant:ident),*) => {
         $(

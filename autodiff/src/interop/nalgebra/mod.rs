@@ -26,13 +26,13 @@
 //! # What to know
 //!
 //! - The rules of [`interop`](crate::interop) for every [`Element`] hold here too.
-//! - Decisions of an algorithm (pivots, convergence) look at primals.
+//! - The branches of an algorithm (the choice of pivots, the test for convergence) depend only on primals.
 //! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, which stop when the
 //!   primal has converged. Degenerate singular values have no derivative.
-//! - **Iterative factorisations skip entries that are zero and lose the derivatives with respect to them**, for
-//!   example in a diagonal, triangular or block matrix. `symmetric_eigenvalues` of a diagonal matrix has a Hessian of
-//!   zeros. nalgebra also tests for zeros to see whether an iteration has converged, so an element cannot refuse the
-//!   test. For a symmetric matrix use [`symmetric_eigen`], which is right everywhere. Write other results of SVD,
+//! - **Iterative factorisations skip entries that are zero and lose the derivatives with respect to them**, for example
+//!   in a diagonal, triangular or block matrix. `symmetric_eigenvalues` of a diagonal matrix has a Hessian of zeros.
+//!   The element type cannot prevent this: nalgebra uses the same test for zero to see whether an iteration has
+//!   converged. For a symmetric matrix use [`symmetric_eigen`], which is right everywhere. Write other results of SVD,
 //!   Schur and the pseudo-inverse as a root ([`implicit`](crate::implicit)) or by a custom rule. LU, QR, Cholesky,
 //!   inverse and determinant are right.
 //! - **Geometry branches at the identity, and its derivative there is wrong.** It is zero for a

@@ -1,4 +1,4 @@
-//! Matrices of elements as parameters.
+//! Implements [`Parameters`](crate::Parameters) for matrices of elements.
 
 use ::nalgebra::{DMatrix, DVector, Dim, Matrix, RawStorage, SMatrix};
 
@@ -13,7 +13,7 @@ impl<R: Real> Parameters<R> for Element<R> {
     }
 }
 
-/// Copies the entries row by row, in the order of their names `matrix[i][j]`.
+/// Returns a copy of the entries, row by row. This is the order of their names `matrix[i][j]`.
 fn entries<R: Real, S: Real, M: Dim, N: Dim>(
     matrix: &Matrix<Element<R>, M, N, impl RawStorage<Element<R>, M, N>>,
     walk: &mut Walk<'_, R, S>,

@@ -1,4 +1,4 @@
-//! Vectors and rotations from numbers.
+//! Makes vectors and rotations of elements from slices and vectors of numbers.
 
 use ::nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
 
@@ -10,8 +10,8 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
     DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
 }
 
-/// Returns the rotation about the axis `vector` by an angle of the vector's length, in radians. It has derivatives of
-/// every order, also at zero.
+/// Returns the rotation about the axis `vector`. The angle in radians is the length of `vector`. The rotation has right
+/// derivatives of every order, even for the zero vector.
 ///
 /// ```
 /// use ::nalgebra::Vector3;
@@ -28,7 +28,7 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
 pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element<R>> {
     let half = [0, 1, 2].map(|axis| vector[axis].0 * R::lit(0.5));
     let square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
-    // For half angles below 1/4 rad the terms that the series leaves out are less than 1e-38.
+    // For half angles below 1/4 rad, the terms that the series omits are less than 1e-38.
     let small = square.less(R::lit(0.0625));
     let angle = R::select(small, R::one(), square).sqrt();
     let cos = R::select(small, series(square, 0), angle.cos());
@@ -37,7 +37,8 @@ pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element
     UnitQuaternion::new_unchecked(Quaternion::new(Element(cos), i, j, k))
 }
 
-/// `cos(x)` for an `odd` of 0, or `sin(x) / x` for 1, from `x^2` by the first terms of the series.
+/// Returns `cos(x)` if `odd` is 0, or `sin(x) / x` if `odd` is 1. `square` is `x^2`. The result is the sum of the first
+/// terms of the power series.
 fn series<R: Real>(square: R, odd: u8) -> R {
     (1..=12).rev().fold(R::one(), |rest, term| {
         let factor = f64::from(2 * term + odd);

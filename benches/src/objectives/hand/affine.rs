@@ -1,8 +1,8 @@
-//! Affine transformations of space.
+//! Affine transformations of space: a linear map and a translation.
 
 use autodiff::Real;
 
-/// The three upper rows of a homogeneous 4x4 matrix.
+/// An affine transformation, as the three upper rows of a homogeneous 4x4 matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Affine<R>(pub(super) [[R; 4]; 3]);
 
@@ -38,7 +38,7 @@ impl<R: Real> Affine<R> {
         image
     }
 
-    /// Returns the transformation without its translation.
+    /// Returns the linear part of the transformation, without its translation.
     #[inline(always)]
     pub(super) fn linear(mut self) -> Self {
         for row in 0..3 {
@@ -59,7 +59,7 @@ impl<R: Real> Affine<R> {
         Affine(mapped)
     }
 
-    /// Returns the rotation about x, then y, then z, right-handed.
+    /// Returns the rotation about x, then about y, then about z. The angles are right-handed.
     #[inline(always)]
     pub(super) fn euler(angles: [R; 3]) -> Self {
         let mut turns = [Self([[R::zero(); 4]; 3]); 3];

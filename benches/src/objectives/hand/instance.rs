@@ -1,4 +1,4 @@
-//! The data of an instance: the hand at rest, and the measured points.
+//! The data of a hand-tracking problem: the hand at rest, and the measured points.
 
 use serde::Deserialize;
 
@@ -8,16 +8,17 @@ use crate::objectives::work::{Error, flat, require};
 /// The number of bones: a wrist, five fingers of four bones, and a forearm.
 pub(super) const BONES: usize = 22;
 pub(super) const FINGERS: usize = 5;
-/// The number of bones of a finger, and of its angles.
+/// The number of bones of a finger. It is also the number of angles of a finger.
 pub(super) const JOINTS: usize = 4;
-/// The number of parameters of the global rotation and translation.
+/// The number of pose parameters for the rotation and translation of the whole hand.
 pub(super) const GLOBAL: usize = 6;
-/// The number of pose parameters: the global ones, then four angles per finger.
+/// The number of pose parameters: those of the whole hand, then four angles per finger.
 pub(super) const THETA: usize = GLOBAL + JOINTS * FINGERS;
-/// Lists are padded to multiples of this number. No register has more lanes.
+/// Lists are padded to a multiple of this length, which is the largest number of lanes in any register.
 const PADDING: usize = 16;
 
-/// The input from GradBench. Correspondences are vertices if `us` is empty, and triangles otherwise.
+/// The input from GradBench. If `us` is empty, each measured point corresponds to a vertex. Otherwise it corresponds to
+/// a point on a triangle.
 #[derive(Deserialize)]
 pub(crate) struct Input {
     theta: [f64; THETA],
@@ -47,23 +48,23 @@ struct Model {
     is_mirrored: bool,
 }
 
-/// An instance in the layout for lanes.
+/// The data of a problem, arranged so that lanes can load them.
 pub(super) struct Instance {
     pub(super) theta: [f64; THETA],
     pub(super) targets: Vec<Target>,
-    /// True if the Jacobian includes derivatives with respect to the positions on the triangles.
+    /// Whether the Jacobian also has derivatives with respect to the positions of the points on their triangles.
     pub(super) complicated: bool,
     pub(super) bones: Vec<Bone>,
     pub(super) mirrored: bool,
-    /// The number of vertices without padding.
+    /// The number of vertices, without the padding.
     pub(super) len: usize,
-    /// One list per coordinate, padded to whole registers.
+    /// The coordinates of the vertices, in a list for each coordinate. Lists are padded to whole registers.
     pub(super) vertices: [Vec<f64>; 3],
     /// For each bone, its weight for every vertex, padded to whole registers.
     pub(super) weights: Vec<Vec<f64>>,
 }
 
-/// A bone at rest.
+/// A bone of the hand at rest.
 pub(super) struct Bone {
     pub(super) parent: Option<usize>,
     /// The transformation from the bone to its parent.
@@ -72,12 +73,13 @@ pub(super) struct Bone {
     pub(super) inverse_rest: Affine<f64>,
 }
 
-/// A measured point, and the corresponding point `u1 a + u2 b + (1 - u1 - u2) c` of the skin.
+/// A measured point, and the three vertices that define the corresponding point of the skin, `u1 a + u2 b + (1 - u1 -
+/// u2) c`.
 pub(super) struct Target {
     pub(super) point: [f64; 3],
-    /// The vertices `a`, `b` and `c`.
+    /// The indices of the vertices `a`, `b` and `c`.
     pub(super) corners: [usize; 3],
-    /// `u1` and `u2`.
+    /// The numbers `u1` and `u2`.
     pub(super) u: [f64; 2],
 }
 
@@ -176,7 +178,7 @@ impl Model {
     }
 }
 
-/// Takes the upper three rows of a matrix.
+/// Returns the upper three rows of a matrix as an affine transformation.
 fn affine(matrix: &Matrix) -> Result<Affine<f64>, Error> {
     let [x, y, z, last] = *matrix;
     require(

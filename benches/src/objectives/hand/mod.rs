@@ -1,8 +1,8 @@
-//! Hand tracking: the distance between the skin of a posed hand and measured points.
+//! Hand tracking. The residuals are the differences between measured points and points on the skin of a posed hand.
 //!
-//! A bone moves only with the four angles of its own finger. So four directions serve all fingers at once (column
-//! compression). The position of a vertex is a sum of parts: one of the palm and one of each of the five fingers.
-//! Each part has its own four directions.
+//! A bone moves only with the four angles of its own finger. So four forward directions are enough for all fingers at
+//! once (column compression). The position of a vertex is a sum of one part from the palm and one from each of the five
+//! fingers. The part from a finger has derivatives along the finger's own four directions.
 
 mod affine;
 mod instance;
@@ -18,12 +18,12 @@ use self::pose::Skin;
 use self::residuals::Residuals;
 use super::work::{Error, Prepared, Problem, functions, read};
 
-/// An instance, with memory for its results.
+/// A problem that is ready to run, with memory for its results.
 pub(super) struct Hand {
     instance: Instance,
     skin: Skin,
     residuals: Vec<f64>,
-    /// Stored row by row.
+    /// The Jacobian, row by row.
     jacobian: Vec<f64>,
 }
 
@@ -45,7 +45,8 @@ impl Hand {
         self.jacobian.chunks(columns).collect()
     }
 
-    /// Computes the residuals of the posed skin, and their derivatives if the skin has them.
+    /// Computes the residuals from the posed skin. With `with_derivatives` it also computes the Jacobian from the
+    /// derivatives of the skin.
     fn measure(&mut self, with_derivatives: bool) {
         let rows = if with_derivatives {
             self.jacobian.len()

@@ -7,12 +7,13 @@ use super::affine::Affine;
 use super::instance::{BONES, FINGERS, GLOBAL, Instance, JOINTS, THETA};
 use crate::objectives::rotation;
 
-/// A rotation vector that is shorter than this does not rotate anything.
+/// The length below which a rotation vector is taken to be no rotation.
 const NO_ROTATION: f64 = 1e-4;
-/// The bones that no angle moves: wrist, forearm and the roots of the fingers.
+/// The bones that no angle moves: the wrist, the forearm, and the first bone of each finger.
 const STILL: [usize; 2 + FINGERS] = [0, BONES - 1, 1, 5, 9, 13, 17];
 
-/// The posed skin and its derivatives with respect to `theta`, indexed by coordinate and then by vertex.
+/// The vertices of the posed skin, and their derivatives with respect to `theta`. They are indexed by coordinate and
+/// then by vertex.
 pub(super) struct Skin {
     pub(super) places: [Vec<f64>; 3],
     pub(super) derivatives: Vec<[Vec<f64>; 3]>,
@@ -38,7 +39,7 @@ impl Skin {
         });
     }
 
-    /// Poses all vertices, with derivatives.
+    /// Poses all vertices, and computes their derivatives.
     pub(super) fn pose_with_derivatives(&mut self, instance: &Instance) {
         let (global_theta, angles) = instance.theta.split_at(GLOBAL);
         let angles: Vec<Dual<f64, JOINTS>> = angles.chunks(JOINTS).flat_map(seeded).collect();
@@ -52,8 +53,8 @@ impl Skin {
     }
 }
 
-/// Poses all vertices: in plain numbers, or with derivatives along the directions of each bone's own finger and of
-/// the whole hand.
+/// Poses all vertices. The numbers are plain, or carry derivatives: those of a bone are along the directions of its own
+/// finger, and those of the whole hand along its own directions.
 struct Pose<'a, B, G> {
     instance: &'a Instance,
     bones: &'a [Affine<B>],
@@ -94,9 +95,9 @@ impl Vectorized<f64> for Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
 }
 
 impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
-    /// Adds the part of a finger without its root, which is the only part that depends on the finger's angles.
-    /// Blending and turning are linear in the bones. So applied to the derivatives of the bones, they give the
-    /// derivatives of the part.
+    /// Adds the part of the vertices that comes from a finger without its first bone. Only this part depends on the
+    /// finger's angles. Blending and turning are linear in the transformations of the bones. So applied to the
+    /// derivatives of these transformations, they give the derivatives of the part.
     #[inline(always)]
     fn add_finger<L: Lane<f64>>(&mut self, finger: usize) {
         let Self {
@@ -130,7 +131,7 @@ impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
         }
     }
 
-    /// Turns and moves the whole skin.
+    /// Rotates and translates the whole skin.
     #[inline(always)]
     fn turn<L: Lane<f64>>(&mut self) {
         let Self { instance, skin, .. } = self;
@@ -152,8 +153,9 @@ impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
     }
 }
 
-/// Computes the transformations of all bones, given the angles of the fingers. A bone needs its parent, so this uses
-/// no lanes. It is vectorized only to use the instruction set of the lanes.
+/// Computes the transformations of all bones from the angles of the fingers. The bones are computed one after the
+/// other, because each needs its parent. So lanes are not used. The code runs through `vectorize` only to be compiled
+/// with the instruction set of the lanes.
 struct Bones<'a, R> {
     instance: &'a Instance,
     angles: &'a [R],
@@ -187,7 +189,7 @@ impl<R: Real> Vectorized<f64> for Bones<'_, R> {
     }
 }
 
-/// Returns the angles about x, y and z of a bone that is not still.
+/// Returns the angles of a bone about x, y and z. The bone must not be one of those that no angle moves.
 #[inline(always)]
 fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
     let (finger, joint) = ((bone - 1) / JOINTS, (bone - 1) % JOINTS);
@@ -217,7 +219,7 @@ fn global<R: Real>(theta: &[R]) -> Affine<R> {
     Affine(matrix)
 }
 
-/// Makes variables from numbers, each with its own direction.
+/// Returns numbers as variables. Each variable has a direction of its own.
 fn seeded<const N: usize>(numbers: &[f64]) -> [Dual<f64, N>; N] {
     let mut variables = [Dual::constant(0.0); N];
     for i in 0..N {
@@ -254,7 +256,7 @@ fn splat<L: Lane<f64>, const N: usize>(
     moves
 }
 
-/// Loads the weights of a few bones for consecutive vertices.
+/// Loads the weights of a few bones for vertices that follow each other.
 #[inline(always)]
 fn weights<L: Lane<f64>, const N: usize>(
     instance: &Instance,
@@ -268,7 +270,7 @@ fn weights<L: Lane<f64>, const N: usize>(
     weights
 }
 
-/// Returns the positions of vertices: the weighted contributions of a few bones.
+/// Returns the positions of vertices: the weighted sum of what a few bones contribute.
 #[inline(always)]
 fn blend<L: Lane<f64>, const N: usize>(
     bones: &[Affine<L>; N],

@@ -1,4 +1,4 @@
-//! Computes the residuals and their Jacobian, in lanes over correspondences.
+//! Computes the residuals and their Jacobian, in lanes over the measured points.
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real};
@@ -9,15 +9,15 @@ use super::pose::Skin;
 /// The largest number of lanes of any register.
 const WIDEST: usize = 16;
 
-/// Returns one coordinate of the difference between a measured point and the skin.
+/// Returns one coordinate of the difference between a measured point and its point on the skin.
 #[inline(always)]
 fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
     let last = R::one() - u[0] - u[1];
     point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
 }
 
-/// Writes the residuals of all targets and, unless `jacobian` is empty, its rows: derivatives with respect to `u1 u2`
-/// if rows have room for them, then with respect to `theta`.
+/// Writes the residuals of all targets and, unless `jacobian` is empty, the rows of the Jacobian. A row has the
+/// derivatives with respect to `u1` and `u2`, if it has room for them, and then those with respect to `theta`.
 pub(super) struct Residuals<'a> {
     pub(super) targets: &'a [Target],
     pub(super) skin: &'a Skin,
@@ -51,8 +51,8 @@ impl Vectorized<f64> for Residuals<'_> {
                 for d in 0..own {
                     here.scatter(by_u[d], &mut jacobian[d..], 3 * columns);
                 }
-                // The residual is linear in the skin. So applied to derivatives of the skin, it gives derivatives of
-                // the residual.
+                // The residual is linear in the positions of the skin. So applied to derivatives of the positions, it
+                // gives derivatives of the residual.
                 for d in 0..THETA {
                     let slopes = here.corners(&self.skin.derivatives[d][i]);
                     let slope = residual(L::zero(), u, slopes);
@@ -63,7 +63,7 @@ impl Vectorized<f64> for Residuals<'_> {
     }
 }
 
-/// Returns the derivatives of a residual with respect to `u1 u2`.
+/// Returns the derivatives of a residual with respect to `u1` and `u2`.
 #[inline(always)]
 fn slopes_by_u<L: Lane<f64>>(point: L, u: [L; 2], [a, b, c]: [L; 3]) -> [L; 2] {
     let corners = [Dual::constant(a), Dual::constant(b), Dual::constant(c)];
@@ -71,10 +71,10 @@ fn slopes_by_u<L: Lane<f64>>(point: L, u: [L; 2], [a, b, c]: [L; 3]) -> [L; 2] {
     residual(Dual::constant(point), u, corners).tangent
 }
 
-/// One target for each lane. If there are too few, the last target is repeated.
+/// The targets of all lanes, one for each lane. If there are too few, the last target is repeated.
 struct Here<'a> {
     targets: &'a [Target],
-    /// The three corners of each target, with one target per lane.
+    /// For each of the three corners, the vertex of each target.
     corners: [[usize; WIDEST]; 3],
 }
 
@@ -92,7 +92,7 @@ impl<'a> Here<'a> {
         Self { targets, corners }
     }
 
-    /// Writes the lanes to every `stride`th entry, without the repeated targets.
+    /// Writes each lane to a list, in which the places of the lanes are `stride` apart. Repeated targets are left out.
     #[inline(always)]
     fn scatter<L: Lane<f64>>(&self, values: L, to: &mut [f64], stride: usize) {
         let mut lanes = [0.0; WIDEST];
@@ -111,7 +111,8 @@ impl<'a> Here<'a> {
         L::load(&lanes)
     }
 
-    /// Loads a coordinate of the skin, or of its derivative, at the corners of the triangles.
+    /// Loads the numbers of the three corners of each target. `of_vertices` is a coordinate of the skin or a derivative
+    /// of it.
     #[inline(always)]
     fn corners<L: Lane<f64>>(&self, of_vertices: &[f64]) -> [L; 3] {
         let mut numbers = [L::zero(); 3];
