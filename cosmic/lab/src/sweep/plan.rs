@@ -122,7 +122,8 @@ impl SweepPlan {
     /// Checks that every run can begin, and that no two runs have the same folder.
     ///
     /// # Errors
-    /// The errors of [`check_shape`](Self::check_shape) and of scenes that cannot be optimised.
+    /// [`Error::Usage`] for a plan without scenes, two scenes with the same name, a name that a folder cannot have, more
+    /// than a million runs, or seeds above the largest allowed one; the errors of scenes that cannot be optimised.
     pub fn check(&self, registry: &Registry) -> Result<()> {
         self.check_shape()?;
         let begins = |index: usize| {
