@@ -9,13 +9,16 @@ use autodiff::{Function, Kernel, Model, Program, Real, Rollout, Var, gradient, h
 const INF: f64 = f64::INFINITY;
 const NAN: f64 = f64::NAN;
 
+type Unary = fn(Sym) -> Sym;
+type Choice = fn(Sym, Sym, Sym) -> Sym;
+
 #[test]
 fn an_intermediate_overflow_never_gives_a_wrong_zero() {
     assert_gradients(
         |x| lit(1.0) / (lit(1.0) / x[0] + lit(1.0) / x[1]),
         &[([0.0, 2.0], [NAN, 0.0])],
     );
-    let overflows: [(fn(Sym) -> Sym, f64); 6] = [
+    let overflows: [(Unary, f64); 6] = [
         (|x| x.recip().recip(), 0.0),
         (|x| x.ln().exp(), 0.0),
         (|x| (lit(1.0) / x).atan(), 0.0),
@@ -54,7 +57,7 @@ fn an_operand_that_does_not_move_has_a_slope_of_zero() {
 /// root, and a mask that is 0 where `x` is 0.
 #[test]
 fn a_chosen_zero_stops_an_infinite_partial() {
-    let choices: [(&str, fn(Sym, Sym, Sym) -> Sym); 15] = [
+    let choices: [(&str, Choice); 15] = [
         ("mask * root", |_, root, mask| mask * root),
         ("root * mask", |_, root, mask| root * mask),
         ("fma", |_, root, mask| {

@@ -71,8 +71,10 @@ fn the_side_that_is_not_chosen_is_not_blamed() {
     assert_eq!(gradient(|x| bare.values(x)[0], &[0.0]), [f64::INFINITY]);
 }
 
+type Unary = fn(Sym) -> Sym;
+
 /// The names of operations, each with an argument at which its derivative or value is not finite, and the operation.
-const KINKS: [(&str, f64, fn(Sym) -> Sym); 14] = [
+const KINKS: [(&str, f64, Unary); 14] = [
     ("sqrt", 0.0, |x| x.sqrt()),
     ("rsqrt", 0.0, |x| x.rsqrt()),
     ("recip", 0.0, |x| x.recip()),

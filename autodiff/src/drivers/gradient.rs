@@ -42,9 +42,12 @@ pub fn value_and_gradient<R: Real>(
     swept(Box::new(function), x)
 }
 
+/// A boxed function of variables.
+type Boxed<'f, R> = Box<dyn FnOnce(&[Var<R>]) -> Var<R> + 'f>;
+
 /// Records the function and sweeps back. It takes the function as a boxed closure, so that it is compiled once for each
 /// number type and not once for each closure.
-fn swept<R: Real>(function: Box<dyn FnOnce(&[Var<R>]) -> Var<R> + '_>, x: &[R]) -> (R, Vec<R>) {
+fn swept<R: Real>(function: Boxed<R>, x: &[R]) -> (R, Vec<R>) {
     with_tape(|tape| {
         let y = tape.record(x, function);
         (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())

@@ -49,9 +49,12 @@ pub fn hessian<R: Real>(
     Dense::of_rows(x.len(), rows.collect())
 }
 
+/// A variable whose value has several tangents.
+type Nested<R> = Var<Dual<R, CHUNK>>;
+
 /// Returns the rows of the Hessian that one pass computes, beginning with the row `first`.
 pub(crate) fn hessian_rows<R: Real>(
-    function: &dyn Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
+    function: &dyn Fn(&[Nested<R>]) -> Nested<R>,
     x: &[R],
     first: usize,
 ) -> Vec<Vec<R>> {

@@ -179,11 +179,11 @@ fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> R
     Ok(())
 }
 
+/// A residual of numbers with several tangents.
+type Residuals<'f, R> = dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + 'f;
+
 /// Returns the LU factors of the Jacobian with respect to the unknowns.
-fn factors<R: Real>(
-    residual: &dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
-    x: &[R],
-) -> Result<Lu<R>, NoRoot> {
+fn factors<R: Real>(residual: &Residuals<R>, x: &[R]) -> Result<Lu<R>, NoRoot> {
     let pass = |first| {
         let f = residual(&seeded(x, first));
         assert_eq!(

@@ -270,6 +270,11 @@ impl Not for Truth {
     }
 }
 
+/// The value of a literal.
+fn float(literal: Literal) -> f64 {
+    literal * 1.0
+}
+
 macro_rules! operators {
     ($($Trait:ident $method:ident $Assign:ident $assign:ident,)*) => {
         $(
@@ -287,7 +292,7 @@ macro_rules! operators {
             impl $Trait<Literal> for Sym {
                 type Output = Self;
                 fn $method(self, literal: Literal) -> Self {
-                    number(Number::Literal(Operator::$Trait, self, literal * 1.0))
+                    number(Number::Literal(Operator::$Trait, self, float(literal)))
                 }
             }
             impl $Assign<Literal> for Sym {

@@ -197,9 +197,9 @@ fn scalar_tapes() -> CountTable {
         (name.to_owned(), vec![CountedWork::new(16, STEPS, run)])
     };
     let rows = vec![
-        row("primal, scalar f64", |x| end(x)),
+        row("primal, scalar f64", end),
         row("`Tape`", |x| gradient(end, x)[0]),
-        row("primal, `Rollout`", |x| rolled(x)),
+        row("primal, `Rollout`", rolled),
         row("`Rollout`", |x| gradient(rolled, x)[0]),
     ];
     CountTable {

@@ -28,7 +28,7 @@ fn a_divergence_is_reported_saved_and_can_be_replayed() {
     );
     let news_now = news(&told);
     assert!(news_now.starts_with("error: diverged in step "), "{told:?}");
-    has(&news_now, &[": node ", " m, velocity ["]);
+    has(news_now, &[": node ", " m, velocity ["]);
     let json: Value = serde_json::from_str(&told.out).unwrap();
     assert!(json["results"]["l_disp"].is_null());
 

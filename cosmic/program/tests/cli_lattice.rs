@@ -187,7 +187,7 @@ fn every_kind_of_lattice_goes_through_all_phases() {
 fn an_invalid_truss_file_is_refused_with_the_place_of_the_error() {
     let bench = bench();
     let refused = |from: &str, to: &str, words: &[&str]| {
-        has(&GATE, &[from]);
+        has(GATE, &[from]);
         bench.write("shapes/gate.json", GATE.replacen(from, to, 1));
         bench.optimize("b", "").fails(2, words);
         assert!(!bench.path("b").exists());

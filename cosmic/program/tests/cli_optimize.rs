@@ -138,7 +138,7 @@ fn optimize_prints_its_progress_and_its_result() {
     assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
     let last = said.out.lines().last().unwrap();
     has(
-        &last,
+        last,
         &["displacement ", " m (", " V 0.", " V_act 0.", " time "],
     );
     let lines: Vec<_> = said.error.lines().collect();
@@ -178,7 +178,7 @@ fn a_limit_of_iterations_ends_the_run_and_does_not_change_the_phases() {
     let page = bench.read("part/report.html");
     let compared = bench.ok("compare part whole").out;
     for text in [&said.out, &page, &compared] {
-        has(&text, &["undecided"]);
+        has(text, &["undecided"]);
         for wrong in ["0 pieces", "0.00 N", "No edge is an actuator"] {
             assert!(!text.contains(wrong), "{wrong}");
         }

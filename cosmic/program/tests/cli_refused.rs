@@ -191,7 +191,7 @@ fn an_unstable_time_step_can_be_allowed_and_gives_a_warning() {
     assert!(check["dt"] == 0.05 && limit < 0.05 && check["exact"]["node"].is_u64());
     let table = bench.read("a/history.csv");
     let (head, _) = table.split_once('\n').unwrap();
-    has(&head, &[",dt_over_bound,dt_over_limit,"]);
+    has(head, &[",dt_over_bound,dt_over_limit,"]);
     let quiet = bench.optimize("b", "--allow-unstable --quiet --iterations 2");
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
     // A scene can also allow an unstable time step itself.

@@ -31,7 +31,7 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     let (told, page, table) = shown(Some("unreliable"), 1.0);
     has(&told, &["\nunreliable: it falls < 3 times\n"]);
     let last = told.lines().last().unwrap();
-    has(&last, &["), unreliable, V "]);
+    has(last, &["), unreliable, V "]);
     assert!(!told.contains("keeps") && !page.contains("50 %"), "{told}");
     for words in ["displacement, median: unreliable", "it falls &lt; 3 times"] {
         has(&page, &[words]);

@@ -348,7 +348,7 @@ fn a_grid_plans_every_combination() {
 fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     let row = status.lines().nth(5).unwrap();
     has(
-        &row,
+        row,
         &["  physics.gravity = 9.81  schedule.horizon = [16,32]"],
     );
     bench.ok("sweep merge s");

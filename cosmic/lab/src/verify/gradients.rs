@@ -200,8 +200,8 @@ impl Horizon {
     ///
     /// - The sums in a step and the sums over the steps may each lose 7 binary digits.
     /// - Rounding changes the motion, and thereby the slopes. This change is estimated by moving the start as far as
-    /// rounding moves the motion. It is allowed 4 more binary digits, because rounding acts during the motion and not
-    /// at the start.
+    ///   rounding moves the motion. It is allowed 4 more binary digits, because rounding acts during the motion and not
+    ///   at the start.
     fn all(case: &Case, subject: &Subject, longest: usize) -> Vec<Self> {
         let mut steps: Vec<usize> = (0..=HALVINGS).rev().map(|k| longest >> k).collect();
         steps.retain(|&steps| steps > 0);

@@ -1,8 +1,8 @@
 //! The frequencies at which a body vibrates about a state, and bounds on them.
 //!
 //! The angular frequencies of a lattice are the square roots of the eigenvalues of `M^-1 K`, with the masses `M` and
-//! the stiffness matrix `K`. An edge of stiffness `k`, direction `n`, length `l` and target length `l0` adds `k (n n^T
-//! + (1 - l0 / l) (I - n n^T))` to `K`. The second part comes from the tension of the edge, which acts against
+//! the stiffness matrix `K`. An edge of stiffness `k`, direction `n`, length `l` and target length `l0` adds
+//! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`. The second part comes from the tension of the edge, which acts against
 //! displacements across a stretched edge; it is negative for a compressed edge. Each [force](crate::laws::Force) adds
 //! its own part.
 
