@@ -252,7 +252,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     assert_eq!(begin(plan, "c").unwrap_err().exit_code(), 75);
     let own = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let said = resume_with(&bench.path("c"), own, &mut StopsAfter(3)).unwrap_err();
-    assert!(said.to_string().contains("no other loss"), "{said}");
+    assert!(said.to_string().contains("has another loss"), "{said}");
     let other = RunPlan {
         seed: 1,
         ..plan.clone()
