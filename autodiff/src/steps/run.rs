@@ -33,7 +33,7 @@ impl<R: Real> Program<R> {
         [self.parameters(), Aligned::zeros(self.row_len())]
     }
 
-    /// How many numbers past the last array registers may touch.
+    /// How many numbers past the end of the last array an access of a whole register may touch.
     fn padding(&self) -> usize {
         2 * WIDEST * self.starts + self.margin
     }

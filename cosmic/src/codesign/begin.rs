@@ -157,7 +157,7 @@ impl CoDesign {
         }
         if entered >= self.scene().schedule.iterations {
             return Err(Error::Usage(format!(
-                "the initial design is a layout, which needs only the fine-tuning, but the scene ends with \
+                "the initial design is already a layout, so that only fine-tuning remains, but the scene ends with \
                  its snap (iteration {snap_at}) and has no fine-tuning; raise `schedule.iterations`"
             )));
         }

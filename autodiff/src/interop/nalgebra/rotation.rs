@@ -10,8 +10,8 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
     DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
 }
 
-/// Returns the rotation about the axis `vector`. The angle in radians is the length of `vector`. The rotation has right
-/// derivatives of every order, even for the zero vector.
+/// Returns the rotation about the axis `vector`. The angle in radians is the length of `vector`. Its derivatives of every
+/// order are correct, even at the zero vector.
 ///
 /// ```
 /// use ::nalgebra::Vector3;

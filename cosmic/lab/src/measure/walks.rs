@@ -144,7 +144,7 @@ pub(crate) fn check_python(python: &Path) -> Result<()> {
     let found = output_of(python, "import mujoco, numpy", &[], &|| false);
     found.map(drop).map_err(|error| {
         Error::Usage(format!(
-            "{error}; install MuJoCo, by: python3 -m venv mujoco && mujoco/bin/pip install mujoco numpy; then \
+            "{error}; install MuJoCo with: python3 -m venv mujoco && mujoco/bin/pip install mujoco numpy; then \
              use that Python: --python mujoco/bin/python"
         ))
     })

@@ -116,7 +116,7 @@ struct Row {
     time: f64,
     /// The processor time in seconds for a whole gradient. If the method computes only slopes, this is extrapolated.
     whole: f64,
-    /// The memory that the method needs, in bytes; `None` if the system does not tell.
+    /// The memory that the method needs, in bytes; `None` if the operating system does not report it.
     memory: Option<u64>,
     /// True if the method was not run because it needs too much memory. Then `memory` is an estimate.
     left_out: bool,
@@ -284,7 +284,7 @@ fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
     2.0 * half.clamp(0.0, 1.0).asin().to_degrees()
 }
 
-/// The measurements of every way over every horizon.
+/// The measurements of every method of computing the gradient, over every horizon.
 struct Gradients {
     rows: Vec<Row>,
     /// The number of entries of the gradient.
