@@ -143,7 +143,10 @@ impl Work {
             projected: self.codesign.evaluator().design(&self.progress),
             controller: self.progress.controller.clone(),
         };
-        let seen = self.codesign.evaluator().watch(&self.progress, self.steps());
+        let seen = self
+            .codesign
+            .evaluator()
+            .watch(&self.progress, self.steps());
         self.answer(&robot, seen.ok_or("its walk diverges".to_owned()))
     }
 
