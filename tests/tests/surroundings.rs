@@ -162,7 +162,7 @@ fn surroundings_are_those_of_a_scene() {
 
 #[test]
 #[should_panic(
-    expected = "the surroundings have no number `physics.friction`; expected one of physics.gravity"
+    expected = "the surroundings have no numeric setting `physics.friction`; expected one of physics.gravity"
 )]
 fn an_unknown_number_of_the_surroundings_is_refused() {
     let case = robot("");
