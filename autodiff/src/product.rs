@@ -467,8 +467,7 @@ mod tests {
             for at in 0..57 {
                 let mut x = numbers(57);
                 x[at] = [f64::NAN, f64::INFINITY][at % 2];
-                let x = Strided::by_rows(&x, 20);
-                let finite = x.all_finite([3, 17]);
+                let finite = Strided::by_rows(&x, 20).all_finite([3, 17]);
                 assert_eq!(finite, at % 20 >= 17, "{at}");
             }
         });

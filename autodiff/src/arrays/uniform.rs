@@ -207,8 +207,8 @@ impl UniformInputs {
                 starts if starts == L::N => L::load(numbers),
                 starts => {
                     let mut lanes = [R::zero(); WIDEST];
-                    for k in 0..L::N {
-                        lanes[k] = numbers[k % starts];
+                    for i in 0..L::N {
+                        lanes[i] = numbers[i % starts];
                     }
                     L::load(&lanes)
                 }

@@ -395,7 +395,7 @@ impl Simulator {
             Driving::By(controller) => (Vec::new(), Some(controller)),
             Driving::Held(activations) => (activations, None),
         };
-        let fits = |given: &Surroundings<R>| given.fits(&self.surroundings::<R>());
+        let fits = |given: &Surroundings<R>| given.fits(&self.robot.mechanics.inputs);
         assert!(
             surroundings.iter().all(fits),
             "the surroundings are from a simulator with other laws"

@@ -79,10 +79,9 @@ impl<R: Real> Surroundings<R> {
         self
     }
 
-    /// True if `other` has the same names.
-    pub(super) fn fits<S>(&self, other: &Surroundings<S>) -> bool {
-        let names =
-            |inputs: &[StepInput]| inputs.iter().map(|i| i.name.clone()).collect::<Vec<_>>();
-        Arc::ptr_eq(&self.inputs, &other.inputs) || names(&self.inputs) == names(&other.inputs)
+    /// True if the numbers have the names of `inputs`.
+    pub(super) fn fits(&self, inputs: &[StepInput]) -> bool {
+        let names = self.inputs.iter().map(|input| &input.name);
+        names.eq(inputs.iter().map(|input| &input.name))
     }
 }

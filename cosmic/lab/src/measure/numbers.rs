@@ -40,8 +40,9 @@ pub(crate) fn numbers(
         let number = run.as_ref().and_then(of).unwrap_or(f64::NAN);
         numbers.push((name, (!is_left_out).then_some(number)));
     };
+    let of_summary = run.as_ref().map(|run| run.summary.numbers());
     for (k, name) in columns(&Summary::keys()).into_iter().enumerate() {
-        add(name.to_owned(), &|run| run.summary.numbers()[k]);
+        add(name.to_owned(), &|_| of_summary.as_ref()?[k]);
     }
     for (name, of) in Check::NUMBERS {
         add(name.to_owned(), &|run| of(&run.check));

@@ -220,26 +220,43 @@ impl Progress {
     }
 }
 
+/// A row of the table: a run with the numbers of its summary, which are computed once for all columns.
+struct Row<'r> {
+    run: &'r SurveyedRun,
+    /// Empty if the run is not done.
+    numbers: Vec<Option<f64>>,
+    verdict: Option<&'static str>,
+}
+
+impl<'r> Row<'r> {
+    fn of(MergedRun { run, summary }: &'r MergedRun) -> Self {
+        let numbers = |summary: &Summary| {
+            let more = [summary.loss_p50, summary.displacement_behind_p50];
+            summary.numbers().into_iter().chain(more).collect()
+        };
+        Self {
+            run,
+            numbers: summary.as_ref().map_or_else(Vec::new, numbers),
+            verdict: summary.as_ref().and_then(Summary::verdict),
+        }
+    }
+}
+
 /// The table with a row for each run and a column for each key that the sweep varies. Cells of missing numbers are
 /// empty.
 fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
     let mut names = columns(&Summary::keys());
     names.extend(["loss_p50", "displacement_behind_p50"]);
-    let number = |run: &MergedRun, k: usize| {
-        let summary = run.summary.as_ref()?;
-        let more = [summary.loss_p50, summary.displacement_behind_p50];
-        summary.numbers().into_iter().chain(more).nth(k)?
-    };
-    let verdict = |run: &MergedRun| run.summary.as_ref().and_then(Summary::verdict);
-    Table::of("", "", runs)
-        .column("index", "", |merged| merged.run.index)
-        .column("scene", "", |merged| &merged.run.scene[..])
-        .columns(keys, "", |merged, k| swept(merged.run.swept.get(keys[k])))
-        .column("seed", "", |merged| Cell::Count(merged.run.seed))
-        .column("state", "", |merged| merged.run.state.name())
-        .column("iterations", "", |merged| merged.run.iterations)
-        .columns(names, "", number)
-        .column("reliability", "", verdict)
+    let rows: Vec<Row> = runs.iter().map(Row::of).collect();
+    Table::of("", "", &rows)
+        .column("index", "", |row| row.run.index)
+        .column("scene", "", |row| &row.run.scene[..])
+        .columns(keys, "", |row, k| swept(row.run.swept.get(keys[k])))
+        .column("seed", "", |row| Cell::Count(row.run.seed))
+        .column("state", "", |row| row.run.state.name())
+        .column("iterations", "", |row| row.run.iterations)
+        .columns(names, "", |row, k| row.numbers.get(k).copied().flatten())
+        .column("reliability", "", |row| row.verdict)
         .decimals(3, "-")
         .done()
 }
