@@ -3,8 +3,8 @@
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Parameter,
-    UniformKernel, Weighted, repeated,
+    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Operation,
+    Parameter, UniformKernel, Weighted, repeated,
 };
 use crate::real::Real;
 
@@ -51,28 +51,30 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
-        self.assert_uniform(uniforms);
-        let map = |outputs: &[Array]| {
-            let map = Map::new(kernel, x, uniforms, arrays(outputs));
-            StepOperation::Kernel(Box::new(InLanes(map)))
-        };
-        arrays(&self.map_by(&x, O, map))
+        let outputs = arrays(&self.map_outputs(&x, uniforms, O));
+        let map = Map::new(kernel, x, uniforms, outputs);
+        self.push_kernel(Box::new(InLanes(map)));
+        outputs
     }
 
-    pub(crate) fn assert_uniform(&self, arrays: &[Array]) {
+    fn push_kernel(&mut self, kernel: Box<dyn Operation<R>>) {
+        self.operations.push(StepOperation::Kernel(kernel));
+    }
+
+    fn assert_uniform(&self, arrays: &[Array]) {
         self.assert_known(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
         assert!(is_one, "each uniform input must be an array of one number");
     }
 
-    /// Records an operation that maps a kernel with `results` results. Allocates one output array for each result and
-    /// passes them to `map`, which creates the operation.
-    pub(crate) fn map_by(
+    /// Checks the inputs of a kernel and allocates an array for each of its `results` results.
+    pub(super) fn map_outputs(
         &mut self,
         x: &[Array],
+        uniforms: &[Array],
         results: usize,
-        map: impl FnOnce(&[Array]) -> StepOperation<R>,
     ) -> Vec<Array> {
+        self.assert_uniform(uniforms);
         self.assert_known(x);
         let len = x
             .first()
@@ -83,9 +85,7 @@ impl<R: Real> Program<R> {
             x.iter().all(|a| a.len() == len),
             "map: all input arrays must have the same length"
         );
-        let outputs = self.outputs(len, results);
-        self.operations.push(map(&outputs));
-        outputs
+        self.outputs(len, results)
     }
 
     /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined to one vector.
@@ -257,24 +257,23 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
-        self.assert_uniform(uniforms);
-        let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
-            let map = EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs));
-            StepOperation::Kernel(Box::new(InLanes(map)))
-        });
-        arrays(&outputs)
+        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O);
+        let outputs = arrays(&outputs);
+        let map = EdgeMap::new(kernel, &graph, ends, per_edge, uniforms, outputs);
+        self.push_kernel(Box::new(InLanes(map)));
+        outputs
     }
 
-    /// Records an operation that maps a kernel with `results` results over edges. Allocates one output array for each
-    /// result and passes them to `map`, together with the graph of all starts. `map` creates the operation.
-    pub(crate) fn map_edges_by(
+    /// Checks the inputs of a kernel over edges. Returns the graph of all starts, and an array for each of the `results`
+    /// results.
+    pub(super) fn edge_outputs(
         &mut self,
         graph: &Graph,
-        ends: &[Array],
-        per_edge: &[Array],
+        [ends, per_edge]: [&[Array]; 2],
+        uniforms: &[Array],
         results: usize,
-        map: impl FnOnce(&Graph, &[Array]) -> StepOperation<R>,
-    ) -> Vec<Array> {
+    ) -> (Graph, Vec<Array>) {
+        self.assert_uniform(uniforms);
         self.assert_known(ends);
         self.assert_known(per_edge);
         let fits = ends.iter().all(|a| a.len() == graph.nodes());
@@ -290,8 +289,7 @@ impl<R: Real> Program<R> {
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
         let outputs = self.outputs(graph.nodes(), results);
-        self.operations.push(map(&interleaved, &outputs));
-        outputs
+        (interleaved, outputs)
     }
 
     /// Returns an array of `x[index]` for every index, with zero for `None`. For example, `&[Some(0); 8]` makes eight
