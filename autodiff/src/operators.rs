@@ -318,7 +318,7 @@ macro_rules! constants_by_f64 {
     };
 }
 
-/// Implements comparison and display for a number type over `R`. Only the primal counts, which is the field `value`.
+/// Implements comparison and display for a number type over `R`. Both use only the primal, which is the field `value`.
 macro_rules! by_primal {
     ([$($generics:tt)*] $number:ty) => {
         impl<R: PartialEq $($generics)*> PartialEq for $number {

@@ -46,7 +46,7 @@ pub enum Error {
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// What the user can do in that program, as the end of a sentence that begins with "that program".
+        /// What the user can do in that program. The text continues a sentence that begins with "that program".
         remedy: &'static str,
     },
     /// There is no built-in scene and no file of this name.
@@ -62,7 +62,7 @@ pub enum Error {
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// The error of the operating system. If the file is missing, it may also say why and what to do.
+        /// The error of the operating system. For a missing file, its text may also give the reason and a remedy.
         source: io::Error,
     },
     /// A file or folder that cannot be written.
@@ -87,7 +87,7 @@ pub enum Error {
         position: Vector<f64>,
         /// The velocity of this node, in m/s.
         velocity: Vector<f64>,
-        /// What caused the divergence, or the bound that is exceeded.
+        /// The cause of the divergence, or the bound that was exceeded, as text.
         cause: String,
     },
     /// The time step is so long that the vibrations of the robot grow.
@@ -130,7 +130,7 @@ pub enum Error {
         /// The place where a gradient overflowed in the reverse sweep, if it did.
         cause: Option<String>,
     },
-    /// A number cannot be computed, because the rollouts that it needs diverged.
+    /// A number that cannot be computed, because the rollouts that determine it diverged.
     #[error("{0}")]
     NoFigure(String),
     /// Some checks of a group failed.
@@ -195,8 +195,8 @@ impl Error {
         matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
     }
 
-    /// The end of the message about an unstable time step: how to make the step stable, or how to allow it. `None` for
-    /// other errors.
+    /// The advice at the end of the message about an unstable time step: how to make the step stable, or how to allow
+    /// it. `None` for other errors.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::UnstableStep { remedy, .. } => Some(remedy.clone()),

@@ -34,16 +34,17 @@ pub enum Block {
     V0,
 }
 
-/// Only the design vectors, as a list of blocks.
+/// A list of blocks that has only the design vectors.
 pub const DESIGN: &[Block] = &[Block::Z];
-/// Only the numbers of the controller, as a list of blocks.
+/// A list of blocks that has only the numbers of the controller.
 pub const CONTROLLER: &[Block] = &[Block::Controller];
-/// The empty list of blocks: nothing is differentiated.
+/// The empty list of blocks, for functions that differentiate nothing.
 pub const NOTHING: &[Block] = &[];
 /// All blocks, in the order in which files and tables list them.
 pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
 
-/// The numbers that files store under one key: a whole [`Block`], or one named block of the controller's parameters.
+/// The numbers that files store under one key. They are a whole [`Block`], or one named block of the controller's
+/// parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// The key under which files store the numbers.
@@ -147,7 +148,7 @@ impl<R: Real> Inputs<R> {
         result
     }
 
-    /// Evaluates `N` functions, each on its own copy of the inputs. For each function, returns its value and its
+    /// Evaluates `N` functions, each on its own copy of the inputs. Returns the value of each function, and its
     /// gradient with respect to the numbers of `blocks` in its copy. All functions share one recording and one reverse
     /// sweep.
     pub fn differentiate_copies<const N: usize>(

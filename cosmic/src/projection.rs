@@ -1,4 +1,4 @@
-//! The projections from design vectors to mixtures of materials. Also computes the body that belongs to a design.
+//! The projections from design vectors to mixtures of materials, and the body of a design.
 
 use std::borrow::Cow;
 
@@ -81,9 +81,9 @@ pub struct Holds {
 }
 
 impl Holds {
-    /// The restrictions of a scene. With `hold_materials`, each edge keeps the solid material that it has in the filled
-    /// layout: the value of the setting is subtracted from the entry of the other solid material. An edge that the
-    /// rules keep has no share of void. An edge that they forbid has no share of solid materials.
+    /// The restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that it has in the
+    /// filled layout: the value of that setting is subtracted from the entry of the other solid material. An edge that
+    /// must be solid has no share of void. An edge that must be void has no share of solid materials.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
@@ -146,7 +146,7 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     e.map(|e| e / sum)
 }
 
-/// The factors by which a robot, as it is built, differs from its design.
+/// The random factors by which a built robot differs from its design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     /// The factor on the stiffness of each edge.

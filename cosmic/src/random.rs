@@ -3,7 +3,7 @@
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// What random numbers are used for. Each purpose has its own stream. So drawing more numbers for one purpose does not
+/// The purpose of random numbers. Each purpose has its own stream. So drawing more numbers for one purpose does not
 /// change the numbers for others. The number of a purpose selects its stream and must never be reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -15,7 +15,7 @@ pub enum Purpose {
     Judgement = 2,
     /// Perturbed initial states, directions and random lattices for the command `verify`.
     Verification = 3,
-    /// The side towards which a tilted initial design becomes thinner.
+    /// The side of a tilted initial design that gets less material.
     Tilt = 5,
     /// Random variations of the robot and its surroundings, for gradients and for choosing controllers.
     DomainRandomisation = 6,

@@ -100,8 +100,8 @@ fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, Strin
     }
 }
 
-/// If the word at `place` means a number that is not finite, such as `-Infinity`: the column of its first letter, and
-/// the word.
+/// If the word at `place` stands for a number that is not finite, such as `-Infinity`, returns the column of its first
+/// letter, and the word.
 fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
     let line = json
         .split(|&byte| byte == b'\n')
@@ -185,7 +185,7 @@ fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
 /// The path by which `serde_path_to_error` refers to the whole value.
 const ROOT: &str = ".";
 
-/// The message of an error. The path of the value comes first. The place that serde_json puts at the end is removed.
+/// Makes the message of an error: the path of the value, then the text of serde_json without the place at its end.
 fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text

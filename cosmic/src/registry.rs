@@ -29,7 +29,7 @@ struct Item {
 }
 
 impl Registry {
-    /// Adds an item. `kind` is the noun by which messages call such an item, such as "policy".
+    /// Adds an item. `kind` is the noun for such an item in messages, such as "policy".
     ///
     /// # Panics
     /// If the name is `off`, is in `built_in`, or belongs to another item of that kind.

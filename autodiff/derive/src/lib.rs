@@ -100,15 +100,14 @@ fn unused(name: &str, input: &DeriveInput) -> Ident {
     unused
 }
 
-/// Whether a type mentions the number type. A lifetime or an item of a module does not count if it only has the same
-/// name.
+/// Whether a type uses the number type. A lifetime or a part of a path with the same name does not count.
 fn mentions(of: Code, number: &Ident) -> bool {
     any(of, &|token, before| {
         *token == *number && !before.ends_with('\'') && !before.ends_with("::")
     })
 }
 
-/// Whether any identifier in the code passes the test. The test also gets the punctuation before the identifier.
+/// Whether `test` is true for any identifier in the code. `test` receives the identifier and the punctuation before it.
 fn any(code: Code, test: &impl Fn(&Ident, &str) -> bool) -> bool {
     let mut before = String::new();
     code.into_iter().any(|token| {

@@ -8,7 +8,7 @@ pub struct Array {
     pub(crate) id: usize,
     /// True for a parameter; false for an array in a step's row.
     pub(crate) parameter: bool,
-    /// The index of the first number, among the parameters or in the row.
+    /// The index of the first number: among the parameters, or in the row.
     pub(crate) start: usize,
     /// How many numbers the array has, for all starts of a batch together.
     pub(crate) len: usize,
@@ -53,11 +53,11 @@ impl Matrix {
 pub(crate) enum Parameter {
     Array(Array),
     Matrix(Matrix),
-    /// The index of the control in `Program::controls`.
+    /// A control, given by its index in `Program::controls`.
     Control(usize),
 }
 
-/// Adds two positions within a step's row. Panics on overflow, because unchecked reads rely on the sum.
+/// Adds two positions in a step's row. Panics on overflow, because loads without bounds checks rely on the sum.
 pub(crate) fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)

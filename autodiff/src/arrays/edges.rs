@@ -37,9 +37,9 @@ pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
 struct EdgePlan {
     edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
-    /// For each register of nodes, its range in `ends`.
+    /// For each register of nodes, the range of its entries in `ends`.
     at_nodes: Vec<Range<usize>>,
-    /// How many nodes and how many slots registers may touch.
+    /// The numbers of nodes and of slots that accesses of whole registers may reach.
     nodes: usize,
     slots: usize,
     /// The length of each array in `scratch`.

@@ -259,7 +259,7 @@ impl Graph {
         self.0.groups.iter().flat_map(of_group).collect()
     }
 
-    /// The largest offset of a group. A register may begin this many places before the first slot.
+    /// The largest offset of a group. A register may begin this many slots before the first slot.
     #[inline(always)]
     pub(crate) fn lead(&self) -> usize {
         self.0.groups.last().map_or(0, |group| group.offset)

@@ -117,8 +117,8 @@ trait Lanes<R, L: Lane<R>> {
     /// All arrays must have these elements, and `n` must be at most `N`.
     unsafe fn lane(&mut self, at: usize, n: usize);
 
-    /// Processes all elements. If `TWICE` is true, elements may be processed twice, and the last register overlaps the
-    /// one before it. A later load of that whole register then need not wait for a masked store.
+    /// Processes all elements. If `TWICE` is true, the last register may overlap the one before it, so that some
+    /// elements are processed twice. This avoids a masked store, which would delay a later load of the whole register.
     ///
     /// # Safety
     /// All arrays must have at least `len` elements.

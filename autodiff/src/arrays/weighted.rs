@@ -23,7 +23,7 @@ pub(crate) struct Weighted {
     others: Vec<Array>,
     /// Three adjacent arrays: the weighted arrays followed by `others`, the means, and the sum of the weights.
     outputs: [Array; 3],
-    /// For each array id, whether the array carries derivatives. If empty, all arrays do.
+    /// For each array id, whether the array carries derivatives. If the list is empty, all arrays do.
     active: Vec<bool>,
     reach: Reach,
 }

@@ -148,8 +148,8 @@ fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     rows
 }
 
-/// A kernel that is to be evaluated at many points. `J` is the number of inputs for which partials are computed: all of
-/// them (`I`) or none (0).
+/// A kernel and the points at which it is evaluated. `J` is the number of inputs with respect to which partials are
+/// computed: all of them (`I`) or none (0).
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
     count: usize,

@@ -1,4 +1,4 @@
-//! Makes the arguments of forward passes: numbers with tangents.
+//! Makes the arguments of forward passes: dual numbers with tangents.
 
 use crate::dual::Dual;
 use crate::real::Real;

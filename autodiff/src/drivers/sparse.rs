@@ -167,8 +167,8 @@ impl Pattern {
         self.colors + 1
     }
 
-    /// The place of the test direction among the [`CHUNK`] directions that begin with direction `first`. `None` if it
-    /// is not one of them. The test direction comes after the directions of the colours.
+    /// The index of the test direction among the [`CHUNK`] directions that begin with direction `first`; `None` if it
+    /// is not among them. The test direction comes after the directions of all colours.
     fn test_slot(&self, first: usize) -> Option<usize> {
         let slot = self.colors.checked_sub(first);
         slot.filter(|&slot| slot < CHUNK)
@@ -196,7 +196,8 @@ impl Pattern {
         x.iter().enumerate().map(seed).collect()
     }
 
-    /// Returns the entries of the Jacobian. Each pass has the function's values at [`seeded`](Self::seeded) arguments.
+    /// Returns the entries of the Jacobian. Each item of `passes` is the function's values at the arguments that
+    /// [`seeded`](Self::seeded) returned for that pass.
     pub(crate) fn decompressed<R: Real>(
         &self,
         passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,

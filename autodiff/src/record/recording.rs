@@ -21,8 +21,8 @@ pub(crate) struct Recording {
     /// Whether every call is recorded as a separate operation, without simplification. Two recordings of the
     /// same code then have the same operations at the same places.
     is_verbatim: bool,
-    /// The magnitudes of the constants that represent fields of a kernel. Nothing is known about a field, except that
-    /// it is finite.
+    /// The magnitudes of the constants that stand for fields of a kernel. About such a constant only one thing is
+    /// known: it is finite.
     fields: Vec<f64>,
     /// Bounds on the result of each operation. Only in a simplified recording.
     known: Vec<Known>,
@@ -237,8 +237,8 @@ impl Recording {
         }
     }
 
-    /// Assumes that these results are finite. Then every number that would make a result infinite if it were infinite
-    /// is finite, too. This tightens the bounds on such numbers.
+    /// Assumes that these results are finite. Each number whose overflow would make one of these results infinite must
+    /// then be finite too. This tightens the bounds on such numbers.
     pub(super) fn assume_finite(&mut self, results: &[Place]) {
         let mut shown = vec![false; self.ops.len()];
         let mut pending = results.to_vec();

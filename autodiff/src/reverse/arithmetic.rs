@@ -142,7 +142,7 @@ impl<R: Real> Real for Var<R> {
 }
 
 impl<R: Real> Var<R> {
-    /// Records `self * factor + term` for a constant `factor`, given its value.
+    /// Records `self * factor + term` for a constant `factor`. `value` is the value of this expression.
     #[inline(always)]
     fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
         let one = R::one();

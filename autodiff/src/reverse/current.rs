@@ -57,7 +57,7 @@ pub(super) fn next_generation(name: u32) -> u32 {
 /// The recording to which a frame refers.
 #[derive(Clone, Copy)]
 struct CurrentRecording {
-    /// `CONSTANT` if nothing is being recorded.
+    /// The generation of the running recording; `CONSTANT` if nothing is being recorded.
     generation: u32,
     /// How many entries fit before the arena must grow.
     room: u32,
@@ -95,7 +95,7 @@ thread_local! {
 }
 
 impl Frame {
-    /// Copies another frame into this one.
+    /// Copies the fields of another frame into this one.
     fn set(&self, other: &Frame) {
         self.recording.set(other.recording.get());
         self.len.set(other.len.get());

@@ -6,7 +6,7 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) const LINEAR: u32 = u32::MAX - 1;
 /// In `Entry::parents[0]`: a select, lane by lane. `parents[1]` is its index in `LongEntries::selects`.
 pub(super) const SELECT: u32 = u32::MAX - 2;
-/// In `Entry::parents[0]`: a number that depends on `parents[1]` but passes no derivative to it, because of a choice.
+/// In `Entry::parents[0]`: a number that depends on `parents[1]`, but passes no derivative to it because of a choice.
 pub(super) const STOPPED: u32 = u32::MAX - 3;
 /// In `Entry::parents[0]`: the first output of `LongEntries::fused[parents[1]]`. This is the smallest mark; every index
 /// of a parent is smaller.

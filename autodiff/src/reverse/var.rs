@@ -181,8 +181,8 @@ impl<R: Real> Var<R> {
     }
 }
 
-/// Whether a constant factor and all derivatives in it are zero. Always false for lanes, because each lane chooses
-/// separately and one entry cannot represent that.
+/// Whether a constant factor and all derivatives that it carries are zero. Always false for lanes: the factor may be
+/// zero in some lanes only, which one entry cannot represent.
 #[inline(always)]
 pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
     R::Mask::IS_SINGLE && factor.is_zero()

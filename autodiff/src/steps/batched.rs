@@ -121,8 +121,8 @@ impl<M: Model> Rollout<M> {
     }
 }
 
-/// A batch of rollouts as a fused function. Its inputs are the starts, then for each parameter either one shared slice
-/// or one slice for each start. Its outputs are the observed states, one start after the other.
+/// A batch of rollouts as a fused function. The inputs are the starts, followed by each parameter: one slice that all
+/// starts share, or one slice for each start. The outputs are the observed states, one start after the other.
 #[derive(Clone)]
 pub(super) struct Batched<M> {
     pub(super) rollout: Rollout<M>,
@@ -152,8 +152,8 @@ impl StartGroup {
         interleaved
     }
 
-    /// Returns the slices that belong to the starts of this group, interleaved. `of_starts` has one slice for each
-    /// start of the batch.
+    /// Takes from `of_starts`, which has one slice for each start of the batch, the slices of this group's starts, and
+    /// interleaves them.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
         let len = of_starts[0].len();
         let of_starts = &of_starts[self.starts.clone()];
@@ -215,8 +215,8 @@ impl<M: Model> Batched<M> {
         }
     }
 
-    /// Splits a list that has one item for each input. Returns for each parameter its part of the list: one item if the
-    /// parameter is shared, otherwise one item for each start.
+    /// Divides a list with one item for each input into parts, one for each parameter. The part of a shared parameter
+    /// is one item; the part of any other parameter is one item for each start.
     fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
         let mut rest = &of_inputs[self.starts..];
         let mut take = |&own: &bool| {

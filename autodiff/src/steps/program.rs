@@ -36,9 +36,9 @@ pub struct Program<R: Real> {
     /// How many numbers are allocated so far: first for the parameters, then for a row.
     pub(super) ends: [usize; 2],
     pub(super) layout: RowLayout,
-    /// How many numbers of a later row each operation prefetches; a multiple of a cache line.
+    /// How many numbers of a later row each operation prefetches. It is a multiple of the length of a cache line.
     pub(super) prefetch_len: usize,
-    /// How many numbers past the end of an array a register may touch, in addition to its own width.
+    /// How many numbers beyond the end of an array, in addition to its own width, an access of a register may reach.
     pub(super) margin: usize,
 }
 

@@ -33,17 +33,17 @@ impl<R: Real> Program<R> {
         [self.parameters(), Aligned::zeros(self.row_len())]
     }
 
-    /// How many numbers past the end of the last array an access of a whole register may touch.
+    /// How many numbers beyond the end of the last array an access of a whole register may reach.
     fn padding(&self) -> usize {
         2 * WIDEST * self.starts + self.margin
     }
 
-    /// How many numbers a step may touch, counted from the start of its row.
+    /// How many numbers a step may access, counted from the beginning of its row.
     pub(crate) fn row_len(&self) -> usize {
         self.layout.reach.max(self.ends[1]) + self.padding()
     }
 
-    /// The distance from the start of a row to the start of the next row.
+    /// The distance from the beginning of one row to the beginning of the next.
     pub(crate) fn stride(&self) -> usize {
         self.layout.stride
     }
@@ -105,7 +105,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Marks the arrays that carry derivatives. `parameters` says which parameters do. The state always does.
+    /// Marks the arrays that carry derivatives. `parameters` says which parameters do; the state always does.
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
         let mut active = vec![false; self.arrays.len()];
         for (declared, &wanted) in self.parameters.iter().zip(parameters) {
@@ -203,7 +203,7 @@ impl<R: Real> Program<R> {
         row.copy_within(stride..reach, 0);
     }
 
-    /// The index in the state at which one of its parts begins.
+    /// The index in the state at which the part `part` begins.
     fn place_in_state(&self, part: Array) -> usize {
         let before = self.states.iter().take_while(|state| **state != part);
         before.map(|state| state.len).sum()

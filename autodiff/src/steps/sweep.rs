@@ -26,7 +26,7 @@ pub(super) struct Stepper<R: Real> {
     parameters: Aligned<R>,
     /// The inputs of all steps, one step after the other.
     inputs: Arc<[f64]>,
-    /// Checks every state except the start. `None` if there is no bound.
+    /// The check of all states except the start against the rollout's bound; `None` if the rollout has no bound.
     watch: Option<Watch<R>>,
 }
 
@@ -60,7 +60,7 @@ impl<R: Real> Stepper<R> {
         self.program.state_len()
     }
 
-    /// Returns a row that begins with this state.
+    /// Allocates a row that begins with this state.
     pub(super) fn row(&self, state: &[R]) -> Aligned<R> {
         let mut row = Aligned::zeros(self.program.row_len());
         self.program.set_state(&mut row, state);
@@ -74,7 +74,7 @@ impl<R: Real> Stepper<R> {
         state
     }
 
-    /// Runs a step and prefetches the row `soon`. The new state is written to where the next row begins.
+    /// Runs a step and prefetches the row `soon`. The new state is written to the beginning of the next row.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
         begin_step(step);
         self.program.set_inputs(row, &self.inputs, step);
@@ -86,8 +86,8 @@ impl<R: Real> Stepper<R> {
         }
     }
 
-    /// Replaces the observations of a start by NaN if one of its states was not below the bound. `row` holds the last
-    /// state, after `steps` steps; it is checked here.
+    /// Replaces the observations of each start that has exceeded the bound in some state by NaN. First checks the last
+    /// state, which is at the beginning of `row`; `steps` is its number of steps.
     pub(super) fn apply_state_bound(&self, steps: usize, row: &[R], seen: &mut [R]) {
         let Some(mut watch) = self.watch else {
             return;
@@ -175,8 +175,8 @@ impl<R: Real> Recorded<R> {
         self.stepper.state_len()
     }
 
-    /// Calls [`Stepper::apply_state_bound`] after the forward run. Steps that the reverse sweep repeats are not checked
-    /// again.
+    /// Calls [`Stepper::apply_state_bound`] after the forward run. Then switches the check off, because the steps that
+    /// the reverse sweep repeats need no second check.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
         let last = self.row_after(self.steps);
         self.stepper.apply_state_bound(self.steps, last, seen);
@@ -276,7 +276,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.program.parameter_bars(&bars[0])
     }
 
-    /// Runs forward from a checkpoint to step `to`, in [`row`](Self::row).
+    /// Runs the steps from a checkpoint up to step `to` again, in [`row`](Self::row).
     fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
         self.stepper.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {

@@ -67,7 +67,7 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// Reads the built-in scene or the scene file `name`, and applies the settings of `--set`.
+    /// Reads the built-in scene or the scene file `name`, and changes it by the settings of `--set`.
     pub(super) fn load(&self, name: &str, registry: &Registry) -> Result<Scene> {
         self.apply(registry.load(name)?)
     }

@@ -56,8 +56,8 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
-/// Returns the lines to print before a run: one line that describes the world, and warnings about settings that are
-/// probably a mistake.
+/// Returns the lines to print before a run: a description of the world in one line, and warnings about settings that
+/// are probably a mistake.
 fn introduction(plan: &RunPlan) -> Vec<String> {
     let world = format!("world: {}", plan.scene.world());
     let doubts = plan.scene.doubts().into_iter();
@@ -77,7 +77,7 @@ struct Origin {
     scene: Scene,
     /// The scene's name. It appears in the summary and in the name of the run's folder.
     name: String,
-    /// For messages: the name of a built-in scene, or the path of the scene's file.
+    /// The name of a built-in scene, or the path of the scene's file; for messages.
     source: String,
 }
 

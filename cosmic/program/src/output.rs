@@ -56,7 +56,7 @@ pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     }
 }
 
-/// The message that says where the last states of a diverged rollout are, and which command replays them.
+/// A message that names the file with the last states of a diverged rollout, and the command that replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
     format!("the last states are in {file}; replay them with: cosmic evaluate {word}")

@@ -156,7 +156,7 @@ fn no_robot(path: &Path, kind: &str) -> Error {
     ))
 }
 
-/// Finds the first key `format` in a JSON text and returns its value. The text may be truncated.
+/// Finds the first key `format` in a JSON text, which may be truncated, and returns its value.
 fn format_of(text: &str) -> Option<&str> {
     text.split("\"format\"").skip(1).find_map(|after| {
         let value = after.trim_start().strip_prefix(':')?;
@@ -165,8 +165,8 @@ fn format_of(text: &str) -> Option<&str> {
     })
 }
 
-/// Calls `make` with the name of a design file. If `make` returns an error about a key of the design, adds the key's
-/// place in the file.
+/// Calls `make` with the name of a design file. If `make` returns an error about a key of the design, adds to the error
+/// where the key is in the file.
 fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
     let file = &path.display().to_string();
     let text = String::from_utf8_lossy(bytes);

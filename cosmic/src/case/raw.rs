@@ -55,9 +55,9 @@ pub(super) struct RawCase {
     note: Option<IgnoredAny>,
 }
 
-/// Declares an object in a case file. Each key has the type of its value in the file and the setting of a scene that it
-/// stands for. The macro makes the struct, and its conversions from and to a scene. An object within the object follows
-/// after the semicolon.
+/// Declares an object in a case file. Each key has two declarations: the type of its value in the file, and the setting
+/// of a scene that it stands for. The macro makes the struct and its conversions from and to a scene. A nested object
+/// follows after the semicolon.
 macro_rules! keys {
     (
         $Keys:ident, $path:literal,
@@ -92,7 +92,7 @@ macro_rules! keys {
     };
 }
 
-/// What a truss has in addition to its nodes and edges: payload, kept edges, forbidden edges and tied edges.
+/// What a truss has in addition to its nodes and edges: the payload, and which edges are kept, forbidden or tied.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMarks {
@@ -274,8 +274,8 @@ fn is_one(option: &usize) -> bool {
     *option == 1
 }
 
-/// True if an option has its default value. A case file leaves such an option out if the first version of the format
-/// lacks it.
+/// True if an option has its default value. Options that the first version of the format does not have are left out of
+/// a case file if this is true.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

@@ -44,7 +44,7 @@ pub struct CaseResults {
     /// The derivative of `augmented` with respect to the design vectors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented: Option<DesignGradient>,
-    /// The augmented objective whose terms are computed from the mixtures of the performance projection.
+    /// The augmented objective, with terms that are computed from the mixtures of the performance projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augmented_performance_constraints: Option<f64>,
     /// The derivative of `augmented_performance_constraints` with respect to the design vectors.

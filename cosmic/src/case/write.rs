@@ -94,7 +94,7 @@ impl Case {
         }
     }
 
-    /// The paper's scene with the settings of this case in place of its own.
+    /// The paper's scene, changed by the settings of this case.
     fn scene(&self) -> Scene {
         Scene {
             lattice: self.layout.clone(),

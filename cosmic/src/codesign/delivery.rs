@@ -36,15 +36,15 @@ pub struct Delivery {
     pub displacement: Vector<f64>,
     /// Displacement of the payload along the ground in the same unperturbed rollout, in metres.
     pub along: f64,
-    /// Quantiles, over perturbed starts, of the merit by which the controller was chosen. The merit is the displacement
-    /// along the ground in metres; for tasks other than distance, it is minus the loss. With two goals, it is the merit
-    /// for the worse goal.
+    /// The quantiles by which the controller was chosen: those of its merit over perturbed starts. The merit is the
+    /// displacement along the ground in metres; for tasks other than distance, it is minus the loss. With two goals, it
+    /// is the merit for the worse goal.
     pub selection: Quantiles,
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
     /// robot is unreliable over the starts of `selection`.
     pub selection_score: f64,
-    /// The verdict whether the median of `spread` describes the robot well. For tasks other than distance, it is the
-    /// verdict whether the median loss does.
+    /// Whether the median of `spread` describes the robot well. For tasks other than distance: whether the median loss
+    /// does.
     pub reliability: Reliability,
     /// Only with two goals: quantiles of the displacement when the goal is behind the robot, over the starts of
     /// `spread`, in metres. A negative displacement is towards that goal.
@@ -157,8 +157,8 @@ impl Evaluator {
         })
     }
 
-    /// The merit of a robot in the rollout from the unperturbed start. `along` is the displacement along the ground in
-    /// that rollout, which the caller already knows.
+    /// The merit of a robot in the rollout from the unperturbed start. If the merit is the displacement along the
+    /// ground in that rollout, `along` is returned, which the caller already knows.
     fn unperturbed(
         &self,
         design: &Design<Mixture<f64>>,
@@ -258,8 +258,8 @@ impl Evaluator {
         (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// Domains that have the nominal task and a perturbed start. In a perturbed start, `selection.perturbation` is
-    /// added to every coordinate or subtracted from it, at random.
+    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation` is added
+    /// to or subtracted from every coordinate, at random.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);

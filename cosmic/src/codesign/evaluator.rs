@@ -13,8 +13,8 @@ use crate::scene::Scene;
 use crate::simulator::StepCheck;
 use crate::task::Task;
 
-/// Evaluates robots of one scene: simulates them, differentiates their losses and measures their displacement.
-/// Evaluating does not change the evaluator.
+/// Evaluates robots of one scene: simulates them, differentiates their losses and measures their displacement. It has
+/// no state that changes between evaluations.
 pub struct Evaluator {
     pub(super) scene: Scene,
     pub(super) task: Task,

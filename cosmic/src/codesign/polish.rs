@@ -15,7 +15,7 @@ use super::slopes::Sought;
 use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
-/// One in this number of layouts, the best ones in the short rollouts, continues to the full rollouts.
+/// Of the layouts that took a short rollout, the best ones take a full rollout: one in every this many.
 const HEAT: usize = 4;
 
 /// Tries other materials for single edges, with the current controller, and keeps the layout that does best in a full

@@ -36,7 +36,7 @@ pub struct Progress {
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The state of MMA, which updates the design, for each projection.
+    /// The state of MMA, the optimiser of the design: one state for each projection.
     pub mma: [MmaState; 2],
     /// The state of Adam, which updates the controller.
     pub adam: AdamState,
@@ -52,8 +52,8 @@ pub struct Progress {
     pub skipped: usize,
     /// The best controllers of the fine-tuning, best first. They are compared by the merit of one rollout each.
     pub candidates: Vec<Candidate>,
-    /// The running mean of the design gradient of each projection. Empty before the first design pass, and always if
-    /// `gradient.design_memory` is 0.
+    /// For each projection, the running mean of the design gradient. Both are empty before the first design pass, and
+    /// always if `gradient.design_memory` is 0.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
     /// The controller that settling (the last part of the fine-tuning) returns to; `None` before settling starts.
@@ -165,8 +165,8 @@ pub struct Candidate {
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they have not been measured
-    /// yet, or if so many rollouts diverged that the 10 % quantile is not finite.
+    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they were not measured, or
+    /// if the 10 % quantile is not finite because rollouts diverged.
     #[serde(default)]
     pub spread: Option<Quantiles>,
 }
@@ -176,9 +176,9 @@ pub struct Candidate {
 pub struct Settled {
     /// The last good controller.
     pub controller: Controller<f64>,
-    /// The merit that later controllers are compared with, in the unit of [`Candidate::merit`]. At first it is the
-    /// median merit of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is
-    /// the best merit of a single rollout.
+    /// The merit that a new controller must reach, in the unit of [`Candidate::merit`]. At first it is the median merit
+    /// of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is the best merit
+    /// of a single rollout.
     pub merit: f64,
     /// A factor that multiplies the learning rate. It is halved whenever an update is taken back.
     pub trust: f64,

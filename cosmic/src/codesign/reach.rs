@@ -36,9 +36,9 @@ impl Reached {
         self.moved.forward()
     }
 
-    /// Joins this result for the goal ahead with the result `behind` for the goal behind the robot. The merit of
-    /// `behind` counts with the opposite sign, because for the goal behind the payload must move backwards, or the loss
-    /// must be large.
+    /// Joins the results for the two goals: this one for the goal ahead, and `behind` for the goal behind the robot.
+    /// The merit is the lower one of the two. The merit of `behind` counts with the opposite sign, because for the goal
+    /// behind the payload must move backwards, or the loss must be large.
     pub(super) fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
@@ -137,7 +137,7 @@ impl Evaluator {
         self.reach_many(&[design], controller, task, &starts, GradientPrecision::F64)[0]
     }
 
-    /// The kind of merit that robots of this scene are ranked by.
+    /// The kind of merit by which robots of this scene are ranked.
     pub(super) fn merit(&self) -> Merit {
         match (self.loss.is_far(), self.scene.controller.two_goals) {
             (false, _) => Merit::MinusLoss,
@@ -193,7 +193,7 @@ impl Evaluator {
         pairs.map(|(ahead, behind)| join(ahead, behind)).collect()
     }
 
-    /// The result of a rollout towards one goal; all NaN if the rollout diverged (`seen` is `None`).
+    /// The result of a rollout towards one goal. If the rollout diverged (`seen` is `None`), all its numbers are NaN.
     fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
         let Some(seen) = seen else {
             return self.reached_by(Vector::NAN, || f64::NAN);
@@ -280,9 +280,9 @@ fn roll_in<R: Real + Into<f64>>(
     all.into_iter().map(rounded).collect()
 }
 
-/// The index of the largest merit. If several merits are equally large, it is the index of the first. A merit has `N`
-/// numbers: if the first numbers of two merits are equal, the second numbers decide, and so on. NaN, the merit of a
-/// diverged rollout, is below any number.
+/// The index of the largest merit; of equally large merits, the index of the first. A merit has `N` numbers, which are
+/// compared from the first to the last: a later number only decides between merits with equal earlier numbers. NaN, the
+/// merit of a diverged rollout, is below any number.
 pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
     let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }

@@ -25,7 +25,7 @@ pub enum Reliability {
     },
 }
 
-/// A median distance with a smaller absolute value counts as this distance, in metres.
+/// The smallest tolerance is half of this distance, in metres: a smaller median distance counts as this distance.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.

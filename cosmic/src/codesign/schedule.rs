@@ -12,7 +12,7 @@ pub enum Phase {
     /// Structure, material and controller change together.
     #[default]
     CoDesign,
-    /// Like `CoDesign`; in addition, edges that clearly have a dominant material are moved towards that material.
+    /// Like `CoDesign`, but edges that clearly have a dominant material are also moved towards that material.
     Attraction,
     /// The single iteration that gives every edge one material.
     Snap,

@@ -16,7 +16,7 @@ pub(super) struct Slope {
     pub(super) loss: f64,
     /// Displacement along the ground, in metres.
     pub(super) displacement: f64,
-    /// The number that robots are ranked by, like [`Reached::merit`](super::reach::Reached::merit).
+    /// The number by which robots are ranked, as in [`Reached::merit`](super::reach::Reached::merit).
     pub(super) merit: f64,
 }
 

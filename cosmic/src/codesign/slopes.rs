@@ -21,7 +21,7 @@ use crate::task::{Horizon, Task, together};
 /// The variables that the loss is differentiated with respect to.
 #[derive(Clone, Copy)]
 pub(super) enum Sought<'a> {
-    /// The design vectors, to which this projection is applied.
+    /// The design vectors. The given projection is applied to them.
     Design(Projection),
     /// The shares of the materials in each edge of a layout. They are the design vectors of the layout (D7).
     Shares,
@@ -51,7 +51,8 @@ impl Sought<'_> {
     }
 }
 
-/// Few robots walk faster than this share of the speed bound: 1 m/s if the bound is 100 m/s.
+/// Rollouts whose mean speed exceeds this share of the speed bound are checked. Few walking robots are that fast: the
+/// share is 1 m/s if the bound is 100 m/s.
 const WALKS: f64 = 0.01;
 
 impl Evaluator {
@@ -199,8 +200,8 @@ impl Evaluator {
     }
 
     /// The loss of each robot within a horizon, and the robot's result measured from `start`. With two goals, the loss
-    /// is the mean of two numbers: the loss for the goal ahead, and minus the loss for the goal behind. The sign
-    /// changes because the payload must move backwards to reach the goal behind.
+    /// is the mean of the loss for the goal ahead and of minus the loss for the goal behind. The sign changes because
+    /// the payload must move backwards to reach the goal behind.
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,

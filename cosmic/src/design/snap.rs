@@ -131,10 +131,10 @@ pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
 /// is excluded by `projection.hold_materials` has a share of about 1e-9.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges. The edges whose new material
-/// has nearly the share of the old one, or more, come first. They have no more faults than the snapped layout, and
-/// their volumes are no further out of bounds. In the edge's mixture, the new material has at least the share
-/// `LEAST_SHARE`.
+/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges. The list begins with the
+/// closest decisions: the edges whose new material has nearly the share of the old one, or more. The layouts have no
+/// more faults than the snapped layout, and their volumes are no further out of bounds. In the edge's mixture, the new
+/// material has at least the share `LEAST_SHARE`.
 pub fn alternatives(
     mixtures: &[Mixture<f64>],
     materials: &[Material],
@@ -211,8 +211,8 @@ impl Counts {
         [rules.faults(layout), self.excess(layout)]
     }
 
-    /// True if a layout is no worse than the badness `than`, both in the number of faults and in the
-    /// [excess](Self::excess).
+    /// True if a layout has no more faults than `than[0]`, and its volumes are out of bounds by no more edges than
+    /// `than[1]` ([`excess`](Self::excess)).
     fn is_no_worse(&self, layout: &[Material], rules: &LayoutRules, than: [usize; 2]) -> bool {
         self.excess(layout) <= than[1] && rules.faults(layout) <= than[0]
     }

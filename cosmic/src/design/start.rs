@@ -126,8 +126,8 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
     allowed(materials, &lattice.rules)
 }
 
-/// The share of void in every edge: `1/3 + top * h`, where `h` is the height of the edge's midpoint divided by the
-/// height of the highest midpoint.
+/// The share of void in every edge, `1/3 + top * h`. Here `h` is the height of the edge's midpoint relative to the
+/// highest midpoint.
 fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
     let highest = lattice.midpoints().map(Vector::up).fold(0.0, f64::max);
     // All edges of a lattice with one row have the height 0.

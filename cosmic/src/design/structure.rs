@@ -12,10 +12,10 @@ use crate::keys::keys;
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
-/// A node is in the lowest row if its height is below this, in units of the spacing.
+/// The lowest row consists of the nodes whose height is below this, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// Singular values up to this share of the largest one count as zero. Lengths are about 1, so the singular value of a
-/// floppy mode is only as large as a rounding error.
+/// Singular values up to this share of the largest one count as zero. Because lengths are about 1, the singular value
+/// of a floppy mode is only a rounding error.
 const RANK: f64 = 1e-9;
 /// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
 /// bars take a few seconds.
@@ -242,8 +242,8 @@ impl LayoutRules {
     }
 }
 
-/// The number of floppy modes of hinged bars: twice the number of nodes, minus three rigid motions, minus the rank of
-/// the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
+/// The number of floppy modes of hinged bars. It is twice the number of nodes, minus the three rigid motions, minus the
+/// rank of the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
 fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;

@@ -1,6 +1,6 @@
-//! The numbers of a robot that do not change in a rollout.
+//! The type [`Body`]: stiffnesses, strains and masses of a robot.
 
-/// The numbers of a robot that a rollout does not change.
+/// The numbers of a robot that stay constant during a rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<R> {
     /// The stiffness of each edge, in N/m.
@@ -9,8 +9,8 @@ pub struct Body<R> {
     pub strain: Vec<R>,
     /// The mass of each node, in kg.
     pub mass: Vec<R>,
-    /// How much each node belongs to the robot, from 0 to 1: its weight in the mean position and in the observation.
-    /// Empty if all nodes belong to the robot.
+    /// The presence of each node, from 0 to 1: its weight in the mean position and in the observation. A node without a
+    /// bar has presence 0. Empty if all nodes have presence 1.
     pub presence: Vec<R>,
 }
 

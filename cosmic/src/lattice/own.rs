@@ -225,14 +225,14 @@ impl Truss {
         heights.fold(f64::INFINITY, f64::min)
     }
 
-    /// The text of the truss file that holds this truss.
+    /// The truss as the text of a truss file.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string(&RawTruss::from(self.clone()));
         text.expect("plain numbers and string keys serialise") + "\n"
     }
 }
 
-/// The noun by which registries and messages call a lattice.
+/// The noun for a lattice in messages and in the registry.
 const LATTICE: &str = "lattice";
 
 impl Registry {

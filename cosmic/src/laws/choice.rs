@@ -63,7 +63,7 @@ fn forces() -> [Box<dyn AnyForce>; 2] {
     ]
 }
 
-/// The noun that messages use for a law.
+/// The noun for a law in messages.
 pub(crate) const LAW: &str = "law";
 
 /// The names of the laws of this crate.
@@ -101,8 +101,8 @@ impl Registry {
         forces().into_iter().chain(added)
     }
 
-    /// The instruction in messages for choosing a law, such as `set physics.contact = "coulomb"`; `None` for an unknown
-    /// law.
+    /// The instruction for choosing a law, for messages; such as `set physics.contact = "coulomb"`. `None` for an
+    /// unknown law.
     pub(crate) fn choosing(&self, law: &str) -> Option<String> {
         if self.contacts().any(|contact| contact.name() == law) {
             return Some(format!("set physics.contact = {law:?}"));
@@ -234,7 +234,7 @@ impl Serialize for ContactLaw {
     }
 }
 
-/// The words of a message about an unknown law, between the wrong name and the known names.
+/// The middle part of the message about an unknown law. The wrong name stands before it, the known names after it.
 const NO_LAW: &str = "names an unknown law:";
 
 impl SettingValue for ContactLaw {

@@ -76,7 +76,7 @@ impl<'a, const D: usize> Pose<'a, D> {
 /// The force that a part of a law, such as one spring, exerts on one node.
 #[derive(Clone, Debug)]
 pub struct Pull<const D: usize = 2> {
-    /// The name of the part as a noun phrase for messages, such as "the spring of edge 3 [1, 2]".
+    /// The name of the part as a noun phrase, such as "the spring of edge 3 [1, 2]". Messages contain it.
     pub part: String,
     /// The force, N, in the ground's frame.
     pub force: Vector<f64, D>,

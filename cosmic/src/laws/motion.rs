@@ -1,4 +1,5 @@
-//! The motion of a node: a push that changes its velocity, then a drift during which it may meet the ground.
+//! The motion of a node in a step: a push changes its velocity, then a drift changes its position. During the drift,
+//! the node may meet the ground.
 
 use autodiff::Real;
 
@@ -67,7 +68,7 @@ impl Drift {
 pub struct Flight {
     /// The drift after the push.
     pub drift: Drift,
-    /// The factor `exp(-damping h)` by which damping reduces a velocity in a substep of length `h`.
+    /// The factor `exp(-damping h)`, by which damping multiplies a velocity in a substep of length `h`.
     pub decay: f64,
 }
 

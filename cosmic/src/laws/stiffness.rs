@@ -33,7 +33,7 @@ pub(crate) struct BarStiffness {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle<const D: usize = 2> {
     pub(crate) nodes: [usize; 3],
-    /// For each of the three nodes, its part of the vector `g`, times the square root of `c`.
+    /// For each of the three nodes: its vector in `g`, multiplied by the square root of `c`.
     pub(crate) by: [Vector<f64, D>; 3],
 }
 

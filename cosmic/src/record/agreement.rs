@@ -12,12 +12,13 @@ use crate::scene::Scene;
 use crate::simulator::Span;
 use std::path::Path;
 
-/// The largest difference that rounding may cause between two results.
+/// The largest difference between two results that rounding can explain.
 const ROUNDING: f64 = 1e-9;
 
-/// Two rollouts belong to the same robot if, at the second state of a trajectory file, no node differs by more than
-/// this distance, as a share of the lattice's spacing. Platforms and versions of the program round differently, but in
-/// so few steps the difference stays below this distance. Robots of different seeds are farther apart.
+/// A distance, as a share of the lattice's spacing. If, at the second state of a trajectory file, any node of two
+/// rollouts differs by more than this distance, the rollouts belong to different robots. Platforms and versions of the
+/// program round differently, but in so few steps the difference stays below this distance. Robots of different seeds
+/// are farther apart.
 const APART: f64 = 1e-6;
 
 /// Checks that the files of a finished run belong together.

@@ -128,9 +128,9 @@ fn resume_if(
     multistart::search(lock, &snapshot.plan, observer)
 }
 
-/// Delivers the current robot of an unfinished run into a new or empty folder. The run itself does not change. An
-/// earlier delivery of this run in the folder is overwritten. For a run with the caller's loss, `codesign` must have
-/// that loss.
+/// Writes the result of an unfinished run for its current robot into the folder `into`, which is new, empty, or holds
+/// an earlier result of this run. An earlier result is overwritten; the run itself does not change. For a run with the
+/// caller's loss, `codesign` must have that loss.
 ///
 /// # Errors
 /// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and if `into` holds anything
@@ -164,8 +164,8 @@ pub fn deliver_so_far(
     Run::open(lock, copy, Some(codesign))?.finish(&mut ())
 }
 
-/// Locks `into`, which must be new, empty, or an earlier delivery of the run. Removes the summary of the earlier
-/// delivery, so that the folder counts as an unfinished run until the new summary is written.
+/// Locks the folder `into`, which must be new, empty, or hold an earlier delivery of the run. Removes the summary of
+/// the earlier delivery. The folder then counts as an unfinished run until the new summary is written.
 fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     if !is_earlier_delivery(into, run) {
         return begin(into);

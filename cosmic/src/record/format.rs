@@ -54,7 +54,8 @@ pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format
     parse_stamped(path, 0, bytes, format)
 }
 
-/// Like [`parse_json`], for a part of a file that begins after `lines` lines, so that errors name the right line.
+/// Like [`parse_json`], for the part of a file that begins after `lines` lines. Errors name the line within the whole
+/// file.
 pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
     path: &Path,
     lines: usize,

@@ -60,7 +60,7 @@ impl Search {
 }
 
 impl<S> RunPlan<S> {
-    /// This plan with its scene in another form.
+    /// The plan of a run, with the function `of` applied to its scene.
     fn with_scene<T>(&self, scene: T) -> RunPlan<T> {
         RunPlan {
             name: self.name.clone(),

@@ -16,15 +16,15 @@ pub struct Departure {
     pub says: String,
 }
 
-/// An option that can depart from the paper, and when it does.
+/// A possible departure from the paper: the key of an option, and the condition under which it is a departure.
 struct KnownDeparture {
     in_force: fn(&Scene) -> bool,
     option: &'static str,
     says: &'static str,
 }
 
-/// Makes a list of known departures. Each has the key of the option, a sentence about the difference, and the condition
-/// under which it is in force.
+/// Makes a list of possible departures. Each has the key of the option, a sentence about the difference, and the
+/// condition under which it is a departure.
 macro_rules! departures {
     ($($option:literal: $says:literal if $in_force:expr;)+) => {
         [$(KnownDeparture { option: $option, says: $says, in_force: $in_force }),+]
@@ -116,10 +116,9 @@ const KNOWN: &[KnownDeparture] = &departures! {
 };
 
 impl Scene {
-    /// The departures that are in force, for the summary of a run. Without departures, the physics and the algorithm
-    /// are those of the paper. Numbers such as sizes, widths, rates, weights and the angle of the ground are no
-    /// departures, and neither is the order of the passes in a cycle. But a number that switches something on is a
-    /// departure.
+    /// The departures of this scene from the paper. Without departures, the physics and the algorithm are those of the
+    /// paper. Numbers such as sizes, widths, rates, weights and the angle of the ground are no departures, and neither
+    /// is the order of the passes in a cycle. But a number that switches something on is a departure.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
         in_force

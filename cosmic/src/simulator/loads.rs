@@ -30,9 +30,9 @@ pub struct Magnitude {
 struct Largest {
     /// The number of largest values that determine the quantile.
     needed: usize,
-    /// The `needed` largest values and fewer than `needed` other values, unsorted.
+    /// The `needed` largest values, unsorted, and fewer than `needed` other values.
     values: Vec<f64>,
-    /// New values that are not larger than this one are not needed.
+    /// The smallest value that is still needed: smaller new values are ignored.
     floor: f64,
 }
 
@@ -204,8 +204,8 @@ impl Simulator {
         }
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars over all states. The result has one entry per edge of
-    /// the layout, which is `None` for a void edge. Only about 1 % of the values are held in memory.
+    /// Simulates `steps` steps and returns the loads of the bars over all states. There is an entry for each edge of
+    /// the layout, which is `None` for a void edge. Only about 1 % of the values are kept in memory.
     pub fn loads(
         &self,
         layout: &[Material],

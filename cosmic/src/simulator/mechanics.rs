@@ -22,7 +22,7 @@ use crate::scene::{Integrator, PhysicsSettings};
 #[derive(Clone, Debug)]
 pub(super) struct Mechanics {
     substeps: usize,
-    /// The drift before the push, if the integrator has one.
+    /// The drift before the push; `None` for an integrator without one.
     first: Option<Drift>,
     /// The time for which the forces push in a substep, s.
     pub(super) push: f64,

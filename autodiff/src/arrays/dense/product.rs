@@ -52,8 +52,8 @@ impl<R: Real> MatrixProduct<'_, R> {
     }
 }
 
-/// The product of a matrix in panels with `K` vectors. Each value of `K` has its own entry to SIMD code, and so does
-/// the product of a matrix in tiles. One common entry would be slower.
+/// The product of a matrix in panels with `K` vectors. Each `K` is dispatched to SIMD code separately, and so is the
+/// product of a matrix in tiles: one common dispatch would be slower.
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {

@@ -48,8 +48,8 @@ thread_local! {
 /// The origin of a number, as an index into `Trace::found`.
 pub(super) type Origin = u32;
 
-/// The index of a number without an origin, because no infinity or NaN contributed to it. It is the largest index. So
-/// if several numbers are combined, the minimum of their indices is the first operation to report.
+/// The origin of a number to which no infinity or NaN contributed. It is the largest index, so that the minimum over
+/// several numbers is the index of the first operation to report.
 pub(super) const CLEAN: Origin = Origin::MAX;
 
 /// Counts an operation.

@@ -25,7 +25,7 @@ pub(super) struct Printer<'a> {
     fields: &'a [(&'a str, f64)],
     /// For each number, how often the formula reads it.
     reads: Vec<usize>,
-    /// For each number, whether it depends on the cotangents of the results.
+    /// For each number of the formula, whether it depends on the cotangents of the kernel's results.
     of_bars: Vec<bool>,
 }
 
@@ -79,7 +79,8 @@ impl<'a> Printer<'a> {
         )
     }
 
-    /// Returns the definitions of all numbers that depend on the cotangents (if `of_bars`), or of all others.
+    /// Returns the definitions of the numbers that depend on the cotangents (if `of_bars`), or of the numbers that do
+    /// not.
     fn statements(&self, of_bars: bool) -> String {
         let mut text = String::new();
         for (at, &op) in self.recording.ops.iter().enumerate() {

@@ -64,7 +64,7 @@ pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     found.any()
 }
 
-/// Loads block number `place`.
+/// Loads the block with the index `place`.
 #[inline(always)]
 pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
     let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);
@@ -74,7 +74,7 @@ pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize
     block
 }
 
-/// Stores block number `place`.
+/// Stores a block at the index `place`.
 #[inline(always)]
 pub(super) fn store<R: Real, L: Lane<R>, const W: usize>(
     to: &mut [R],

@@ -9,12 +9,12 @@ use crate::record::arithmetic::number;
 use crate::record::operation::Op;
 use crate::simd::Lane;
 
-/// The buffers of a replay. A thread keeps them for its next replay. "Own" numbers differ from point to point, in
-/// contrast to shared arguments.
+/// The buffers of a replay. A thread keeps them for its next replay. Numbers that differ from point to point are called
+/// "own", in contrast to shared arguments.
 pub(super) struct ReplayBuffers<R, L, const W: usize> {
     /// The shared arguments that operations outside of layers read.
     pub(super) read: Vec<R>,
-    /// The cotangents of `read`. Each lane holds the sum over the points that were computed in this lane.
+    /// The cotangents of `read`. Each lane holds a partial sum: the sum over the points that this lane has processed.
     pub(super) read_bars: Vec<L>,
     /// The contribution of layers to the cotangents of all shared arguments.
     pub(super) gradient: Vec<R>,
@@ -26,8 +26,8 @@ pub(super) struct ReplayBuffers<R, L, const W: usize> {
     pub(super) bars: Vec<Block<L, W>>,
     /// The partials of functions of one number, which the forward sweep stores for the reverse sweep.
     pub(super) partials: Vec<Block<L, W>>,
-    /// The own inputs of a layer, their cotangents (`own_bars`), and the rows of the layer. All three are stored block
-    /// by block.
+    /// The own inputs of a layer (`own`), the cotangents of these inputs (`own_bars`), and the results of the layer's
+    /// rows (`rows`). All three are stored block by block.
     pub(super) own: Aligned<R>,
     pub(super) own_bars: Aligned<R>,
     pub(super) rows: Aligned<R>,

@@ -38,7 +38,8 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         }
     }
 
-    /// Pulls back the cotangents of all rows of layer `number`. Numbers at places below `inputs` need no cotangents.
+    /// Pulls back the cotangents of all rows of layer `number`. Inputs of the recording, which have places below
+    /// `inputs`, get no cotangents.
     pub(super) fn reverse_layer(
         &mut self,
         (layer, number): (Layer, usize),

@@ -11,12 +11,12 @@ use crate::record::symbol::Symbol;
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(super) steps: Vec<Step>,
-    /// The places of the results, among the steps or among the shared arguments. Shared places are numbered as in
+    /// The places of the results. A result is either a step or a shared argument. Shared arguments are numbered as in
     /// `read`.
     pub(super) results: Vec<Place>,
     pub(super) layers: Vec<Layer>,
-    /// Which shared arguments are read outside of layers or are results. Shared places in `steps` and `results` are
-    /// indices into this list. `None` if there are no layers; then they are indices into all shared arguments.
+    /// The shared arguments that are results or are read outside of layers. Shared places in `steps` and `results` are
+    /// indices into this list. `None` if there are no layers; then these places are indices into all shared arguments.
     pub(super) read: Option<Vec<usize>>,
 }
 
@@ -159,8 +159,8 @@ impl Plan {
     }
 }
 
-/// Changes shared places to indices into a list of the shared arguments that are read outside of layers or are results.
-/// Returns this list.
+/// Lists the shared arguments that are results or are read outside of layers, and returns this list. Changes the shared
+/// places in `steps` and `results` to indices into the list.
 fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     let mut read = Vec::new();
     each_shared_run(steps, results, |run, len| {
@@ -178,7 +178,8 @@ fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     read
 }
 
-/// Applies `f` to each run of shared places that is read outside of layers, and to each result that is a shared place.
+/// Replaces, by the result of `f`, each run of shared places that is read outside of layers, and each result that is a
+/// shared place.
 fn each_shared_run(steps: &mut [Step], results: &mut [Place], mut f: impl FnMut(Run, u32) -> Run) {
     let mut replaced = |run: Run, len| {
         if run.first.is_shared() {

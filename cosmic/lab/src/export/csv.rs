@@ -1,4 +1,4 @@
-//! The tables `bars.csv` and `nodes.csv`, in SI units. Numbers have nine decimals: lengths are right to a nanometre,
+//! The tables `bars.csv` and `nodes.csv`, in SI units. Numbers have nine decimals: lengths are exact to a nanometre,
 //! masses to a microgram, forces to a nanonewton.
 
 use super::layers::joints;

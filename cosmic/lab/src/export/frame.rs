@@ -198,8 +198,9 @@ impl Frame {
     }
 }
 
-/// Returns the smallest distance between neighbouring planes that leaves `gap` between the struts, and between the
-/// discs of a joint, in different planes. All lengths are in mm; `strut` is the thickness of the thickest strut.
+/// Returns the distance between neighbouring planes. It is the smallest distance at which struts in different planes,
+/// and discs of a joint in different planes, are at least `gap` apart. All lengths are in mm; `strut` is the thickness
+/// of the thickest strut.
 fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
     let needed = |d: &[Disc]| {
         let levels = (d[1].level - d[0].level) as f64;

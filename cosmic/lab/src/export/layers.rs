@@ -76,8 +76,8 @@ pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, Vector<f64>> {
     members.iter().flat_map(ends).collect()
 }
 
-/// Returns for each bar the nodes that it passes: those at which it does not end and that are nearer to it than
-/// `reach`.
+/// Returns, for each bar, the nodes that it passes. A bar passes a node that is nearer to it than `reach` and is not
+/// one of its ends.
 fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
     let joints = joints(members);
     let of_member = |m: &Member| {

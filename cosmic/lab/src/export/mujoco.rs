@@ -37,16 +37,16 @@ pub struct MujocoSettings {
     /// Coefficient of friction. `None` takes the scene's coefficient, but at most [`MOST_FRICTION`]. Ground without
     /// slipping gets [`MOST_FRICTION`].
     pub friction: Option<f64>,
-    /// The number of mechanical steps in each step of the controller. If the scene's number is larger, that one is
-    /// used.
+    /// The number of mechanical steps in each step of the controller. The model uses the scene's number if that is
+    /// larger.
     pub substeps: usize,
-    /// The time constant of a contact, in seconds. MuJoCo raises it to two mechanical steps if it is shorter.
+    /// The time constant of a contact, in seconds. MuJoCo uses two mechanical steps if that is longer.
     pub contact_time: f64,
     /// Ratio of frictional to normal impedance. Large values reduce creep.
     pub impedance_ratio: f64,
     /// The largest number of iterations of the contact solver in a step.
     pub iterations: usize,
-    /// The tolerance at which the solver stops.
+    /// The solver stops when its improvement is below this tolerance.
     pub tolerance: f64,
 }
 
@@ -382,9 +382,9 @@ struct ControllerFile {
     steps: usize,
 }
 
-/// Converts a controller for the model. `folded` is a network whose inputs are the raw state of all `count` nodes and
-/// the clock. The inputs of the result are the positions of `nodes` node by node, their velocities node by node, and
-/// the clock. Its outputs are those for `actuators`.
+/// Converts a controller for the model. The inputs of `folded` are the raw state of all `count` nodes and the clock.
+/// The inputs of the result are the positions of `nodes`, node by node, then their velocities, then the clock. The
+/// outputs of the result are the outputs for `actuators`.
 fn reordered(
     folded: &Network<f64>,
     nodes: &[usize],

@@ -31,12 +31,12 @@ pub(crate) struct Check {
     within_bounds: bool,
 }
 
-/// A function that returns one of the numbers of a check, or `None` if a rollout diverged.
+/// The type of a function that takes one number from a check. It returns `None` if a rollout diverged.
 pub(crate) type CheckNumber = fn(&Check) -> Option<f64>;
 
 impl Check {
-    /// The numbers of a check that tables show, each with the name of its column. For a yes-no answer, 1 is yes and 0
-    /// is no.
+    /// The numbers of a check that tables show, each with the name of its column. The answers yes and no are the
+    /// numbers 1 and 0.
     pub(crate) const NUMBERS: [(&str, CheckNumber); 6] = [
         ("half_step_p50", |check| check.half_step[1]),
         ("half_step_p10", |check| check.half_step[0]),

@@ -29,8 +29,8 @@ pub(crate) struct Walks {
     frictions: Vec<f64>,
     /// For each friction, the displacement in MuJoCo from each of the perturbed starts.
     walks: Vec<Vec<Option<f64>>>,
-    /// For each friction, the median displacement in this simulator, over equally many rollouts with the contact law
-    /// `coulomb`.
+    /// For each friction, the median displacement in this simulator with the contact law `coulomb`, over as many
+    /// rollouts as in MuJoCo.
     own: Vec<Option<f64>>,
 }
 

@@ -18,20 +18,21 @@ use super::view::{EARTH, MARK, View, label};
 use crate::child;
 use crate::table::decimals;
 
-/// The width and height of a [`frame`] in pixels. The next two constants are those of a GIF and of a film.
+/// The width and height of a [`frame`] in pixels. `GIF_SIZE` and `FILM_SIZE` are the sizes of a GIF and of a film.
 const FRAME_SIZE: [u16; 2] = [480, 240];
 const GIF_SIZE: [u16; 2] = [800, 334];
 const FILM_SIZE: [u16; 2] = [1600, 668];
 /// The width of a [`frame`] in pixels.
 pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
-/// The height of every frame in the units of its picture. The picture is then scaled to the pixels of the animation.
+/// The height of the picture of a frame, in the picture's own units. The picture is then scaled to the size of the
+/// animation in pixels.
 const ROWS: f64 = 240.0;
 /// The height of the part of the world that a frame shows, as a multiple of the lattice's side.
 const SIDES: f64 = 1.6;
 
-/// The pace of an animation: the seconds between two frames, and the largest number of frames of a rollout. A rollout
-/// that needs more frames is shown faster.
+/// The pace of an animation: the time between two frames (`every`, in seconds), and the largest number of frames
+/// (`most`). A rollout that needs more frames is shown faster.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {
     every: f64,
@@ -56,8 +57,8 @@ pub(super) struct Shot<'m> {
     label: String,
 }
 
-/// Returns the frames of the first `seconds` seconds of a rollout. The label of each frame is `says`, followed by the
-/// time and the distance travelled in metres.
+/// Returns the frames of the first `seconds` seconds of a rollout. The label of each frame is the text `says`, then the
+/// time, then the distance travelled in metres.
 pub(super) fn shots<'m>(
     motion: &'m Motion<'m>,
     pace: Pace,

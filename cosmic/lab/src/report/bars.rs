@@ -23,7 +23,7 @@ pub struct Bar {
     pub value: Option<f64>,
     /// The sample behind `value`, drawn as points.
     pub points: Vec<f64>,
-    /// A number to compare the bar with, drawn as a tall stroke.
+    /// A number to compare the bar with, such as a published one. It is drawn as a tall stroke.
     pub mark: Option<f64>,
 }
 

@@ -23,7 +23,7 @@ pub struct Comparison {
 /// One run of a comparison.
 #[derive(Debug, Serialize)]
 struct ComparedRun {
-    /// The name of the run's folder, or the whole path if another run's folder has the same name.
+    /// The name of the run's folder. If the folder of another run has the same name, the whole path.
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
@@ -73,7 +73,8 @@ impl Comparison {
         Ok(Self { runs })
     }
 
-    /// Starts the table, which has a row for each run. The caller may add columns and then finishes it.
+    /// Starts the table with a row for each run and the columns that every comparison has. The caller may add columns
+    /// before it finishes the table.
     fn columns(&self) -> TableOf<'_, ComparedRun> {
         let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
         with_numbers(names, |run| &run.summary)

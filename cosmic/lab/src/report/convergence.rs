@@ -17,13 +17,13 @@ const HEIGHT: f64 = 130.0;
 /// The height of a chart with its titles, in pixels.
 const PITCH: f64 = 182.0;
 
-/// A chart of numbers over the iterations. It is drawn as part of a picture, or a page gets its data.
+/// A chart of numbers over the iterations. It is drawn as a part of a picture, or its data are written into a page.
 #[derive(Serialize)]
 pub(super) struct Chart {
-    /// The id of the chart's canvas in a page.
+    /// The id of the HTML canvas on which a page draws the chart.
     id: &'static str,
     title: &'static str,
-    /// The text that says what the dashed lines mean.
+    /// A text that explains the dashed lines.
     #[serde(skip)]
     note: &'static str,
     series: Vec<Series>,
@@ -39,7 +39,7 @@ struct Series {
     name: &'static str,
     /// The index of the line's colour.
     colour: usize,
-    /// A cell for each iteration. A missing number does not interrupt the line; a text does.
+    /// A cell for each iteration. The line continues over a missing number; a text interrupts the line.
     numbers: Vec<Cell>,
 }
 
@@ -169,8 +169,8 @@ pub(super) fn draw(run: &RunFiles) -> String {
 }
 
 impl Chart {
-    /// Returns the lines of the chart. The first number is drawn at iteration `before + 1`: `before` iterations precede
-    /// the history.
+    /// Returns the lines of the chart. The history begins after `before` iterations, so its first number is drawn at
+    /// iteration `before + 1`.
     fn lines(&self, before: usize) -> Vec<Line> {
         let number = |cell: &Cell| match cell {
             Cell::Missing => None,

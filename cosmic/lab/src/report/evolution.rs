@@ -1,5 +1,5 @@
-//! Shows how the robot changes during an optimisation: walks of robots from the first iteration to the last. The run
-//! recorded these walks.
+//! Shows how the robot changes during an optimisation, by the walks that the run has recorded: from the first iteration
+//! to the last.
 
 use super::animation::{Pace, Shot, shots};
 use super::files::{RobotFiles, RunFiles};
@@ -19,7 +19,7 @@ const SECONDS: f64 = 2.0;
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,
-    /// The text with which the labels of its frames begin.
+    /// The beginning of the labels of its frames.
     says: String,
     /// How many seconds of the walk are shown.
     seconds: f64,
@@ -81,7 +81,7 @@ pub(super) fn in_turn<'m>(
     turns.flat_map(shots).collect()
 }
 
-/// Converts a walk to a trajectory whose steps are the recorded moments of the walk.
+/// Converts a walk to a trajectory. A step of the trajectory is a recorded moment of the walk.
 fn trajectory(walk: &Walk) -> TrajectoryFile {
     let state = |x: Vec<Vector<f64>>| State {
         v: vec![Vector::zero(); x.len()],

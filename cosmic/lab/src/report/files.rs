@@ -14,7 +14,7 @@ use cosmic::record::{
 use cosmic::scene::{Lacks, Scene, ShownScene};
 use std::path::{Path, PathBuf};
 
-/// A scene that names laws or a loss that this program does not have.
+/// A scene, with the names of the laws and of the loss that this program does not have.
 #[derive(Clone, Debug)]
 pub struct ForeignScene {
     /// The laws and the loss that this program does not have.
@@ -84,7 +84,7 @@ impl RobotFiles {
         foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
-    /// Returns the indices of the edges whose delivered material satisfies `kind`.
+    /// Returns the indices of the edges whose material in the delivered design satisfies `kind`.
     pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
         let materials = self.design.materials.iter().enumerate();
         let of_kind = materials.filter(|(_, material)| kind(**material));

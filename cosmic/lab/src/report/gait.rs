@@ -65,7 +65,7 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// Returns the words that end a sentence about loads and say which states the loads cover.
+    /// Returns the end of a sentence about loads: which states the loads cover.
     pub(super) fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {

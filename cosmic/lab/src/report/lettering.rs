@@ -6,9 +6,9 @@ use cosmic::geometry::Vector;
 
 /// The height of a digit in the units of the glyphs.
 const DIGIT: f64 = 8.0;
-/// The height of a digit as a fraction of the font's size.
+/// The height of a digit divided by the font's size.
 const OF_SIZE: f64 = 0.7;
-/// The space after a glyph, in the units of the glyphs. The next constant is the width of a character without a glyph.
+/// The space after a character, in the units of the glyphs. `BLANK` is the width of a character that has no glyph.
 const GAP: f64 = 1.9;
 const BLANK: f64 = 4.1;
 

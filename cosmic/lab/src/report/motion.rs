@@ -14,8 +14,8 @@ use cosmic::scene::Scene;
 pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
 /// The colour of the payload and its path.
 pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
-/// The colour of an actuator at the largest contraction. The next three constants are the colours at rest, at the
-/// largest extension, and at strains beyond this range.
+/// The colour of an actuator at the largest contraction. The constants below it are the colours at rest, at the largest
+/// extension, and at strains beyond this range.
 const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
 const AT_REST: Colour = Colour::hex(0xb4aeba);
 const EXTENDED: Colour = Colour::hex(0xd61f1f);
@@ -24,7 +24,7 @@ pub(super) const BEYOND: Colour = Colour::hex(0xb800b8);
 /// The largest number of frames of an animation.
 const MOST_FRAMES: usize = 2000;
 
-/// The mean height of the ground in [`Motion::floor`] is taken over the ends of this many intervals.
+/// [`Motion::floor`] divides the width of the lattice into this many intervals and averages the heights at their ends.
 const FLOORS: u32 = 16;
 
 /// An edge as it is drawn.
@@ -48,7 +48,7 @@ pub(super) struct Motion<'r> {
     pub(super) seen: Vec<usize>,
     /// For each edge, the fraction of solid material in its mixture. An edge with a smaller fraction is drawn fainter.
     presence: Vec<f64>,
-    /// The strain at which an actuator has its full colour.
+    /// The largest target strain of an actuator. At this strain, an actuator has its full colour.
     pub(super) limit: f64,
     /// The terrain, as heights above the ground's line.
     pub(super) profile: Profile,
@@ -156,8 +156,8 @@ impl<'r> Motion<'r> {
         Bounds::of(self.body.iter().map(|&node| state.x[node]))
     }
 
-    /// True if the middle of a bar is horizontally at most the lattice's width away from the body that carries the
-    /// payload.
+    /// True if the middle of a bar is near the body that carries the payload: at most the lattice's width away,
+    /// horizontally.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
         let width = self.robot.lattice.width();
         let Bounds { low, high } = self.bounds(state);
@@ -191,8 +191,8 @@ impl<'r> Motion<'r> {
         self.profile.in_world(&self.ground(), across)
     }
 
-    /// Returns the mean height of the terrain within half a lattice's width of `x`. A camera that follows it does not
-    /// jump where the ground has a step.
+    /// Returns the mean height of the terrain around `x`, over the lattice's width. A camera that follows this height
+    /// does not jump at a step in the ground.
     pub(super) fn floor(&self, x: f64) -> f64 {
         if self.profile.is_flat() {
             return self.ground_height(x);

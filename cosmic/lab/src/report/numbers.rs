@@ -70,8 +70,9 @@ fn numbers() -> [Number; 16] {
     ]
 }
 
-/// Returns the columns that a table has only if one of its runs has the number. The first is the displacement with a
-/// second goal. The second is the loss, which ranks a run whose task is not distance or whose loss the caller supplied.
+/// Returns the columns that only some tables have: those in which one of the runs has the number. The first column is
+/// the displacement for a second goal. The second column is the loss, by which runs are ranked whose task is not
+/// distance or whose loss the caller supplied.
 fn rare() -> [Number; 2] {
     let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
     let behind = Column::new("behind", says).decimals(3, "diverged");

@@ -107,8 +107,8 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     html(title, &body.concat())
 }
 
-/// Returns the script elements of a page: its data, the script that draws robots and curves on all pages, and the
-/// page's own script `of_page`.
+/// Returns the script elements of a page: the page's data, the script that all pages share, and the page's own script
+/// `of_page`.
 pub(super) fn script(data: &Value, of_page: &str) -> String {
     // A `</script>` in a text would end the script element, so `<` is escaped.
     let data = data.to_string().replace('<', "\\u003c");

@@ -8,7 +8,7 @@ use tiny_skia::{
     Transform,
 };
 
-/// Lines that leave the picture are cut this many pixels outside it. The number must exceed the width of any line.
+/// Lines that leave the picture are cut off this many pixels outside it. The number must exceed the width of any line.
 const MARGIN: f64 = 64.0;
 
 /// A picture while it is painted.
@@ -16,7 +16,7 @@ struct Canvas {
     pixels: Pixmap,
     /// The map from the picture's units to pixels.
     scale: Transform,
-    /// The bounds at which lines and discs are cut, because the rasteriser cannot draw shapes that are far away.
+    /// The bounds at which shapes are cut off, because the rasteriser cannot draw shapes that are far away.
     bounds: Bounds,
 }
 

@@ -168,7 +168,7 @@ impl Axes {
     }
 }
 
-/// Returns a range that contains `always` and those of `numbers` that are finite. Its width is not 0.
+/// Returns a range that contains the range `always` and all finite `numbers`. The width of the result is not 0.
 pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
     let range = numbers.filter(|v| v.is_finite()).fold(always, Range::with);
     if range.size() > 0.0 {

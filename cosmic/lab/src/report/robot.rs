@@ -62,7 +62,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     bottom + 12.0
 }
 
-/// Returns the indices of the first state, the last state, and as many states in between as fit side by side.
+/// Returns the indices of the states to draw: the first, the last, and as many in between as fit side by side.
 fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
@@ -120,8 +120,8 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     bottom
 }
 
-/// Returns the largest distance by which the ground is above or below its mean height, in metres, up to `half` metres
-/// from each of the `middles`.
+/// Returns how far the ground rises above or falls below its mean height, in metres: the largest distance, within
+/// `half` metres of each of the `middles`.
 fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     let rises = middles.iter().flat_map(|&middle| {
         let line = motion.ground_line(Range::new(middle, middle).widened(half));

@@ -11,7 +11,7 @@ pub(super) const MARK: Colour = Colour::hex(0x999999);
 /// The largest number of marks across a picture.
 const MOST_MARKS: f64 = 100.0;
 
-/// A view of a motion's world: it maps points of the world to places in a picture.
+/// A view of the world in which a robot moves. It maps points of the world to places in a picture.
 pub(super) struct View<'m> {
     pub(super) motion: &'m Motion<'m>,
     /// A point of the world, in metres. The picture shows it at the place `origin`.

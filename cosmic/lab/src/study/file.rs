@@ -23,7 +23,7 @@ const OWN: [(&str, &str); 4] = [
 pub struct StudyFile {
     /// The study's name: the file's name without its extension.
     pub name: String,
-    /// The name of a built-in study or the path of a file, as the user wrote it.
+    /// The user's argument: the name of a built-in study, or the path of a file.
     pub path: String,
     text: String,
     pub(super) keys: Keys,
@@ -97,8 +97,8 @@ pub(super) struct Trial {
     pub(super) scene: Scene,
 }
 
-/// A file of the user with settings for all built-in scenes of a study. These settings replace the defaults of the
-/// scenes' keys, but a key that a scene or the study sets keeps that value. Without such a file, both texts are empty.
+/// A user's file with settings for all built-in scenes of a study. The settings are new defaults: a key that a scene or
+/// the study sets keeps its value. Without such a file, both texts are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Base {
     /// The file's name, which messages show.
@@ -166,7 +166,7 @@ impl StudyFile {
         entries
     }
 
-    /// Checks that all names that are used are defined, and that the frictions are in range.
+    /// Checks that every name that the file uses is defined, and that the frictions are in range.
     fn check(&self, file: &TomlFile) -> Result<()> {
         let keys = &self.keys;
         let pictures = PICTURES.map(|(name, _)| name.to_owned());

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 const FORMAT: Format = Format::new("cosmic-study", 2);
 
-/// The label of the axis in all charts: the unit of the bars, and what a bar, a dot and a stroke mean.
+/// The label of the axis in all charts. It states the unit, and explains the bars, dots and strokes.
 const UNIT: &str = "displacement along the ground, m \
     (bar: median; dots: seeds; stroke: the paper's, or Coulomb here)";
 
@@ -62,7 +62,7 @@ impl Results {
     }
 
     /// Finds the first setting that differs between the existing results (`self`) and the new results (`now`). Returns
-    /// its name and its two values.
+    /// its name, its existing value and its new value.
     fn differs(&self, now: &Self) -> Option<[String; 3]> {
         let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
         if self.first_seed < now.first_seed || last(self) > last(now) {

@@ -25,13 +25,13 @@ pub(super) struct Pace {
     gone_after: Duration,
 }
 
-/// The times that sweeps use; tests use shorter ones.
+/// The times that programs use. Tests use shorter times.
 pub(super) const PACE: Pace = Pace {
     beat: Duration::from_secs(10),
     gone_after: Duration::from_secs(60),
 };
 
-/// The content of a claim's file after its holder has given the claim back.
+/// The content that a holder writes into the file of a claim when it gives the claim back.
 const FREE: &[u8] = b"free\n";
 
 /// The name and the boot id of this host; `None` if the system does not tell them. Without them, locks are not used.
@@ -41,12 +41,12 @@ static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
     Some(parts.map(|part| part.trim().to_owned()).join(" "))
 });
 
-/// For each claim of another host that this process watches: what the process has seen in the file, by the file's path.
+/// The claims of other hosts that this process watches. For each file of a claim, what this process has seen in it.
 static SEEN: LazyLock<Mutex<HashMap<PathBuf, Seen>>> = LazyLock::new(Mutex::default);
 
 struct Seen {
     content: Vec<u8>,
-    /// The time at which the content last changed, or at which it was first seen.
+    /// The time of the last change of the content; without a change, the time when it was first seen.
     since: Instant,
     /// True if the content has changed since it was first seen.
     changed: bool,
@@ -58,7 +58,8 @@ pub(super) enum Answer {
     Granted(Claim),
     /// Another process holds the claim.
     Taken,
-    /// The holder is on another host. This process must watch it for longer, to know whether it still works.
+    /// A process on another host holds the claim. It is not known yet whether that process still works, so it must be
+    /// watched for longer.
     Watched,
 }
 
@@ -76,7 +77,7 @@ impl Claim {
     }
 }
 
-/// Tries to claim the run `name`.
+/// Tries to claim the run with the name `name`.
 ///
 /// # Errors
 /// [`Error::Write`] if the file of the claim cannot be written.
@@ -159,7 +160,7 @@ impl Held {
 enum Holder {
     Works,
     Gone,
-    /// The holder must be watched for longer to know.
+    /// Not known yet: the holder must be watched for longer.
     Unknown,
 }
 

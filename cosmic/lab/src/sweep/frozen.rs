@@ -115,7 +115,7 @@ impl SweepPlan {
         }
     }
 
-    /// Finds an edit of this plan: the first setting that differs from `before`, the plan as it was frozen. Returns the
+    /// Finds the first setting of this plan that was edited. `before` is the plan as it was frozen. Returns the
     /// setting's name, its value in this plan, and its value in `before`. Returns `None` if only the layout of the file
     /// differs.
     fn edit(&self, before: &Self) -> Option<[String; 3]> {

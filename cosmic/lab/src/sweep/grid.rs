@@ -18,7 +18,7 @@ struct GridAxis {
 /// One point of the grid: a value for every key.
 #[derive(Clone, Debug, PartialEq)]
 struct Combination {
-    /// The text that is appended to the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
+    /// The suffix for the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
     suffix: String,
     /// The settings of the point, such as `physics.friction=0.6`.
     settings: Vec<String>,
@@ -56,8 +56,7 @@ pub fn on_grid(
     planned.collect()
 }
 
-/// Takes the keys from `settings`, each written as `KEY=VALUE`, and returns them with the values that the scene has for
-/// them.
+/// Returns the keys in `settings`, which are written as `KEY=VALUE`, with the values that the scene has for these keys.
 fn swept(scene: &Scene, settings: &[String]) -> Vec<SweptValue> {
     let known = scene.settings();
     let of = |setting: &String| {

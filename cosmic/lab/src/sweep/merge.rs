@@ -28,7 +28,7 @@ pub struct SurveyedRun {
     pub index: usize,
     /// The name of the run's scene.
     pub scene: String,
-    /// The values that the run has for the keys that the sweep varies, by key; empty if the sweep has no grid.
+    /// For each key that the sweep varies, the value in this run; empty if the sweep has no grid.
     pub swept: Map<String, Value>,
     /// The run's seed.
     pub seed: u64,
@@ -93,7 +93,7 @@ struct MergedRun {
     summary: Option<Summary>,
 }
 
-/// The paths of the merged results, and the number of runs that they lack.
+/// The paths of the merged results, and the number of runs whose results are missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
     /// All results, as JSON.
@@ -140,7 +140,8 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     })
 }
 
-/// Collects the text of the CSV file while `results.json` is written, so that every summary is read only once.
+/// The progress of writing `results.json`. It also collects the text of the CSV file, so that every summary is read
+/// only once.
 struct Progress {
     missing: usize,
     /// The text of `results.csv` so far.
@@ -223,7 +224,7 @@ impl Progress {
 /// A row of the table: a run with the numbers of its summary, which are computed once for all columns.
 struct Row<'r> {
     run: &'r SurveyedRun,
-    /// Empty if the run is not done.
+    /// The numbers of the run's summary; empty if the run is not done.
     numbers: Vec<Option<f64>>,
     verdict: Option<&'static str>,
 }

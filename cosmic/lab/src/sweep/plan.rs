@@ -214,7 +214,7 @@ impl SweepPlan {
         keys
     }
 
-    /// Counts the finished runs, as their files in the folder `sweep` tell.
+    /// Counts the finished runs. `sweep` is the folder of the sweep.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
         (0..self.runs()).filter(is_over).count()

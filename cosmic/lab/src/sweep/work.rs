@@ -83,7 +83,7 @@ impl Sweep<'_> {
         self.once_known(is_stopped, || self.try_one(index, observer))
     }
 
-    /// Calls `ask` once a second until it returns an answer.
+    /// Calls `ask` once a second until the answer is not `None`.
     fn once_known<T>(
         &self,
         is_stopped: &dyn Fn() -> bool,
@@ -290,7 +290,7 @@ impl Sweep<'_> {
     }
 }
 
-/// The error of the first failed run, with the number of other failed runs.
+/// Returns the error of the first failed run. The error also states how many other runs failed.
 fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     let count = passed_over.len();
     let Some(mut first) = passed_over.into_values().next() else {
@@ -302,8 +302,8 @@ fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     Err(first)
 }
 
-/// Passes the events of a claimed run on to its observer. Also tells the run whether this process still holds the
-/// claim.
+/// The observer of a run that this process has claimed. It passes events on, and tells the run whether this process
+/// still holds the claim.
 struct Holding<'c> {
     claim: &'c Claim,
     observer: &'c mut dyn Observer,
@@ -335,7 +335,7 @@ impl Observer for Holding<'_> {
     }
 }
 
-/// Passes the warnings of one of several parallel runs on to the overseer. Does not report iterations.
+/// The observer of one of several parallel runs. It passes warnings on to the overseer and ignores iterations.
 struct Quiet<'o> {
     overseer: &'o dyn Overseer,
     name: &'o str,

@@ -65,7 +65,7 @@ impl From<Option<&str>> for Cell {
 pub struct Column {
     /// The heading, which is also the key in JSON and CSV.
     pub name: String,
-    /// A description of what the column means. It includes the unit if `unit` is empty.
+    /// A description of the column's meaning. If `unit` is empty, it also states the unit.
     pub says: String,
     /// The unit of the numbers, shown in the heading after the name; may be empty.
     pub unit: &'static str,

@@ -10,8 +10,7 @@ pub struct TableOf<'a, S> {
 }
 
 impl Table {
-    /// Begins a table with an ordinary row for each subject. The table has no columns until [`TableOf::column`] adds
-    /// some.
+    /// Begins a table with an ordinary row for each subject. The methods `column` and `columns` add its columns.
     pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
         let table = Self {
             name: name.to_owned(),

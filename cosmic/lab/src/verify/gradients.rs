@@ -20,19 +20,19 @@ use subject::{DIRECTIONS, Slopes, Subject};
 const LONGEST: usize = 4096;
 /// How often the longest horizon is halved to get the shorter ones.
 const HALVINGS: u32 = 6;
-/// The half-widths of central differences to try: the distances by which inputs are moved along a direction of length
-/// 1.
+/// The half-widths of central differences to try. A half-width is the distance by which the inputs are moved along a
+/// direction of length 1.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
-/// The half-width of the central differences in double-double, which count as the true slopes. Their rounding error is
-/// 1e-32 divided by the half-width, and their truncation error is the square of the half-width. The motion magnifies
-/// both errors.
+/// The half-width of the central differences in double-double that give the true slopes. The rounding error of these
+/// slopes is 1e-32 divided by the half-width, and their truncation error is the square of the half-width. The motion
+/// magnifies both errors.
 const TINY: f64 = 1e-15;
 /// The largest memory for a full tape, in bytes. A tape that would need more is not computed, and its row says so.
 const MOST_MEMORY: u64 = 3 << 30;
-/// The number of moved starts whose slopes are compared with those of the case's own start.
+/// The slopes at this many slightly moved starts are compared with the slopes at the case's own start.
 const STARTS: usize = 8;
-/// A gradient with a larger relative error does not have two correct digits. If rounding alone may cause such an error,
-/// the row is not checked.
+/// A gradient with a larger relative error than this does not have two correct digits. A row is not checked if rounding
+/// alone may cause such an error.
 const WORTHLESS: f64 = 1e-2;
 
 /// The main source of a gradient's error.
@@ -123,7 +123,7 @@ struct Row {
 }
 
 impl Row {
-    /// Measures a way over a horizon. `last` is the row that was measured before, possibly of another way.
+    /// Measures one method over one horizon. `last` is the row measured before, possibly of another method.
     fn new(subject: &Subject, way: usize, horizon: &Horizon, last: Option<&Self>) -> Self {
         let steps = horizon.steps;
         // The memory is estimated from the previous horizon: it grows in proportion to the number of steps.
@@ -184,7 +184,7 @@ impl Row {
     }
 }
 
-/// A number of steps, the true slopes over these steps, and what errors to expect.
+/// The length of a rollout in steps, with the true slopes over these steps and the errors to expect.
 struct Horizon {
     steps: usize,
     truth: Slopes,
@@ -419,7 +419,8 @@ impl Gradients {
             .done()
     }
 
-    /// The lines of a figure, one for every way. `point` returns the point of a row.
+    /// The lines of a figure: one line for every method of computing a gradient. `point` returns the point that stands
+    /// for a row.
     fn lines(&self, point: &dyn Fn(&Row) -> Vector<f64>) -> Vec<Line> {
         let line = |(k, way): (usize, &Way)| {
             let dashes = match way.limit {

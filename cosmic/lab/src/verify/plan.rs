@@ -25,10 +25,10 @@ const STEPS: usize = 1024;
 /// The number of rounds of measurements. Of the times of a rollout, the shortest counts, because it is the least
 /// disturbed one.
 const ROUNDS: usize = 15;
-/// The radius of gyration of bars in metres, for rollouts into which the term of bending is put back.
+/// The radius of gyration of bars, in metres, in rollouts to which bending is added for the measurement.
 const SOME_BENDING: f64 = 0.01;
-/// A tiny number that replaces a stiffness, a strain or a scale of zero. It changes no result, but steps compute the
-/// term.
+/// A tiny number that replaces a stiffness, a strain or a scale of zero. Steps then compute the term, but the result
+/// does not change.
 const LEAST: f64 = 1e-150;
 
 /// A term of a rollout. Times are in microseconds per step; a time is `None` if it was not measured.
@@ -41,11 +41,11 @@ pub struct Term {
     pub kept: bool,
     /// The reason why the term is computed or omitted.
     pub why: String,
-    /// The time that steps would save without this term, if they compute it.
+    /// The time that steps would save without this term. Only for terms that steps compute.
     pub cost: Option<f64>,
     /// The cost of the term divided by the time of a whole step.
     pub share: Option<f64>,
-    /// The time that leaving out the term saves, if steps omit it.
+    /// The time that steps save because they omit this term. Only for terms that steps omit.
     pub saving: Option<f64>,
 }
 
@@ -122,7 +122,7 @@ impl Plan {
         term.expect("a plan has every term")
     }
 
-    /// Adds the times that updates save, because each computes only one of the two gradients.
+    /// Adds two savings: an update of the design or of the controller computes only one of the two gradients.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
         let both = [DESIGN, CONTROLLER].concat();
@@ -142,10 +142,10 @@ struct Parts {
     body: Body<f64>,
 }
 
-/// A change of the planned rollout that puts in a term or leaves it out.
+/// A change of the planned rollout: it adds one term or removes one.
 type Change<'f> = dyn Fn(&mut Parts) + 'f;
 
-/// Makes a rollout of [`STEPS`] steps from the planned one by a change.
+/// Makes a rollout of [`STEPS`] steps: the planned rollout after a change.
 fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f64>) {
     let mut parts = Parts {
         physics: case.physics.clone(),
@@ -158,8 +158,8 @@ fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f
     (simulator, parts.body)
 }
 
-/// A term, and a change of the rollout. If the plan computes the term, the change leaves it out; otherwise it puts it
-/// in.
+/// A term, and a change of the rollout that reverses the plan's decision. If the plan computes the term, the change
+/// removes the term; otherwise the change adds it.
 struct Row<'f> {
     term: Term,
     other: Option<Box<Change<'f>>>,
@@ -178,7 +178,7 @@ fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
 }
 
 impl<'f> Row<'f> {
-    /// Adds the change `other` to the row if `holds` is true.
+    /// Gives the row the change `other`, if `holds` is true.
     fn or(mut self, holds: bool, other: impl Fn(&mut Parts) + 'f) -> Self {
         if holds {
             self.other = Some(Box::new(other));
@@ -369,7 +369,7 @@ fn ground_rows(case: &Case) -> [Row<'_>; 4] {
     ]
 }
 
-/// Replaces zeros by numbers that are too small to change a result. Steps then compute all edges.
+/// Replaces zeros by numbers that are too small to change a result. Steps then include all edges.
 fn keep_all(numbers: &mut [f64]) {
     for number in numbers.iter_mut().filter(|number| **number == 0.0) {
         *number = LEAST;

@@ -15,7 +15,7 @@ use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::Task;
 
-/// The distance by which every coordinate of a start is moved to get a neighbouring start, in metres.
+/// The distance, in metres, by which every coordinate of a start is moved to make a perturbed start.
 pub(super) const MOVED: f64 = 1e-9;
 
 /// The robot of a case in its world, ready to run in any number type.

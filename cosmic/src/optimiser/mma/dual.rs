@@ -17,13 +17,13 @@ use super::bracket::Bracket;
 use super::cholesky::solve_positive;
 use super::subproblem::{Elastic, Subproblem};
 
-/// The search stops after this number of Newton steps and reports its residual. Most random problems need fewer than
-/// 15; the hardest of 400 000 took 80.
+/// The search stops after this number of Newton steps and then reports its residual. Most random problems take fewer
+/// than 15 steps; the hardest of 400 000 took 80.
 const MAX_STEPS: usize = 100;
 /// Once in this number of Newton steps, each multiplier is moved on its own, with the others fixed. This helps where
 /// the dual is piecewise linear: there, Newton's direction can zigzag in one multiplier while another one is far from
-/// its solution. If neither the dual nor the residual has improved since the last time, rounding prevents further
-/// progress, and the search stops.
+/// its solution. The search stops if neither the dual nor the residual has improved since the last time, because then
+/// rounding prevents further progress.
 const PATIENCE: usize = 10;
 /// The largest number of evaluations in one line search.
 pub(super) const MAX_TRIALS: usize = 100;

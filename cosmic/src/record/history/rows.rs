@@ -1,4 +1,4 @@
-//! The lines of `history.jsonl`, `history.csv` and `designs.jsonl`.
+//! Returns the length of the first `lines` lines in bytes, or an error if the file has fewer complete lines.
 
 use super::walk::Walk;
 use crate::codesign::Record;
@@ -48,7 +48,7 @@ impl DesignRow {
     }
 }
 
-/// The number of lines of `designs.jsonl` up to an iteration, in a run whose first iteration is `entered + 1`.
+/// The number of lines that `designs.jsonl` has after an iteration. The first iteration of the run is `entered + 1`.
 pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
     let tens = iteration / DESIGNS_EVERY - entered / DESIGNS_EVERY;
     let first = entered + 1;

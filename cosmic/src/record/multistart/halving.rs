@@ -22,7 +22,7 @@ pub const FORMAT: Format = Format::new("cosmic-search", 1);
 /// The name of the record of a search, in the folder of several starts.
 pub const SEARCH: &str = "search.json";
 
-/// The record of a search, written for people and other programs. A resumed search does not read it.
+/// The record of a search. People and other programs read it, but a resumed search does not.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Halving {
     /// The rungs reached so far, in order.
@@ -122,7 +122,7 @@ impl Rung {
     }
 }
 
-/// The records of a start up to a rung.
+/// Reads the records of a start's iterations up to a rung.
 fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     let rows = history::read(folder, iteration)?;
     let file = folder.join(history::LINES).display().to_string();
@@ -130,8 +130,9 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     Ok(rows)
 }
 
-/// The median of a number over the last `window` iterations; `None` if the median is not finite. The snap is left out,
-/// because it has no such number. A median predicts the result of a start better than one full rollout does.
+/// The median of a number over the last `window` iterations; `None` if the median is not finite. The iteration of the
+/// snap does not count, because it has no such number. This median predicts the final result of a start better than the
+/// number of one full rollout does.
 fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
     let passes = before.iter().rev().filter(|row| row.pass.is_some());
     let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);

@@ -78,8 +78,8 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// Opens the run of one seed, or begins that run. Returns `None` if the run is finished or has already done the
-/// iteration `until`.
+/// Opens or begins the run of one seed. Returns `None` if the run needs no work: it is finished, or has already done
+/// the iteration `until`.
 pub(super) fn run_of(
     folder: &Path,
     seed: u64,

@@ -6,8 +6,8 @@ use cosmic::error::in_shell;
 /// The file that receives the output of a task.
 struct Output {
     file: String,
-    /// Lines of the script that redirect the output to its file, if no Slurm directive can name that file; otherwise
-    /// empty.
+    /// The lines of the script that redirect the output to its file. They are empty if a Slurm directive can name the
+    /// file.
     redirect: String,
 }
 

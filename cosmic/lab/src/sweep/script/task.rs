@@ -11,7 +11,7 @@ pub(super) const GRACE: u64 = 60;
 /// The runs that are handed to a scheduler, and the options of their tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct HandOver<'s> {
-    /// The path of the sweep's folder, as it is valid where the tasks run.
+    /// The path of the sweep's folder on the machine that runs the tasks.
     pub sweep: &'s Path,
     /// The number of runs in the plan.
     pub runs: usize,

@@ -19,9 +19,9 @@ use cosmic::task::Horizon;
 /// The height above the ground to which a robot's lowest node is lifted, in metres. A node exactly on the ground is at
 /// a kink of the loss.
 const LIFT: f64 = 1e-3;
-/// The output mentions the rounding error of the slopes if it is larger than this fraction of the slopes.
+/// If the rounding error of the slopes exceeds this fraction of the slopes, the output mentions it.
 const WORN: f64 = 1e-6;
-/// The rounding error in [`GradientCheck::rounding`] is an estimate. This many times the estimate is taken as a bound.
+/// The factor from the estimate [`GradientCheck::rounding`] of the rounding error to a bound on it.
 const SAFETY: f64 = 64.0;
 /// A bound on the rounding errors of heights above an inclined ground, in metres.
 const ON_LINE: f64 = 1e-12;
@@ -39,13 +39,14 @@ pub struct Group {
     pub report: Report,
     /// True if the robot was lifted off the ground for this check; see [`check_gradients_of`].
     pub lifted: bool,
-    /// The verdict on the group's gradient. For a lifted robot, the best verdict is a kink.
+    /// The verdict on the group's gradient. If the robot was lifted off the ground for the check, the best possible
+    /// verdict is "kink".
     pub verdict: Verdict,
 }
 
 impl Group {
-    /// True if forward and reverse mode both say that the loss does not depend on the group, and differences do not
-    /// contradict that. Such a check compares only zeros.
+    /// True if the loss does not depend on the group: forward and reverse mode return zeros, and differences do not
+    /// contradict that. A check of such a group proves little.
     fn is_zero(&self) -> bool {
         let still = |direction: &Direction| direction.forward == Some(0.0);
         let agreed = self.verdict != Verdict::Wrong;
@@ -84,7 +85,7 @@ pub struct GradientCheck {
     /// displacement.
     pub control: Option<NegativeControl>,
     /// An estimate of the rounding error of the slopes, relative to the slopes. Every step rounds the state, and the
-    /// motion magnifies these errors as it magnifies a change of the start.
+    /// motion magnifies these errors as it magnifies any change of the start.
     pub rounding: f64,
 }
 
@@ -218,11 +219,11 @@ fn lifted(case: &Case) -> Case {
 struct CaseLoss<'a> {
     probe: Probe<'a>,
     of: &'a dyn AnyLoss,
-    /// The case with a softer stability projection. By design, the derivative of the stability projection is taken from
-    /// it.
+    /// The case with a softer stability projection. By design, the derivative of the stability projection is the
+    /// derivative of this softer projection.
     softer: Case,
-    /// The gradient to check. It has the shape of the inputs: the derivative with respect to an input is in the input's
-    /// place.
+    /// The gradient to check, in the form of the inputs: in the place of each input is the derivative with respect to
+    /// that input.
     gradient: Inputs<f64>,
 }
 

@@ -8,7 +8,7 @@ use super::{GradientCheck, Group, LIFT, NegativeControl, WORN};
 use crate::table::Table;
 
 impl Group {
-    /// The direction with the worst verdict; among several of these, the one with the largest error.
+    /// The direction with the worst verdict. If several directions have that verdict, the one with the largest error.
     fn worst(&self) -> &Direction {
         let rank = |row: &&Direction| (row.verdict, row.error);
         // An error of NaN counts as the worst.
