@@ -120,8 +120,7 @@ fn no_node_is_below_the_ground() {
     assert!(low > 250 && high > 100, "{low} {high}");
 }
 
-/// A robot above a stair. The columns of its lowest row are above different steps: every second column is above a new
-/// step.
+/// A robot above a stair. In its lowest row, every second column is above a new step.
 fn on_stairs(contact: ContactLaw) -> Case {
     falling(|scene| {
         scene.physics.contact = contact;

@@ -40,7 +40,7 @@ fn robot() -> Case {
     case
 }
 
-/// The state of a robot with this design at the end of a rollout.
+/// Simulates a robot with this design and returns its last state.
 fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<f64> {
     let span = Span::from_start(vec![STEPS]);
     let seen = case.task().rollout(design, &case.controller, start, &span);
@@ -114,7 +114,7 @@ fn nothing_jumps_at_the_snap() {
     assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
 }
 
-/// Nodes without a bar stay where they are. Neither the motion of the other nodes nor any gradient depends on them.
+/// Nodes without a bar stay where they are. They affect neither the motion of the other nodes nor any gradient.
 #[test]
 fn nodes_without_a_bar_do_not_belong_to_the_robot() {
     let case = robot();

@@ -35,9 +35,9 @@ impl Contact for Glue {
 }
 
 cosmic::settings! {
-    /// A contact law: a node bounces back with a fraction of its speed.
+    /// A contact law: a node bounces back with a fraction of its speed. `restitution` is the fraction.
     struct Bounce<R> {
-        /// The fraction.
+        /// The fraction of the speed that remains.
         restitution: R = 0.5, allowed within(0.0, 1.0), source "a test";
     }
 }
@@ -168,7 +168,7 @@ fn the_tensions_of_all_laws_add_up() {
     assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
 }
 
-/// A force law for gravity along the vertical has the same effect as the gravity of the scene, even on inclines.
+/// A user's law for gravity along the vertical has the same effect as the scene's gravity, also on inclines.
 #[test]
 fn a_force_on_nodes_knows_the_vertical() {
     for incline in [
@@ -187,8 +187,8 @@ fn a_force_on_nodes_knows_the_vertical() {
     }
 }
 
-/// A law gets the right node, and the time at the beginning of the step. The test makes two steps with nodes that start
-/// at rest, under a pull that oscillates at 30 rad/s.
+/// A law gets the data of the right node, and the time at the beginning of the step. The test makes two steps with
+/// nodes that start at rest, under a pull that oscillates at 30 rad/s.
 #[test]
 fn a_force_knows_the_time_and_the_node() {
     let physics = physics(

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::task::{Outcome, Task};
 
-/// A task, with the measurements of the ways to do it.
+/// A task, with the measured times of each way to do it.
 pub(crate) type Measured = (Task, Vec<Outcome>);
 
 /// Returns the table of a task, with a row for each way to do it.

@@ -1,4 +1,4 @@
-//! A task to compute the loss of a network over a mini-batch, and its gradient.
+//! Measures the computation of a network's loss over a mini-batch, with its gradient.
 
 use ndarray::Array2;
 
@@ -68,7 +68,7 @@ fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
     [vec![value], gradient].concat()
 }
 
-/// The loss by matrix products, with a reverse sweep that is written by hand.
+/// The loss by matrix products, with a hand-written reverse sweep.
 mod hand {
     use ndarray::linalg::general_mat_mul;
     use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -170,7 +170,7 @@ mod ours {
     }
 }
 
-/// The layers are evaluated one after the other, each over all points.
+/// A loss that evaluates one layer after the other, each for all points at once.
 mod ours_layers {
     use autodiff::fused::dense_batch;
     use autodiff::{Real, Var, value_and_gradient};

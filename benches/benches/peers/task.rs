@@ -1,4 +1,4 @@
-//! A task to measure, with several ways to do it and their times.
+//! Tasks to measure. Each can be done in several ways.
 
 use benches::machine::{SPAN, in_turns};
 
@@ -9,10 +9,11 @@ pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
 
 /// One way to do a task.
 pub(crate) struct Way {
-    /// Which crate is used: `ours` or the name of another crate. The reference of the ratios is `by hand` or `primal`.
+    /// The crate that is used: `ours` or the name of another crate. For the first way, with which the others are
+    /// compared, `by hand` or `primal`.
     pub(crate) by: &'static str,
     pub(crate) how: &'static str,
-    /// The names of those modules in the task's file that contain the code of this way.
+    /// The modules in the task's file that contain the code of this way, by name.
     pub(crate) modules: &'static [&'static str],
     pub(crate) run: Box<dyn FnMut() -> Vec<f64>>,
 }
@@ -53,7 +54,7 @@ pub(crate) struct Outcome {
 }
 
 impl Task {
-    /// Compares the answers of all ways.
+    /// Asserts that the answers of all ways agree.
     ///
     /// # Panics
     /// If they differ by more than the tolerance.

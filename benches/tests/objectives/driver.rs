@@ -4,8 +4,8 @@ use benches::distance::distance;
 use benches::gradbench::serve;
 use serde_json::{Value, json};
 
-/// The largest allowed relative distance of an answer in the 2-norm. GradBench's own tolerance would accept wrong
-/// derivatives. The answers of GradBench's tools agree to about 1e-12.
+/// The largest allowed relative distance of an answer from the right one, in the 2-norm. GradBench's own tolerance
+/// would accept wrong derivatives. The answers of GradBench's tools agree to about 1e-12.
 const TOLERANCE: f64 = 1e-7;
 
 #[track_caller]

@@ -6,7 +6,8 @@ use cosmic::scene::{Named, TaskKind};
 use serde_json::Value;
 use std::fs;
 
-/// Makes a bench with the small scene. `physics` has more keys of `[physics]`, and `more` has more sections.
+/// Makes a test folder with the small scene. `physics` is added to the scene's section `[physics]`, and `more` is added
+/// at the end of the scene.
 fn bench(physics: &str, more: &str) -> Bench {
     Bench::with(&(scene(24, 64, physics) + more))
 }

@@ -71,7 +71,7 @@ fn groups_that_the_loss_does_not_depend_on_are_named() {
     has(&told, &[says]);
 }
 
-/// `gradcheck` checks the gradient of the loss of the scene's task. So every task has another table.
+/// `gradcheck` checks the gradient of the loss of the scene's task. So its output is different for every task.
 #[test]
 fn the_gradient_of_every_task_is_checked() {
     let table = |(task, _): &(&str, TaskKind)| {

@@ -17,7 +17,7 @@ fn slow() -> Bench {
     Bench::new(ITERATIONS, 512)
 }
 
-/// The results of the run of [`slow`] if nothing interrupts it.
+/// The results of the run of [`slow`] without an interruption.
 static WHOLE: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     let bench = slow();
     bench.run("whole", "");
@@ -29,8 +29,8 @@ fn await_rows(bench: &Bench, run: &str, wanted: usize) {
     bench.await_lines(&format!("{run}/history.jsonl"), wanted);
 }
 
-/// Starts a run and sends it a signal once its history has `wanted` rows. Returns the output of the stopped run. If the
-/// run finishes before the signal, starts it again.
+/// Starts a run and sends it a signal once its history has `wanted` rows. Returns the output of the stopped run. Tries
+/// again if the run finishes before the signal.
 fn caught(bench: &Bench, run: &str, wanted: usize, name: &str) -> Output {
     for _ in 0..20 {
         let child = bench.start(&format!("optimize tiny.toml --out {run}"));
@@ -192,7 +192,7 @@ fn resume_does_not_change_a_finished_run() {
     }
 }
 
-/// A bench with a run that is complete except for its summary.
+/// A test folder with a run in which only the summary is missing.
 fn nearly_finished() -> Bench {
     let bench = Bench::finished();
     bench.remove("a/summary.json");

@@ -3,7 +3,7 @@
 use crate::common::Bench;
 use std::fs;
 
-/// The commands that read a finished run and its scene.
+/// The commands that need the scene of a finished run.
 const READERS: [&str; 7] = [
     "report a",
     "compare a a",
@@ -14,7 +14,8 @@ const READERS: [&str; 7] = [
     "optimize --from a --iterations 1 --out on",
 ];
 
-/// Asserts that each command refuses the run `a` with this text as its scene file, for the same reason `says`.
+/// Writes `scene` as the scene file of the run `a`. Asserts that each command then refuses the run with an error that
+/// contains `says`.
 #[track_caller]
 fn refused(bench: &Bench, scene: &str, says: &str) {
     bench.write("a/scene.toml", scene);

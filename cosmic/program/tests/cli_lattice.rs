@@ -264,7 +264,8 @@ fn a_design_that_violates_the_rules_cannot_be_a_start() {
     );
 }
 
-/// The lattice is known only to this program, but its run contains a copy. So every program can resume the run.
+/// Only this program knows the lattice, but every program can resume the run, because the run's folder contains a copy
+/// of the lattice.
 #[test]
 fn a_lattice_of_a_program_is_copied_into_its_runs() {
     let registry = Registry::default().with_lattice("gate", Truss::parse("gate", GATE).unwrap());
@@ -307,7 +308,7 @@ fn a_case_of_any_lattice_reads_back_to_the_same_results() {
     }
 }
 
-/// The example `ring` builds its lattice in its code. The program `cosmic` can read the runs of `ring`.
+/// The example `ring` builds its lattice in code. The program `cosmic` can read its runs.
 #[test]
 fn runs_of_the_example_ring_are_read_by_cosmic() {
     let folder = Path::new(env!("CARGO_BIN_EXE_cosmic")).parent().unwrap();

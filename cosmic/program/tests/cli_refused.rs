@@ -119,7 +119,8 @@ fn a_robot_that_flies_apart_gives_an_error_and_its_last_states() {
         .fails(3, &["b/diverged.json"]);
 }
 
-/// Without stiffness, neither design nor controller can move the payload along the ground. So all gradients are zero.
+/// Without stiffness, the payload cannot move along the ground, whatever the design and the controller. So all
+/// gradients are zero.
 #[test]
 fn optimize_warns_if_all_gradients_are_zero() {
     let slack = scene(24, 64, "") + "[materials]\nstiffness = [0.0, 0.0, 0.0]\n";

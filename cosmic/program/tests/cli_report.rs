@@ -28,7 +28,7 @@ horizon_over = [2, 5]
 window = 64
 ";
 
-/// A bench with a finished run in the folder `run`.
+/// A test folder with a finished run in the folder `run`.
 fn finished() -> Bench {
     let bench = Bench::with(SCENE);
     let told = bench.run("run", "--quiet");
@@ -40,7 +40,7 @@ fn report(bench: &Bench) -> Told {
     bench.cosmic("report run")
 }
 
-/// Changes one file of the run, checks that the report is refused, and restores the file.
+/// Changes one file of the run, asserts that `report` refuses the run, and restores the file.
 fn refused(bench: &Bench, name: &str, content: impl AsRef<[u8]>, says: &[&str]) {
     let file = format!("run/{name}");
     let whole = bench.read(&file);
@@ -336,8 +336,7 @@ fn files_of_another_run_or_version_are_refused() {
     bench.cosmic("report run --quiet").ok();
 }
 
-/// A report can be made for a robot that ends a hundred million lattice widths away, and for a rollout that lasts
-/// hours.
+/// Reports of extreme runs: a robot that ends a hundred million lattice widths away, and a rollout that lasts hours.
 #[test]
 fn a_robot_far_away_and_a_long_rollout_are_drawn() {
     let steep = "incline_deg = 60.0\ncontact = \"coulomb\"\nfriction = 0.0\ngravity = 1000.0\n\
@@ -410,7 +409,7 @@ fn browser() -> Option<&'static str> {
     names.into_iter().find(runs)
 }
 
-/// Options for the browser: it loads nothing but the page and uses no graphics card.
+/// Options for the browser: it loads only the page and does not use a graphics card.
 const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-sync --disable-component-update \
     --virtual-time-budget=1000 --dump-dom";
