@@ -314,11 +314,11 @@ pub fn in_shell(path: &Path) -> String {
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         format!(
-            "go on with record::resume_with and the loss of the run in {}",
+            "continue with record::resume_with and the loss of the run in {}",
             run.display()
         )
     } else {
-        format!("go on with: cosmic resume {}", in_shell(run))
+        format!("continue with: cosmic resume {}", in_shell(run))
     }
 }
 

@@ -352,7 +352,7 @@ fn wrong_choices_are_refused_with_what_is_known() {
             "`physics.forces` names an unknown law",
         ),
         ("physics.forces = ['gale']", "\"tether\""),
-        ("physics.forces = ['again', 'again']", "has twice"),
+        ("physics.forces = ['again', 'again']", "names a force twice"),
         ("physics.forces = 'again'", "is a string"),
         ("tether.stiffness = 1.0", "`tether` is not chosen"),
         ("tether.stiffness = 1.0", "physics.forces = [\"tether\"]"),

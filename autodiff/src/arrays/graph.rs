@@ -119,7 +119,7 @@ impl Graph {
         // An edge's slot is the first slot of its group plus its tail.
         let place = |[i, j]: &[usize; 2]| {
             let known = groups.iter_mut().find(|group| group.offset == j - i);
-            let group = known.expect("every offset has a group");
+            let group = known.expect("a group exists for every offset");
             assert!(!group.is_tail.get(*i), "edge [{i}, {j}] is given twice");
             group.is_tail.set(*i);
             group.is_head.set(*j);
@@ -151,7 +151,7 @@ impl Graph {
         let slots = layout.slot_of_edge.iter().zip(marked);
         for (&slot, _) in slots.filter(|(_, marked)| **marked) {
             let group = layout.groups.iter_mut().find(|group| group.has(slot));
-            let group = group.expect("every slot has a group");
+            let group = group.expect("a group exists for every slot");
             let tail = slot - group.first_slot;
             group.is_tail.clear(tail);
             group.is_head.clear(tail + group.offset);

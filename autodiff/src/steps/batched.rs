@@ -161,8 +161,8 @@ impl StartGroup {
             assert_eq!(
                 own.len(),
                 len,
-                "all starts of a batch must have equally many numbers, and so must their own parameters: \
-                 the first start has {len} numbers, but another has {}",
+                "all starts of a batch must have the same length, and so must a parameter of which each \
+                 start has its own values: the first start has {len} numbers, but another has {}",
                 own.len()
             );
         }
@@ -302,7 +302,7 @@ impl<M: Model> Fused for Batched<M> {
             let x_bars = self
                 .rollout
                 .reversed(group.lanes, recorded, &seeds, &wanted);
-            let (start_bar, bars) = x_bars.split_first().expect("a rollout has a start");
+            let (start_bar, bars) = x_bars.split_first().expect("the first input is the start");
             start_bars.extend(group.parted(start_bar));
             for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {
                 match (own, &mut bars[..]) {

@@ -39,7 +39,7 @@ impl<R: Real> Stepper<R> {
         let mut program = program.finish();
         rollout.check(program.inputs_len);
         let mut parameters = program.parameters();
-        let (start, given) = inputs.split_first().expect("a rollout has a start");
+        let (start, given) = inputs.split_first().expect("the first input is the start");
         assert_eq!(
             start.len(),
             program.state_len(),
@@ -150,7 +150,8 @@ impl<R: Real> Recorded<R> {
         let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
         let Some(kept) = kept else {
             panic!(
-                "the rows of {leaf} steps do not fit into memory; set the rollout's `memory` to a smaller budget"
+                "the intermediate values of {leaf} steps do not fit into memory; set the rollout's \
+                 `memory` to a smaller budget"
             );
         };
         let mut rows = match keeps {
@@ -251,7 +252,7 @@ impl<R: Real> Recorded<R> {
         at(end, state_bar);
         // Each turn either sets a further checkpoint or reverses the last leaf.
         while end > 0 {
-            let top = stack.last().expect("the start is never removed");
+            let top = stack.last().expect("the first checkpoint is never removed");
             let first = self.schedule.leaf_start(top.step..end);
             if let Some(middle) = self.schedule.split(top.step..end, stack.len()) {
                 let top = top.clone();

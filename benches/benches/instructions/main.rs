@@ -52,7 +52,8 @@ fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
         }
         _ => {
             eprintln!(
-                "error: `{WORK} {work} {repeats}`: expected the number of a work, then the number of repetitions"
+                "error: `{WORK} {work} {repeats}`: expected the number of a piece of work, then the \
+                 number of repetitions"
             );
             ExitCode::FAILURE
         }

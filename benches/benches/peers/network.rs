@@ -78,7 +78,8 @@ mod hand {
     pub(super) fn gradient(case: &Case) -> Vec<f64> {
         let weights = |(inputs, outputs, begin): (usize, usize, usize)| {
             let weights = &case.parameters[begin..][..inputs * outputs];
-            ArrayView2::from_shape((outputs, inputs), weights).expect("the length was taken")
+            ArrayView2::from_shape((outputs, inputs), weights)
+                .expect("the slice has the length of the array")
         };
         let layers = case.layers();
         let mut numbers = vec![case.x.clone()];
@@ -242,7 +243,9 @@ mod candle {
             let gradients = loss.backward()?;
             let mut all = vec![loss.to_scalar()?];
             for parameter in self.layers.iter().flatten() {
-                let gradient = gradients.get(parameter).expect("the loss depends on it");
+                let gradient = gradients
+                    .get(parameter)
+                    .expect("the loss depends on every parameter");
                 all.extend(gradient.flatten_all()?.to_vec1::<f64>()?);
             }
             Ok(all)

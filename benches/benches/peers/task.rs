@@ -65,7 +65,7 @@ impl Task {
             .map(|way| (way.by, way.how, (way.run)()));
         // The way `primal` computes no gradient, so it has no answer to compare.
         let mut answers = answers.filter(|(by, ..)| *by != "primal");
-        let (_, _, first) = answers.next().expect("a task has a way");
+        let (_, _, first) = answers.next().expect("every task has at least one way");
         let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         assert!(
             scale > 0.0,
@@ -78,7 +78,7 @@ impl Task {
                 let agree = (a - b).abs() <= self.tolerance * scale;
                 assert!(
                     agree,
-                    "{}: number {k} of the answer by {by}, {how}, is {b}, but the first way computes {a}",
+                    "{}: the answers differ: number {k} is {b} by {by}, {how}, but {a} by the first way",
                     self.title
                 );
             }

@@ -120,7 +120,7 @@ fn robot(summary: &Summary) -> String {
     }
     if let Some(clock) = summary.displacement_clock_p50 {
         let keeps = summary.clock_keeps().map_or(String::new(), |kept| {
-            format!(", which keeps {:.0} %", 100.0 * kept)
+            format!(", {:.0} % of the displacement with feedback", 100.0 * kept)
         });
         text += &format!("open loop, without feedback: {clock:.3} m{keeps}\n");
     }

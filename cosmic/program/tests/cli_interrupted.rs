@@ -62,7 +62,8 @@ fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
         let rows = bench.lines(&format!("{name}/history.jsonl")) as u64;
         assert_eq!(rows, done);
         let error = Told::of(output).error;
-        let how = format!("interrupted after iteration {done}; go on with: cosmic resume {name}\n");
+        let how =
+            format!("interrupted after iteration {done}; continue with: cosmic resume {name}\n");
         assert!(error.ends_with(&how), "{error}");
         resume(&bench, name).ok();
         assert_eq!(bench.results(name), *WHOLE);
@@ -138,7 +139,7 @@ fn several_starts_resume_where_they_were() {
         if code.is_some() {
             // The message names the folder of the search, not that of a start.
             let error = Told::of(output).error;
-            let how = format!("; go on with: cosmic resume {name}\n");
+            let how = format!("; continue with: cosmic resume {name}\n");
             assert!(error.ends_with(&how), "{error}");
             assert!(!bench.path(name).join("summary.json").exists());
         }
@@ -265,7 +266,7 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
         "a/scene.toml",
         scene.replace("gravity = 4.8", "gravity = 4.9"),
     );
-    resume(&bench, "a").fails(2, &["not the scene that the run began with"]);
+    resume(&bench, "a").fails(2, &["not the scene with which the run began"]);
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn every_command_refuses_a_scene_that_differs_from_the_run() {
         "is missing",
     );
     let edited = whole.replace("gravity = 4.8", "gravity = 9.81");
-    refused(&bench, &edited, "not the scene that the run began with");
+    refused(&bench, &edited, "not the scene with which the run began");
     // If the scene file is missing, commands use the scene in the snapshot.
     bench.remove("a/scene.toml");
     for line in READERS.iter().filter(|line| !line.contains("--from")) {

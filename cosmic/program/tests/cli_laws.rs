@@ -131,7 +131,7 @@ fn a_wrong_choice_of_laws_gives_one_error() {
             "forces = ['stops', 'mud', 'wool']",
             "`physics.forces` names an unknown law",
         ),
-        ("forces = ['stops', 'stops']", "has twice"),
+        ("forces = ['stops', 'stops']", "names a force twice"),
         ("forces = 'stops'", "is a string"),
     ] {
         let law = if choice.contains("mud") {

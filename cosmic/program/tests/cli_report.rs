@@ -254,7 +254,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     let of_summary = |end: &str| says(&["report run", "compare run"], "summary.json", end);
     bench.remove("run/summary.json");
     bench.remove("run/design.json");
-    let go_on = "the run is not finished; go on with: cosmic resume run";
+    let go_on = "the run is not finished; continue with: cosmic resume run";
     of_summary(go_on);
     let of_design = ["evaluate run", "robustness run", "optimize --from run"];
     says(&of_design, "design.json", go_on);
@@ -264,7 +264,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
     bench.write("run/snapshot.json", own);
     of_summary(
-        "the run is not finished; go on with record::resume_with and the loss of the run in run",
+        "the run is not finished; continue with record::resume_with and the loss of the run in run",
     );
 
     fs::remove_dir_all(bench.path("run")).unwrap();
@@ -296,7 +296,7 @@ fn files_of_another_run_or_version_are_refused() {
     let history = read("history.jsonl");
     let (_, without_the_first) = history.split_once('\n').unwrap();
     let no_text = [history.as_bytes(), b"\xff\n"].concat();
-    let began = "not the scene that the run began with";
+    let began = "not the scene with which the run began";
     for (name, content, says) in [
         ("scene.toml", wider.into_bytes(), began),
         ("trajectory.json", descending.into(), "`steps` must ascend"),

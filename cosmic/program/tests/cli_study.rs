@@ -142,7 +142,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     grounds("a", "--iterations 2 --seeds 1 --first-seed 1").ok();
     has(
         &bench.read("a/grounds.md"),
-        &["undecided: with one seed, the change has no standard error"],
+        &["undecided: one seed gives no standard error"],
     );
     let said = grounds("a", "--iterations 2").ok();
     assert_eq!(ended(&said), 4, "{said:?}");

@@ -94,7 +94,7 @@ fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     let lock = fs::File::create(run(1, ".cosmic-lock")).unwrap();
     lock.try_lock().unwrap();
     let said = sweep("run s --index all").ok();
-    let says = "1 of 3 runs are being run by other processes\n";
+    let says = "other processes are doing 1 of 3 runs\n";
     assert!(said.error.ends_with(says), "{said:?}");
     fs::remove_dir_all(run(0, "")).unwrap();
     fs::create_dir_all(run(0, "")).unwrap();
@@ -427,7 +427,10 @@ fn a_diverged_run_counts_as_done() {
     has(&said.error, &["diverged in step"]);
     assert_eq!(counts(&bench), [0, 0, 0, 1]);
     let said = bench.cosmic("sweep run s --index auto");
-    assert_eq!(said.out, "no run is free\n");
+    assert_eq!(
+        said.out,
+        "each run is finished or is being done by another process\n"
+    );
 }
 
 #[test]

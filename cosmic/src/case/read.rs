@@ -291,7 +291,7 @@ impl Shapes<'_> {
             let expected = if i == j || i.max(j) >= nodes {
                 format!("two different nodes below {nodes}")
             } else if !seen.insert([i.min(j), i.max(j)]) {
-                "an edge that is not listed before".to_owned()
+                "an edge that no earlier entry lists".to_owned()
             } else {
                 continue;
             };

@@ -101,8 +101,8 @@ impl Progress {
                 Err(Error::NotFinite {
                     names: vec!["the loss".to_owned()],
                     cause: Some(format!(
-                        "after iteration {} it is {loss}, and no gradient so far could be used; check the \
-                         loss and the scene for divisions by zero and extreme values",
+                        "after iteration {} the loss is {loss}, and no gradient so far could be used; check \
+                         the loss and the scene for divisions by zero and extreme values",
                         record.iteration
                     )),
                 })

@@ -58,7 +58,7 @@ impl Merit {
         }
         let (least, of_which) = match self {
             Self::Distance => (LEAST_DISTANCE, ""),
-            Self::ShorterWay => (LEAST_DISTANCE, " of the shorter of the two ways"),
+            Self::ShorterWay => (LEAST_DISTANCE, " of the shorter displacement"),
             Self::MinusLoss => (0.0, ""),
         };
         let tolerance = 0.5 * p50.abs().max(least);

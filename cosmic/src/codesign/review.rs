@@ -86,7 +86,7 @@ mod tests {
                 "the rough ground ends within eight lengths of the robot",
             ),
             ("lattice.drop=-0.1", "below the ground"),
-            ("controller.omega=0", "the clock stands still"),
+            ("controller.omega=0", "the clock does not advance"),
             ("controller.omega=2000", "half a period"),
             ("selection.perturbation=0", "all perturbed starts are equal"),
         ] {

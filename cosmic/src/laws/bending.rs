@@ -37,7 +37,7 @@ pub(crate) struct Bending {
 
 impl Settings for Bending {
     fn about(&self) -> &'static str {
-        "Bars in line resist bending at the node between them."
+        "Bars that continue straight through a node resist bending there."
     }
 }
 

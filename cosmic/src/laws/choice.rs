@@ -240,7 +240,7 @@ const NO_LAW: &str = "names an unknown law:";
 impl SettingValue for ContactLaw {
     fn allowed(&self, _: &Limits) -> String {
         let names = quoted(self.registry.contacts().map(|law| law.name()), " or ");
-        format!("{names}; any other law needs the program that adds it")
+        format!("{names}; any other law needs a program that adds it")
     }
 
     fn json(&self) -> serde_json::Value {
@@ -381,7 +381,7 @@ impl SettingValue for ForceLaws {
             match (self.law_of(name), &mut lacking) {
                 (Some(law), _) => {
                     if laws.iter().any(|other| other.name() == law.name()) {
-                        return Err(misfit(entry, "must name each force once, but has twice:"));
+                        return Err(misfit(entry, "names a force twice:"));
                     }
                     laws.push(law);
                 }

@@ -124,7 +124,11 @@ impl<R> Controller<R> {
 
     pub(super) fn of_parts(layout: Arc<[Part]>, numbers: Vec<R>) -> Self {
         let len: usize = layout.iter().map(|part| part.shape.len()).sum();
-        assert_eq!(numbers.len(), len, "the blocks need this many numbers");
+        assert_eq!(
+            numbers.len(),
+            len,
+            "there must be one number for each entry of the blocks"
+        );
         Self { layout, numbers }
     }
 

@@ -98,8 +98,9 @@ fn check_motion(
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| a.distance(*b));
     if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {
-        let what =
-            format!("after {step} steps, the robot is not where a simulation of {DESIGN} puts it");
+        let what = format!(
+            "after {step} steps, the robot's position differs from a simulation of {DESIGN}"
+        );
         return Err(differs(folder, TRAJECTORY, &what));
     }
     Ok(())

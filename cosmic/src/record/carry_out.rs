@@ -56,8 +56,7 @@ pub fn optimise_with(
     let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
     if !is_of_plan || progress.own_loss != first.own_loss {
         return Err(Error::Usage(
-            "the optimisation and its progress do not belong to the plan; they must have its scene and seed, and \
-            the same loss".into(),
+            "the optimisation and its progress must have the scene, the seed and the loss of the plan".into(),
         ));
     }
     progress.fits(&first, "the initial progress")?;

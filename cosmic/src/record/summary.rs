@@ -320,8 +320,7 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
         departures.push(named("start", says));
     }
     if progress.own_loss {
-        let says =
-            "robots are designed for a loss that was supplied by the program that began the run";
+        let says = "robots are designed for a loss of the program that began the run";
         departures.push(named("loss", says));
     }
     departures

@@ -101,7 +101,7 @@ impl PartialEq for Chosen {
 impl SettingValue for Chosen {
     fn allowed(&self, _: &Limits) -> String {
         let (kind, names) = (self.kind, quoted(self.known(), " or "));
-        format!("{names}; any other {kind} needs the program that adds it")
+        format!("{names}; any other {kind} needs a program that adds it")
     }
 
     fn json(&self) -> serde_json::Value {

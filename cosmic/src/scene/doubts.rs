@@ -97,9 +97,9 @@ const DOUBTS: &[Doubt] = &doubts! {
             let is_default = s.controller.gain == Scene::paper().controller.gain;
             nodes > 100 && !s.lattice.is_truss() && is_default
         };
-    ["controller.omega"]: "the clock stands still"
+    ["controller.omega"]: "the clock does not advance"
         if |s| s.controller.omega == 0.0;
-    ["controller.omega", "physics.dt"]: "the clock turns by half a period or more in a time step"
+    ["controller.omega", "physics.dt"]: "the clock advances by half a period or more in a time step"
         if |s| s.controller.omega * s.physics.dt >= PI;
     ["selection.perturbation"]: "all perturbed starts are equal, so medians over them are meaningless"
         if |s| s.selection.perturbation == 0.0;

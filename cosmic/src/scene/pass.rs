@@ -37,7 +37,7 @@ pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
 
 impl SettingValue for Vec<Pass> {
     fn allowed(&self, limits: &Limits) -> String {
-        format!("letters d and c in quotes, their number {limits}")
+        format!("a string of the letters d and c, its length {limits}")
     }
 
     fn toml(&self) -> String {

@@ -148,7 +148,9 @@ impl From<Profile> for GroundSettings {
 
 impl SettingValue for Profile {
     fn allowed(&self, limits: &Limits) -> String {
-        format!("up to {MOST_POINTS} pairs [along, height], along increasing, each number {limits}")
+        format!(
+            "up to {MOST_POINTS} pairs [along, height] in ascending order of along, each number {limits}"
+        )
     }
 
     fn toml(&self) -> String {

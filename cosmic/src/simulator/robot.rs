@@ -222,7 +222,7 @@ impl Robot {
             Drive::Held => {
                 return given
                     .held
-                    .expect("a held robot has activations as a parameter");
+                    .expect("a robot with constant activations declares them as a parameter");
             }
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,

@@ -62,7 +62,7 @@ impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     fn run<L: Lane<R>>(mut self) {
         // Here and below, the condition is constant and the impossible case is not compiled.
         if const { K > L::N } {
-            unreachable!("one lane cannot hold {K} starts");
+            unreachable!("a register of one lane cannot hold {K} starts");
         }
         self.0.times::<L, K>(self.1, &mut self.2);
     }

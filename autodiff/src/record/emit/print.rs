@@ -179,7 +179,9 @@ impl<'a> Printer<'a> {
         }
         match op {
             Op::Input(_) => unreachable!("inputs have names"),
-            Op::Dot(..) | Op::Sum(..) => unreachable!("a simplified recording has their terms"),
+            Op::Dot(..) | Op::Sum(..) => {
+                unreachable!("a simplified recording has neither dot products nor sums")
+            }
             Op::Constant(bits) => self.constant(f64::from_bits(bits)),
             Op::Always(value) => format!("<R::Mask as Mask>::splat({value})"),
             Op::Unary(f, x) => unary(f, &name(x)),

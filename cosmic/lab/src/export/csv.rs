@@ -77,7 +77,7 @@ pub(super) fn bars(
         )
         .column(
             "plate_density",
-            "density of the plate with which the strip weighs as much as the bar, kg/m3",
+            "density of the plate for which the strip has the mass of the bar, kg/m3",
             |(_, m)| mass(m) / (volume(m) / MM.powi(3)),
         );
     Ok(table.rounded(DECIMALS).done())

@@ -186,7 +186,7 @@ impl Frame {
         // Nine decimals of metres, kilograms and millilitres are enough for a workshop.
         let head = |name, says| Column::new(name, says).rounded(9);
         let cubic = Column::new("volume", "m3").rounded(15);
-        let says = "the density with which every part has the mass of its bars, kg/m3";
+        let says = "the density for which every part has the mass of its bars, kg/m3";
         Table::of("", "", &rows)
             .column("part", "the kind of part", |row| row.0)
             .column("count", "number of struts or joints", |row| count(row.1))

@@ -135,7 +135,7 @@ impl<'c> Robot<'c> {
         let ground = Ground::from(&case.physics);
         let body = case.body();
         let count = case.lattice.nodes();
-        let network = Network::of(&case.controller).expect("`check` has accepted a network");
+        let network = Network::of(&case.controller).expect("`check` accepts only networks");
         let folded = network.folded(&case.observation, count, &body.presence, &ground);
         let layout = case.design.layout();
         let is_bar = |edge: &usize| layout.is_none_or(|layout| layout[*edge].is_solid());

@@ -187,10 +187,10 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
         .map(|(column, cell)| [column.says.clone(), column.shown_with_unit(cell)])
         .collect();
     let [x, y] = summary.displacement.map(|x| decimals(x, 3)).array();
-    let says = "displacement of one unperturbed rollout, x and y of the world";
+    let says = "displacement of one unperturbed rollout along the world's x and y axes";
     rows.push([says.to_owned(), format!("{x} m, {y} m")]);
     rows.extend(deepest_cut.map(|depth| {
-        let says = "deepest cut of a bar into the ground between its nodes";
+        let says = "largest depth of a bar below the ground between its nodes";
         [says.to_owned(), decimals(depth, 4) + " m"]
     }));
     let numbers = pairs(&rows);

@@ -20,7 +20,7 @@ const FORMAT: Format = Format::new("cosmic-study", 2);
 
 /// The label of the axis in all charts. It states the unit, and explains the bars, dots and strokes.
 const UNIT: &str = "displacement along the ground, m \
-    (bar: median; dots: seeds; stroke: the paper's, or Coulomb here)";
+    (bar: median; dots: seeds; stroke: the paper, or Coulomb contact in this simulator)";
 
 /// The content of the results' JSON file.
 #[derive(Serialize, Deserialize)]
@@ -103,8 +103,8 @@ impl Study {
                 (before?, self.file.trials(&self.base, &self.registry)?);
             if let Some([what, before, now]) = before.differs(&Results::of(self, &trials)) {
                 return Err(Error::Usage(format!(
-                    "{}: {what}: {before} in the existing results, but {now} in this study; name another \
-                     folder with --out",
+                    "{}: {what}: {before} in the existing results, but {now} in this study; name \
+                     another folder with --out",
                     path.display()
                 )));
             }

@@ -193,7 +193,7 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
     };
     let verdict = |asked: &Question| match changes(asked).map(|changes| mean(&changes)) {
         None => "unknown: runs diverged",
-        Some(None) => "undecided: with one seed, the change has no standard error",
+        Some(None) => "undecided: one seed gives no standard error",
         Some(Some([change, error])) if change.abs() <= 2.0 * error => "undecided",
         Some(Some([change, _])) if change < 0.0 => "less",
         Some(Some(_)) => "more",

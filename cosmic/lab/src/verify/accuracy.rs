@@ -220,8 +220,8 @@ impl Run {
     fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
             _ if self.is_failed() => "diverged",
-            (false, _) => "diverged as expected: step beyond the stable one",
-            (true, false) => "step beyond the stable one",
+            (false, _) => "diverged as expected: unstable time step",
+            (true, false) => "unstable time step",
             (true, true) if self.error[3].is_some_and(|e| e > 0.1 * spacing) => "parted",
             (true, true) => "ok",
         }
@@ -313,12 +313,18 @@ impl<'a> Accuracy<'a> {
         let is_checked = |run: &&Run| run.stable && run.precision <= DOUBLE;
         for run in self.runs.iter().filter(is_checked) {
             let (method, precision) = (run.method.name(), PRECISIONS[run.precision].name);
-            let failure = format!("rounding of {method}, dt {}, {precision}", self.dt(run));
+            let failure = format!(
+                "rounding error of {method}, dt {}, {precision}",
+                self.dt(run)
+            );
             section.check(self.rounds_well(run), failure);
         }
-        section.check(self.default_run().finite, "the scene's own run diverged");
+        section.check(
+            self.default_run().finite,
+            "the run with the scene's own settings diverged",
+        );
         let is_finite = self.reference.uncertainty.iter().all(|u| u.is_finite());
-        section.check(is_finite, "the reference of the errors diverged");
+        section.check(is_finite, "the reference run diverged");
         section
     }
 

@@ -176,9 +176,9 @@ impl Row {
             _ if !self.error.is_finite() => "failed: not finite",
             _ if self.is_wrong() => "failed: wrong",
             _ if self.is_checked() => "checked",
-            Limit::Truncation if self.angle > 90.0 => "useless: against the gradient",
+            Limit::Truncation if self.angle > 90.0 => "useless: points away from the gradient",
             Limit::Truncation => "truncated",
-            _ if self.error > WORTHLESS => "useless: not two digits",
+            _ if self.error > WORTHLESS => "useless: fewer than two correct digits",
             _ => "ok",
         }
     }
@@ -368,7 +368,7 @@ impl Gradients {
                 "Gradients of minus the payload's position along the ground after `steps` steps, for \
                  the {} numbers of design and controller. `error` and `angle` compare the slopes along \
                  {DIRECTIONS} random directions with differences in double-double. Until the payload \
-                 leaves its place the gradient is exactly zero, and so is its error.",
+                 moves, the gradient and its error are exactly zero.",
                 self.numbers
             ),
             format!(
@@ -379,14 +379,13 @@ impl Gradients {
                  below 1 MiB."
             ),
             format!(
-                "Exact ways are checked against the truth as long as rounding leaves them two \
-                 digits. `allowed`: 128 x 128 roundings, plus 16 times the change of the slopes if the \
-                 start is moved as far as rounding moves the motion. A full tape that would take \
-                 more than {} GiB is left out.",
+                "Exact methods are compared with the true slopes if rounding leaves them two correct \
+                 digits. `allowed` is the error that rounding explains: 128 x 128 roundings, plus 16 \
+                 times the change of the slopes if the start is moved as far as rounding moves the \
+                 motion. A full tape that would take more than {} GiB is left out.",
                 MOST_MEMORY >> 30
             ),
-            "Truncated gradients leave out the early steps, so their error is the cost of that, not \
-             rounding."
+            "Truncated gradients leave out the early steps. This causes their error, not rounding."
                 .to_owned(),
         ]
     }
@@ -398,7 +397,7 @@ impl Gradients {
             "time of a whole gradient",
         );
         let error = "norm of the error of the slopes divided by the norm of the slopes";
-        let allowed = "the largest error that rounding explains for an exact way in f64";
+        let allowed = "the largest error that rounding explains for an exact method in f64";
         let memory = "peak memory beyond what was held before";
         let known = |row: &Row, x: f64| (!row.left_out).then_some(x);
         let is_failed = |row: &Row| row.status().starts_with("failed");

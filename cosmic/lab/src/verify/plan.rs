@@ -119,7 +119,7 @@ impl Plan {
     /// A term by its name.
     fn term(&mut self, name: &str) -> &mut Term {
         let term = self.terms.iter_mut().find(|term| term.name == name);
-        term.expect("a plan has every term")
+        term.expect("the plan contains every term")
     }
 
     /// Adds two savings: an update of the design or of the controller computes only one of the two gradients.
@@ -192,12 +192,11 @@ fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let mut rows = controller_rows(case, body);
     rows.extend(force_rows(case, body));
     rows.extend(ground_rows(case));
-    let why =
-        "not in updates of the design, which only need the gradient with respect to the design";
+    let why = "not computed in updates of the design, which only need the gradient with respect to the design";
     rows.push(row(BY_WEIGHTS, false, why));
     let why = match case.design {
-        Design::Layout(_) => "the layout is frozen",
-        Design::Undecided(_) => "not in updates of the controller",
+        Design::Layout(_) => "the layout does not change",
+        Design::Undecided(_) => "not computed in updates of the controller",
     };
     rows.push(row(BY_DESIGN, false, why));
     rows
@@ -208,7 +207,7 @@ fn before_outputs(case: &Case) -> (&'static str, String) {
     match Network::of(&case.controller) {
         Some(network) => {
             let units = network.first.biases.len();
-            (HIDDEN, format!("{units} units, of the observation"))
+            (HIDDEN, format!("{units} units that read the observation"))
         }
         None => {
             let (name, count) = (case.observation.policy.name(), case.controller.weights());
@@ -226,24 +225,24 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let weighed = strains && !body.presence.is_empty();
     let (folded, why_weighed) = match weighed {
         true => (
-            "scales, goal, clocks of one frequency and rotation are folded into the weights once",
-            "nodes count, and are observed, as much as their edges are solid",
+            "scales, goal, clocks and rotation are folded into the weights before the first step",
+            "each node is weighted by how solid its edges are",
         ),
         false => (
-            "mean, scales, goal, clocks of one frequency and rotation are folded into the weights once",
-            "all nodes count alike",
+            "mean, scales, goal, clocks and rotation are folded into the weights before the first step",
+            "all nodes have equal weights",
         ),
     };
     let sight = |sees: bool, scale: &str| match (sees, strains) {
         (false, _) => format!("controller.{scale} is 0"),
-        (true, false) => "there is no controller: no edge strains".to_owned(),
+        (true, false) => "no edge has a stroke, so there is no controller".to_owned(),
         (true, true) => "the controller observes them".to_owned(),
     };
     let Senses { x, v } = case.observation.senses();
     let (why_x, why_v) = (sight(x, "offset_scale"), sight(v, "velocity_scale"));
     let why_idle = match all - some {
-        0 => "every edge strains a little".to_owned(),
-        idle => format!("{idle} edges do not strain, or have no stiffness"),
+        0 => "every edge has a stroke".to_owned(),
+        idle => format!("{idle} edges have no stroke or no stiffness"),
     };
     let (before_outputs, why_before) = before_outputs(case);
     vec![
@@ -255,7 +254,7 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
             .or(strains && !x, |parts| parts.sight.offset_scale = LEAST),
         row("sight of velocities", v && strains, why_v)
             .or(strains && !v, |parts| parts.sight.velocity_scale = LEAST),
-        row(OUTPUT, strains, format!("{some} edges strain"))
+        row(OUTPUT, strains, format!("{some} edges have a stroke"))
             .or(strains, |parts| keep_first(&mut parts.body.strain)),
         row("idle outputs", some == all, why_idle).or(strains && some < all, |parts| {
             keep_all(&mut parts.body.strain)
@@ -275,8 +274,8 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let resists = format!("physics.bending_radius is {radius} m");
     let edges = body.stiffness.iter().filter(|k| **k != 0.0).count();
     let springs = match physics.substeps {
-        1 => format!("{edges} edges, in whole lanes"),
-        substeps => format!("{edges} edges, {substeps} times a step"),
+        1 => format!("{edges} edges, in SIMD lanes"),
+        substeps => format!("{edges} edges, {substeps} times in each step"),
     };
     let mut rows = vec![
         row("springs", true, springs),
@@ -331,8 +330,8 @@ fn ground_rows(case: &Case) -> [Row<'_>; 4] {
     let rotation = match Ground::from(physics).is_flat() {
         true => "the ground is flat".to_owned(),
         false => format!(
-            "all is computed in the frame of the ground, which is inclined by {} degrees; \
-             gravity and weights are turned once",
+            "a rollout is computed in the frame of the ground, which is inclined by {} degrees; gravity \
+             and weights are rotated before the first step",
             physics.incline_deg
         ),
     };

@@ -180,8 +180,8 @@ fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Re
     let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
-            "{}: not the scene that the run began with, which is in its snapshot; remove the file to use the \
-             scene of the snapshot (to try a design in another scene, use --set or another folder)",
+            "{}: this is not the scene with which the run began; remove the file to use the scene in \
+             the run's snapshot, or use --set or another folder to try a design in another scene",
             path.display()
         )));
     }

@@ -14,7 +14,9 @@ impl Group {
         // An error of NaN counts as the worst.
         let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
         let directions = self.report.directions.iter();
-        directions.reduce(worse).expect("a check has a direction")
+        directions
+            .reduce(worse)
+            .expect("a check has at least one direction")
     }
 }
 

@@ -32,8 +32,8 @@ pub fn stability(case: &Case) -> Section {
     section
 }
 
-const BOUND: &str = "certainly stable, by the bound over the edges";
-const LIMIT: &str = "stable, by the largest frequency itself";
+const BOUND: &str = "stable according to the bound from single edges";
+const LIMIT: &str = "stable according to the largest frequency";
 
 fn word(stable: bool) -> &'static str {
     if stable { "stable" } else { "unstable" }
@@ -60,7 +60,7 @@ fn stable_steps(case: &Case) -> Section {
     let is_stable = |offer: &_| case.physics.dt < limit(offer, exact);
     let if_finite = |offer: &_, frequency| Cell::if_finite(limit(offer, frequency));
     let integrator = |offer: &(Integrator, usize)| offer.0.name();
-    let title = "Time steps below which the design at its start does not ring";
+    let title = "Time steps below which the design is stable at its start";
     let of_own = "the scene's time step with this integrator";
     let table = Table::of("stable_steps", title, &offered)
         .column("integrator", "how a step is integrated", integrator)
@@ -129,7 +129,7 @@ fn extremes(found: &[Found]) -> Table {
         .column("expected", of_expected, expected)
         .column(
             "said",
-            "what the check of the time step said beforehand",
+            "the verdict of the check of the time step, before the run",
             said,
         )
         .column("outcome", "what happened", outcome)
@@ -139,7 +139,7 @@ fn extremes(found: &[Found]) -> Table {
             growth,
         )
         .column("step", "the step of the divergence, if any", step)
-        .column("verdict", "whether all is as expected", verdict)
+        .column("verdict", "whether the trial went as expected", verdict)
         .mark(Standing::Default, |f| f.trial.group == "scene")
         .mark(Standing::Failed, |f| !f.is_ok())
         .done()
