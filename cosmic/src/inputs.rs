@@ -83,7 +83,7 @@ impl<R: Real> Inputs<R> {
         }
         assert!(
             numbers.is_empty(),
-            "{} numbers are left over",
+            "`numbers` has {} entries more than the blocks",
             numbers.len()
         );
     }

@@ -354,7 +354,7 @@ fn wrong_choices_are_refused_with_what_is_known() {
         ("physics.forces = ['gale']", "\"tether\""),
         ("physics.forces = ['again', 'again']", "names a force twice"),
         ("physics.forces = 'again'", "is a string"),
-        ("tether.stiffness = 1.0", "`tether` is not chosen"),
+        ("tether.stiffness = 1.0", "does not choose the law `tether`"),
         ("tether.stiffness = 1.0", "physics.forces = [\"tether\"]"),
         ("bounce.restitution = 1.0", "physics.contact = \"bounce\""),
         (

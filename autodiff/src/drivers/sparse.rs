@@ -295,7 +295,8 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
             unfit_for[color_of_column[neighbour]] = j;
         }
         let fit = unfit_for.iter().position(|&column| column != j);
-        color_of_column[j] = fit.expect("fewer earlier columns than colours");
+        color_of_column[j] =
+            fit.expect("a colour is free, because there are fewer earlier columns than colours");
     }
     color_of_column
 }

@@ -83,7 +83,7 @@ impl<R: Real> FusedEntry<R> {
             assert_eq!(
                 x_bar.len(),
                 self.lengths[slice],
-                "`Fused::reverse` must return one cotangent for each input of a wanted slice"
+                "`Fused::reverse` must return one cotangent for each input of a slice whose `wanted` is true"
             );
             match &self.parents[slice] {
                 Parents::Run(first) => {

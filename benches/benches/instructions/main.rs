@@ -66,7 +66,7 @@ fn count(tables: &[CountTable]) -> Result<Vec<f64>, String> {
     let works = tables.iter().flat_map(CountTable::works).enumerate();
     works
         .map(|(number, work)| {
-            eprintln!("counting work {} of {all}", number + 1);
+            eprintln!("counting piece of work {} of {all}", number + 1);
             let counted = callgrind::instructions(&[WORK, &number.to_string()], work.repeats)?;
             Ok(counted / work.units)
         })

@@ -42,7 +42,7 @@ impl Robustness {
     pub fn table(&self) -> Table {
         let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
         let nominal = metres("nominal", "displacement of the robot as it was designed");
-        let says = "median over the drawn domains in open loop, without feedback";
+        let says = "median displacement over the drawn domains without feedback (open loop)";
         let clock = metres("clock_p50", says);
         let least = metres("least", "the least displacement over the drawn domains");
         let table = Table::of("", "", &self.runs)

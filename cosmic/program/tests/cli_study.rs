@@ -401,6 +401,7 @@ fn processes_do_the_runs_of_a_planned_study() {
     study(&bench, "ablation", "whole", "--seeds 1 --iterations 8").ok();
     assert_eq!(bench.results("cut"), bench.results("whole"));
     let other = "study ablation --base base.toml --seeds 1 --iterations 9 --plan cut-runs";
-    let says = "cut-runs: its runs have other scenes or another number of iterations";
+    let says =
+        "cut-runs: the runs in this folder have other scenes or another number of iterations";
     bench.fails(other, 2, &[says]);
 }

@@ -81,13 +81,14 @@ impl CaseResults {
     /// becomes `null`; [`not_finite`](CaseResults::not_finite) names it.
     pub fn to_json(&self) -> String {
         let results = serde_json::to_string(self);
-        let results = results.expect("plain numbers and string keys serialise");
+        let results = results.expect("numbers with string keys can be written as JSON");
         format!("{{\"results\":{results}}}")
     }
 
     /// The keys, such as `trajectory.128.x`, under which a number is not finite.
     pub fn not_finite(&self) -> Vec<String> {
-        let value = serde_json::to_value(self).expect("plain numbers and string keys serialise");
+        let value =
+            serde_json::to_value(self).expect("numbers with string keys can be written as JSON");
         let mut names = Vec::new();
         collect_nulls(&value, "", &mut names);
         names.dedup();

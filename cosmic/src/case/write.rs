@@ -109,5 +109,5 @@ impl Case {
 }
 
 fn json(file: &File) -> String {
-    serde_json::to_string(file).expect("plain numbers and string keys serialise")
+    serde_json::to_string(file).expect("numbers with string keys can be written as JSON")
 }

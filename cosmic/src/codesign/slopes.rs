@@ -189,7 +189,8 @@ impl Evaluator {
         std::array::from_fn(|k| {
             let loss: f64 = found[k].0.into();
             let usable = |g: f64| if loss.is_finite() { g } else { f64::NAN };
-            let Reached { moved, merit, .. } = reached[k].expect("the losses were computed");
+            let Reached { moved, merit, .. } =
+                reached[k].expect("each loss was computed with its result");
             Slope {
                 gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),
                 loss,

@@ -228,7 +228,7 @@ impl Truss {
     /// The truss as the text of a truss file.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string(&RawTruss::from(self.clone()));
-        text.expect("plain numbers and string keys serialise") + "\n"
+        text.expect("numbers with string keys can be written as JSON") + "\n"
     }
 }
 

@@ -34,7 +34,7 @@ impl Format {
     /// One line of JSON with the keys `format` and `version` and the keys of the body.
     pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
         let text = serde_json::to_string(&Stamped { format: self, body });
-        text.expect("plain numbers and string keys serialise") + "\n"
+        text.expect("numbers with string keys can be written as JSON") + "\n"
     }
 }
 

@@ -114,7 +114,7 @@ fn horizons(scene: &Scene, found: &mut Conflicts) {
     found.require(
         every <= window,
         ["loss.every", "loss.window"],
-        format!("the loss takes every {every}th step of a window of only {window} steps"),
+        format!("the loss takes every {every}th step, but its window has only {window} steps"),
     );
 }
 
@@ -246,7 +246,7 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
         !scene.controller.two_goals || task == TaskKind::Far,
         ["controller.two_goals", "objective.task"],
         format!(
-            "two goals need the task far, but the task is {}",
+            "two goals need the task \"far\", but the task is \"{}\"",
             task.name()
         ),
     );

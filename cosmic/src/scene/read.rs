@@ -327,7 +327,7 @@ impl<'s, 't> Reader<'s, 't> {
                 return;
             }
             if let Some(remedy) = self.scene.registry().choosing(name) {
-                let message = format!("the law `{name}` is not chosen");
+                let message = format!("the scene does not choose the law `{name}`");
                 return self.fault(span, message, remedy);
             }
             let owner = known.iter().find(|section| section.keys.contains(&name));

@@ -68,7 +68,7 @@ impl Study {
         if before.iterations != plan.iterations || before.scenes.iter().any(is_other) {
             let runs = self.runs.display();
             return Err(Error::Usage(format!(
-                "{runs}: its runs have other scenes or another number of iterations; name another \
+                "{runs}: the runs in this folder have other scenes or another number of iterations; name another \
                  folder with --runs"
             )));
         }

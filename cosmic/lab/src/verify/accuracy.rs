@@ -350,8 +350,8 @@ impl<'a> Accuracy<'a> {
 
     fn table(&self) -> Table {
         let method = "integrator, and substeps if there are more than one";
-        let error = "largest distance of a node from the reference, m; empty if not resolved";
-        let rounding = "largest distance of a node from double-double with the same steps, m";
+        let error = "largest distance of a node from the reference, m; empty if the reference is not accurate enough";
+        let rounding = "largest distance of a node from its position in a double-double run with the same steps, m";
         let at = |kind: &str| self.times().map(|time| format!("{kind}_{time}"));
         let precision = |run: &Run| PRECISIONS[run.precision].name;
         let time = "median processor time of the whole run, s";

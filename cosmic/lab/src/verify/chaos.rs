@@ -107,8 +107,9 @@ impl Chaos {
 
     /// The table with the displacement from the unperturbed start and the quantiles over the perturbed starts.
     pub(super) fn table(&self) -> Table {
-        let title =
-            format!("Displacement along the ground over {STARTS} starts moved by {MOVED:e} m");
+        let title = format!(
+            "Displacement along the ground from {STARTS} starts, each moved by {MOVED:e} m"
+        );
         let Quantiles { p10, p50, p90 } = self.spread;
         let is_finite = p10.is_finite() && self.unmoved.is_finite();
         Table::of("spread", &title, &[()])
@@ -119,7 +120,11 @@ impl Chaos {
                 |()| self.unmoved,
             )
             .column("p10_m", "10 % quantile", |()| p10)
-            .column("median_m", "median: the figure to quote", |()| p50)
+            .column(
+                "median_m",
+                "median displacement: the figure to quote",
+                |()| p50,
+            )
             .column("p90_m", "90 % quantile", |()| p90)
             .mark(Standing::Failed, |()| !is_finite)
             .done()

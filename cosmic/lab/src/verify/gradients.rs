@@ -398,7 +398,7 @@ impl Gradients {
         );
         let error = "norm of the error of the slopes divided by the norm of the slopes";
         let allowed = "the largest error that rounding explains for an exact method in f64";
-        let memory = "peak memory beyond what was held before";
+        let memory = "peak memory that the method adds";
         let known = |row: &Row, x: f64| (!row.left_out).then_some(x);
         let is_failed = |row: &Row| row.status().starts_with("failed");
         let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);

@@ -34,7 +34,7 @@ impl fmt::Display for GradientCheck {
             .column("reverse", "slope", |g| slope(g.worst().gradient))
             .column("forward", "slope", |g| slope(forward(g)))
             .column("differences", "slope", |g| slope(g.worst().central))
-            .column("step", "the step of the differences", |g| {
+            .column("step", "the step of the finite differences", |g| {
                 format!("{:.1e}", g.worst().step)
             })
             .column("error", "relative", |g| format!("{:.1e}", g.worst().error))

@@ -91,13 +91,13 @@ fn notes(found: &[Found]) -> Vec<String> {
              Rows with numbers that were not finite although no divergence was reported: {silent}.",
             found.len()
         ),
-        "A row is stable below the limit, the smallest time step with which the fastest vibration \
-         about rest grows. A stable robot must stay bounded. An unstable one must be called unstable \
-         beforehand, and must grow."
+        "The limit is the smallest time step with which the fastest vibration about rest grows. Below \
+         the limit, a robot must stay bounded. Otherwise, the check of the time step must call the \
+         robot unstable before the run, and the robot's energy or speed must grow."
             .to_owned(),
-        "The energy of a robot without ground, gravity and actuation is watched. The speed of other \
-         robots is watched, relative to what drives them. `growth` is the largest value over the largest \
-         that a stable step reaches."
+        "For robots without ground, gravity and actuation, the energy is watched. For other robots, the \
+         speed is watched, relative to what drives them. `growth` is the largest energy or speed, \
+         divided by the largest that a stable time step can reach."
             .to_owned(),
     ]
 }
@@ -115,14 +115,14 @@ fn extremes(found: &[Found]) -> Table {
         Outcome::Bounded | Outcome::Grew => Cell::Missing,
     };
     let verdict = |f: &Found| if f.is_ok() { "ok" } else { "wrong" };
-    let of_expected = "stable or unstable, by the limit";
+    let of_expected = "stable or unstable, according to the limit";
     let expected = |f: &Found| word(f.expected_stable());
     let said = |f: &Found| format!("{:?}", f.grade).to_lowercase();
     let nodes = |f: &Found| f.trial.case.lattice.nodes();
     Table::of("extremes", "Robots at the extremes", found)
         .column("extreme", "what is extreme", |f| f.trial.group)
         .column("what", "the robot", |f| f.trial.what.clone())
-        .column("nodes", "nodes of its lattice", nodes)
+        .column("nodes", "number of nodes of the lattice", nodes)
         .column("dt_s", "time step", |f| f.trial.case.physics.dt)
         .column("bound_s", BOUND, |f| Cell::if_finite(f.bound))
         .column("limit_s", LIMIT, |f| Cell::if_finite(f.trial.limit))
@@ -135,7 +135,7 @@ fn extremes(found: &[Found]) -> Table {
         .column("outcome", "what happened", outcome)
         .column(
             "growth",
-            "largest value divided by the largest of a stable step; 1 or more is growth",
+            "largest energy or speed, divided by the largest that a stable time step can reach; 1 or more is growth",
             growth,
         )
         .column("step", "the step of the divergence, if any", step)
