@@ -72,8 +72,8 @@ macro_rules! operators {
     };
 }
 
-/// Implements the operators whose right operand is a literal: `number op literal`. Multiplication may have an
-/// expression of its own, because a literal has no tangents to multiply.
+/// Implements the operators whose right operand is a literal: `number op literal`. Multiplication may have a separate
+/// expression, because a literal has no tangents to multiply.
 macro_rules! literal_operators {
     ($generics:tt $number:ty) => {
         $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }

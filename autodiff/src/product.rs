@@ -173,7 +173,7 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// Two matrices to be multiplied. Their method [`sums`](Self::sums) is the core of every product.
+/// Two matrices to be multiplied. The method [`sums`](Self::sums) is used by every product of matrices.
 pub(crate) struct Factors<'a, R> {
     pub(crate) a: Strided<'a, R>,
     /// The second matrix. The numbers of each row are adjacent.

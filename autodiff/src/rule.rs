@@ -235,8 +235,7 @@ fn inverse<R: Real>(scale: R) -> R {
     scale.max(small::<R>()).recip()
 }
 
-/// Returns a power of two near the smallest normal number of the type: `2^-1000`, or `2^-120` for `f32`, where
-/// `2^-1000` is zero.
+/// Returns a power of two near the smallest normal number of the type. It is `2^-1000` or, for `f32`, `2^-120`.
 #[inline(always)]
 fn small<R: Real>() -> R {
     let small = R::lit(2f64.powi(-1000));

@@ -51,7 +51,7 @@ fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     })
 }
 
-/// Generates the field's value in the struct over the other number type.
+/// Generates the expression that copies a field into the struct with the other number type.
 fn replaced(place: usize, field: &Field, number: &Ident, walk: &Ident) -> Code {
     let (member, text) = match &field.ident {
         Some(ident) => (ident.to_token_stream(), ident.unraw().to_string()),
@@ -80,7 +80,7 @@ fn number(input: &DeriveInput) -> Result<&Ident, Error> {
     }
 }
 
-/// Generates the generic arguments of the struct, with another number type.
+/// Generates the generic arguments of the struct, with another type in place of the number type.
 fn with(generics: &Generics, number: &Ident, other: &Ident) -> Vec<Code> {
     let argument = |parameter: &GenericParam| match parameter {
         GenericParam::Lifetime(lifetime) => lifetime.lifetime.to_token_stream(),

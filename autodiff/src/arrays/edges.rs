@@ -337,9 +337,9 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
     }
 }
 
-/// For each node, sums the values of its edges. A value is added if the node is the edge's tail, and subtracted if it
-/// is the head. `values` holds `N` arrays over the slots. Calls `take(array, first_node, count, sums)` for each of
-/// these arrays and each register of nodes.
+/// For each node, sums the values of its edges: values of edges whose tail is the node are added, values of edges whose
+/// head is the node are subtracted. `values` holds `N` arrays over the slots. Calls `take(array, first_node, count,
+/// sums)` for each of these arrays and each register of nodes.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &EdgePlan,

@@ -206,7 +206,7 @@ impl Graph {
         edges
     }
 
-    /// The number of registers that hold at least one edge, for numbers of type `R` on this machine.
+    /// The number of registers that hold at least one edge, on this machine and for numbers of type `R`.
     pub fn lanes<R: Real>(&self) -> usize {
         let in_use = |group: &OffsetGroup| {
             let words = group.is_tail.by_lanes(lanes::<R>());
@@ -215,7 +215,7 @@ impl Graph {
         self.0.groups.iter().map(in_use).sum()
     }
 
-    /// Whether this slot holds an edge.
+    /// Whether this slot holds an edge. A slot without an edge is called a ghost.
     fn holds(&self, slot: usize) -> bool {
         let holds = |group: &OffsetGroup| group.is_tail.get(slot - group.first_slot);
         let mut groups = self.0.groups.iter();

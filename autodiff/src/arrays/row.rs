@@ -42,8 +42,8 @@ impl<'a, R: Copy> StepValues<'a, R> {
     }
 }
 
-/// How far the arrays of an operation reach into the parameters and the row. Checking this once replaces the bounds
-/// checks of all arrays.
+/// The part of the parameters and of the row that an operation may access. It is checked once for all arrays of the
+/// operation, so that single accesses need no bounds checks.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Reach {
     parameters: usize,

@@ -15,7 +15,7 @@ use crate::simd::{Lane, Unchecked, WIDEST};
 /// instance for each number of arrays would need half a megabyte of code.
 pub(crate) struct Weighted {
     weights: Array,
-    /// The arrays that are multiplied by the weights: first those that are centred, then the others.
+    /// The arrays that are multiplied by the weights. The arrays that are centred come first.
     weighed: Vec<Array>,
     /// The number of centred arrays.
     offsets: usize,
@@ -161,7 +161,7 @@ impl<R: Real> LaneOperation<R> for Weighted {
 /// for all of them.
 const PARTS: usize = WIDEST;
 
-/// One number for each start, repeated up to the width of the widest register.
+/// A register of numbers that repeat: one number for each start (initial state).
 type Each<R> = [R; WIDEST];
 
 /// For each start, returns the sum of `weights`, or of the products of `weights` and `x`.
@@ -271,7 +271,7 @@ struct Weighed<'a, R, L> {
     x_bar: *mut R,
 }
 
-/// Loads one number for each start, repeated up to the width of a register.
+/// Loads one number for each start (initial state). The numbers repeat, to fill a register.
 #[inline(always)]
 fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
     if starts == 1 {

@@ -77,7 +77,7 @@ pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// The values and partials of a kernel at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
-    /// For each result and each input, the partial derivative at the points of all lanes.
+    /// The partial derivative of each result with respect to each input. A lane holds the derivative at one point.
     partials: &'a [[[R; WIDEST]; I]; O],
     values: &'a [[R; WIDEST]; O],
     lane: usize,

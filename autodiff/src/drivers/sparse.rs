@@ -272,7 +272,7 @@ impl Pattern {
     }
 }
 
-/// Returns entry `j` of the test direction. The entries are irregular numbers between 1 and 2.
+/// Returns entry `j` of the test direction. The entries are numbers between 1 and 2 without a regular pattern.
 fn test_direction(j: usize) -> f64 {
     1.0 + ((j + 1) as f64 * 0.618033988749895).fract()
 }

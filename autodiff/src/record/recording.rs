@@ -14,8 +14,8 @@ use crate::restored::Restored;
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
     pub(crate) ops: Vec<Op>,
-    /// Whether the code asked for a value or called a function with its own derivative. If so, the operations do not
-    /// represent the code.
+    /// Whether the recording is unfit for a replay: the code has asked for a value, or has called a function with its
+    /// own derivative. The recorded operations then do not represent the code.
     pub(crate) unfit: bool,
     pub(super) is_simplified: bool,
     /// Whether every call is recorded as a separate operation, without simplification. Two recordings of the
@@ -26,8 +26,8 @@ pub(crate) struct Recording {
     fields: Vec<f64>,
     /// Bounds on the result of each operation. Only in a simplified recording.
     known: Vec<Known>,
-    /// The places of operations that are recorded only once (hash-consing): constants, or in a simplified recording all
-    /// operations.
+    /// The places of recorded operations that must not be recorded twice (hash-consing): constants and, in a simplified
+    /// recording, all operations.
     places: HashMap<Op, Place>,
 }
 
@@ -67,7 +67,7 @@ impl Recording {
         }
     }
 
-    /// Records an operation and returns the place of its result.
+    /// Records an operation and returns the place (the index) of its result.
     pub(super) fn push(&mut self, op: Op) -> Place {
         if self.is_verbatim {
             self.expect_room();

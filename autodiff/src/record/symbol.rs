@@ -146,7 +146,7 @@ impl Mask for SymbolMask {
     }
 }
 
-/// Defines methods that record one operation each.
+/// Defines methods that each record one operation.
 macro_rules! recorded {
     (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
         $(

@@ -44,7 +44,7 @@ impl<R: Real> Arena<R> {
         allocated(&self.entries) + self.long.bytes()
     }
 
-    /// How many entries fit into the allocated memory, but not more than 32-bit indices can address.
+    /// How many entries fit into the allocated memory. The number is limited by what 32-bit indices can address.
     pub(super) fn room(&self) -> u32 {
         self.entries.capacity().min(FUSED as usize) as u32
     }

@@ -59,7 +59,7 @@ pub(super) fn next_generation(name: u32) -> u32 {
 struct CurrentRecording {
     /// The generation of the running recording; `CONSTANT` if nothing is being recorded.
     generation: u32,
-    /// How many entries fit before the arena must grow.
+    /// How many entries still fit before the arena must grow.
     room: u32,
     /// The entries of the arena, of type `Entry<R>`. The generation identifies `R`.
     entries: *mut (),

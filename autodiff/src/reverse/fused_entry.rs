@@ -47,7 +47,7 @@ impl Parents {
     }
 }
 
-/// A [`Fused`] function together with the numbers that it saved for its reverse. The trait hides their types.
+/// A [`Fused`] function with the numbers that it saved for its reverse rule. This trait hides the types of both.
 pub(super) trait Call<R>: Send {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }

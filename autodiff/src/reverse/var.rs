@@ -19,7 +19,7 @@ use crate::real::{Mask, Real};
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
-    /// The index of the entry; `NONE` for a constant.
+    /// The index of the variable's entry on the tape; `NONE` for a constant.
     pub(super) index: u32,
     /// The generation, which identifies the recording; `CONSTANT` for a constant.
     pub(super) generation: u32,

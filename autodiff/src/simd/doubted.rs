@@ -37,7 +37,7 @@ pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<
     if doubt.any() { None } else { Some(x) }
 }
 
-/// Lanes, and a mask of the lanes whose bits may differ from those of fused multiply-adds.
+/// A register of numbers, and a mask of the lanes in which the bits may differ from those of fused multiply-adds.
 #[derive(Clone, Copy)]
 struct Doubted<L: Real> {
     value: L,

@@ -189,7 +189,7 @@ fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
         .expect("there is one array for each result")
 }
 
-/// A program whose number type replays kernels. This trait hides the number type.
+/// A program whose number type replays kernels. This trait hides the number type of the program.
 trait Replaying {
     fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array>;
     fn map_edges_recorded(

@@ -127,7 +127,7 @@ impl<M: Model> Rollout<M> {
 pub(super) struct Batched<M> {
     pub(super) rollout: Rollout<M>,
     pub(super) starts: usize,
-    /// For each parameter, whether each start has its own values.
+    /// For each parameter, whether each start (initial state) has its own values for it.
     pub(super) own: Vec<bool>,
 }
 
@@ -140,7 +140,7 @@ pub(super) struct StartGroup {
 }
 
 impl StartGroup {
-    /// Interleaves the numbers of all lanes. Lanes with fewer numbers get zeros.
+    /// Interleaves the numbers of all lanes. A lane with fewer numbers than the others is filled with zeros.
     fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
         let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
         for lane in 0..self.lanes {
@@ -179,7 +179,7 @@ impl StartGroup {
 }
 
 impl<M: Model> Batched<M> {
-    /// A batch of a single start. All parameters count as shared.
+    /// A batch that has only one start (initial state). All parameters count as shared.
     pub(super) fn of_one(rollout: &Rollout<M>, parameters: usize) -> Self {
         Self {
             rollout: rollout.clone(),
@@ -227,7 +227,7 @@ impl<M: Model> Batched<M> {
         self.own.iter().map(&mut take).collect()
     }
 
-    /// Calls `run` with the inputs of a group: its interleaved starts, then one slice for each parameter.
+    /// Calls `run` with the inputs of a group of starts: the interleaved starts, then one slice for each parameter.
     fn with_inputs<'a, R: Real, T>(
         &self,
         group: &StartGroup,

@@ -21,14 +21,14 @@ pub(super) struct Control<R> {
 pub struct Program<R: Real> {
     pub(super) arrays: Vec<Array>,
     pub(super) parameters: Vec<Parameter>,
-    /// For each parameter, whether each start has its own values. Set by `load`.
+    /// For each parameter, whether each start (initial state) has its own values for it. The method `load` sets it.
     pub(super) own: Vec<bool>,
     pub(super) states: Vec<Array>,
-    /// For each part of the state, the array of its new value.
+    /// For each part of the state, the array that holds its new value.
     pub(super) next: Vec<Option<Array>>,
     pub(super) inputs: Vec<Array>,
     pub(super) controls: Vec<Control<R>>,
-    /// How many inputs a step takes. All starts share them.
+    /// How many numbers each step takes as input. The inputs are the same for all starts (initial states).
     pub(crate) inputs_len: usize,
     pub(super) operations: Vec<StepOperation<R>>,
     /// The number of starts that run at once, with interleaved numbers.
@@ -38,7 +38,8 @@ pub struct Program<R: Real> {
     pub(super) layout: RowLayout,
     /// How many numbers of a later row each operation prefetches. It is a multiple of the length of a cache line.
     pub(super) prefetch_len: usize,
-    /// How many numbers beyond the end of an array, in addition to its own width, an access of a register may reach.
+    /// Accesses of whole registers may go beyond the end of an array by this many numbers, in addition to the width of
+    /// a register.
     pub(super) margin: usize,
 }
 

@@ -5,7 +5,7 @@ use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repe
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
-/// How many cotangents are set to zero at a time.
+/// The number of cotangents in the piece of a row that is set to zero at a time.
 const ZEROED: usize = 128;
 
 impl<R: Real> Program<R> {
@@ -146,7 +146,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Writes the inputs and controls of a step into its row. `all` holds the inputs of all steps.
+    /// Writes the inputs and controls of one step into the step's row. `all` holds the inputs of all steps.
     pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
         let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
         for part in &self.inputs {

@@ -16,7 +16,8 @@ use crate::real::Real;
 #[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub(super) count: usize,
-    /// For each parameter, whether each start has its own values. Parameters that are not in the list are shared.
+    /// For each parameter, whether each start (initial state) has its own values for it. Parameters beyond the end of
+    /// the list are shared.
     pub(super) own: &'a [bool],
 }
 
@@ -124,13 +125,13 @@ pub(super) struct Recorded<R: Real> {
     checkpoints: Vec<Checkpoint<R>>,
     /// The rows of all steps, one after the other, if memory allows; otherwise the rows of one leaf.
     rows: Aligned<R>,
-    /// The row for steps whose rows are not kept.
+    /// The row of steps that do not keep their rows: each of these steps overwrites it.
     row: Aligned<R>,
 }
 
 impl<R: Real> Recorded<R> {
-    /// Prepares a forward run. `keeps` says whether to keep what a reverse sweep needs. The other arguments are those
-    /// of [`Stepper::new`].
+    /// Prepares a forward run. If `keeps` is true, the run keeps what a reverse sweep needs. The other arguments are
+    /// those of [`Stepper::new`].
     pub(super) fn new<M: Model>(
         rollout: &Rollout<M>,
         starts: Starts,
@@ -184,7 +185,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.watch = None;
     }
 
-    /// Whether the rows of all steps are kept.
+    /// Whether the run keeps the rows of all steps.
     fn keeps_all(&self) -> bool {
         self.schedule.leaf >= self.steps
     }
@@ -217,7 +218,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step_in_place(step, &mut self.row);
     }
 
-    /// Runs a step in row number `row` and prefetches the next row.
+    /// Runs a step in row number `row` of the kept rows, and prefetches the next row.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (
             self.stepper.program.stride(),
@@ -228,7 +229,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step(step, &mut row[..len], Some(next));
     }
 
-    /// Returns a checkpoint of the state that is in [`row`](Self::row).
+    /// Returns the state that is in [`row`](Self::row) as a checkpoint.
     fn checkpoint(&self, step: usize) -> Checkpoint<R> {
         Checkpoint {
             step,
@@ -305,8 +306,8 @@ impl<R: Real> Recorded<R> {
     }
 }
 
-/// Returns a buffer of at least `len` numbers with arbitrary values. It reuses the buffer of the thread's last sweep if
-/// that is long enough.
+/// Returns a buffer of at least `len` numbers, whose values are arbitrary. Reuses the buffer of the thread's last sweep
+/// if it is long enough.
 fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
     match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,

@@ -30,7 +30,8 @@ impl<R: Real> Watch<R> {
         });
     }
 
-    /// Returns one number for each start: NaN if a number of one of its states was not below the bound, otherwise zero.
+    /// Returns one number for each start (initial state): NaN if any number in any of its states was not below the
+    /// bound, otherwise zero.
     pub(crate) fn verdicts(&self, starts: usize) -> Vec<R> {
         let mut verdicts = vec![R::zero(); starts];
         for (place, &seen) in self.verdict.iter().enumerate() {

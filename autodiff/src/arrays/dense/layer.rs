@@ -13,7 +13,7 @@ use super::product::{MatrixProduct, PackedMatrix};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
-/// The declaration of a layer.
+/// The declaration of a dense layer in a step.
 pub(crate) struct Layer<'a> {
     pub(crate) matrix: Matrix,
     pub(crate) x: &'a [Array],
@@ -47,7 +47,7 @@ pub(crate) struct DenseLayer<R> {
     active: Active,
 }
 
-/// Describes an output in which zeros lie between the results of the rows.
+/// Describes an output in which some elements are always zero, because no row of the matrix computes them.
 struct Spread<R> {
     lanes: Vec<LaneOfRows>,
     /// For each row, the index of its register in the output. Used if one register holds the results of a row for all
@@ -66,7 +66,7 @@ struct LaneOfRows {
     bits: u16,
 }
 
-/// Which cotangents the reverse sweep must compute.
+/// Which cotangents the reverse sweep of the layer must compute.
 struct Active {
     inputs: bool,
     weights: bool,
@@ -319,7 +319,7 @@ struct BeforeTanh<'a, R> {
     /// The registers of an output in which zeros lie between the results of the rows; `None` for other outputs.
     lanes: Option<&'a [LaneOfRows]>,
     tanh: bool,
-    /// A buffer for the computed cotangents, without those of the zeros. It has room for one register more.
+    /// A buffer for the computed cotangents, one for each row. It has room for one register more.
     y_bar: &'a mut [R],
 }
 

@@ -8,7 +8,8 @@ use crate::product::{Product, Strided, Transpose};
 use crate::real::Real;
 use crate::simd::lanes;
 
-/// The number of outer products that are added together. Each step and start contributes one.
+/// The number of outer products that are collected before they are added to the gradient. Each step and start (initial
+/// state) contributes one.
 const BATCH: usize = 16;
 
 /// The inputs (`x`) and output cotangents (`y_bar`) of recent steps: the factors of outer products. Each start of a
@@ -62,7 +63,8 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// Adds the factors of the current step, whose inputs are `x`, to the batch. Returns true if the batch is now full.
+    /// Adds the factors of the current step to the batch. `x` is the step's input vector. Returns true if the batch is
+    /// full afterwards.
     pub(super) fn keep(&mut self, x: &[R]) -> bool {
         let (starts, stride, columns) = (self.starts, self.stride, self.columns);
         let to = &mut self.x[self.len * columns..][..columns * starts];

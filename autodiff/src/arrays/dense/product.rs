@@ -14,7 +14,7 @@ pub(super) enum PackedMatrix<R> {
 }
 
 impl<R: Real> PackedMatrix<R> {
-    /// Returns a matrix of zeros for products with the vectors of `starts` starts.
+    /// Returns a matrix of zeros for products with the vectors of `starts` starts (initial states).
     pub(super) fn zero(rows: usize, columns: usize, starts: usize) -> Self {
         match starts {
             1 => Self::One(Panels::zero(rows, columns)),
@@ -23,7 +23,7 @@ impl<R: Real> PackedMatrix<R> {
         }
     }
 
-    /// See [`Panels::each`].
+    /// Calls a function for the entries of each column; see [`Panels::each`].
     pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut [R])) {
         match self {
             Self::One(panels) | Self::Two(panels) => panels.each(f),

@@ -30,7 +30,7 @@ impl Quotients {
         (self.right - self.left).abs()
     }
 
-    /// Returns the distance of the left or the right slope from `base`, whichever is larger.
+    /// Returns the larger of two distances: that of the left slope and that of the right slope from `base`.
     pub(super) fn steepest(&self, base: f64) -> f64 {
         (self.left - base).abs().max((self.right - base).abs())
     }
@@ -39,7 +39,7 @@ impl Quotients {
 /// A step around which the quotients change little from one step to the next.
 #[derive(Clone, Copy)]
 struct Plateau {
-    /// The index of the step in the sweep. Steps shrink as the index grows.
+    /// The index of the step in the sweep. A larger index means a smaller step.
     level: usize,
     slope: f64,
     /// The difference from the slopes of the neighbouring steps, plus the noise. This estimates the error of the slope:
@@ -152,7 +152,7 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    /// The largest spread of a plateau, relative to its slope.
+    /// The largest spread of a plateau, as a fraction of its slope.
     const ROUGH: f64 = 1e-2;
     /// The spread of a plateau estimates the error of its slope. The error is assumed to be below this many times the
     /// spread.
@@ -258,8 +258,8 @@ impl Judge {
     }
 
     /// Looks for a plateau at smaller steps than those of `best`, where the left and the right slope approach each
-    /// other. Returns the one with the least spread. If there is one, the gap at larger steps was caused by a narrow
-    /// term and not by a kink.
+    /// other. Returns the plateau with the least spread. If it exists, a narrow term caused the gap at larger steps,
+    /// and not a kink.
     fn closer(&self, sweep: &[Quotients], best: &Plateau) -> Option<Plateau> {
         let together = |closer: &Plateau| {
             let levels = &sweep[closer.level - 1..=closer.level + 1];

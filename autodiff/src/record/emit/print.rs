@@ -127,8 +127,8 @@ impl<'a> Printer<'a> {
         results.iter().position(|&result| result == place)
     }
 
-    /// If `op` adds a term to a product that nothing else reads, returns the product and the term. The two operations
-    /// are printed as one fused multiply-add.
+    /// If `op` adds a term to a product, and nothing else reads the product, returns the product and the term. The two
+    /// operations are then printed as one fused multiply-add.
     fn fused(&self, op: Op) -> Option<(Place, Place)> {
         match op {
             Op::Binary(Binary::Add | Binary::Sub, [a, b]) if self.is_lone_product(b) => {

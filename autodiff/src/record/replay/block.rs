@@ -3,7 +3,7 @@
 use crate::real::{Mask, Real};
 use crate::simd::Lane;
 
-/// The values of one number of the recording at `W * L::N` points.
+/// The values of one recorded number at `W * L::N` points: `W` registers of `L::N` lanes.
 pub(super) type Block<L, const W: usize> = [L; W];
 
 #[inline(always)]

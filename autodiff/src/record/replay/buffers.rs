@@ -20,11 +20,11 @@ pub(super) struct ReplayBuffers<R, L, const W: usize> {
     pub(super) gradient: Vec<R>,
     /// For each layer, whether all its weights are finite.
     pub(super) finite: Vec<bool>,
-    /// The result of each operation.
+    /// The result of each operation at the current block of points.
     pub(super) values: Vec<Block<L, W>>,
-    /// The cotangent of each result.
+    /// The cotangent of each operation's result at the current block of points.
     pub(super) bars: Vec<Block<L, W>>,
-    /// The partials of functions of one number, which the forward sweep stores for the reverse sweep.
+    /// The partial derivatives of functions of one number. The forward sweep stores them for the reverse sweep.
     pub(super) partials: Vec<Block<L, W>>,
     /// The own inputs of a layer (`own`), the cotangents of these inputs (`own_bars`), and the results of the layer's
     /// rows (`rows`). All three are stored block by block.

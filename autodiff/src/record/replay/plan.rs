@@ -24,9 +24,9 @@ pub(crate) struct Plan {
 pub(super) enum Step {
     /// A single operation.
     Single(Op),
-    /// The first row of the layer with this index. The whole layer is computed at this step.
+    /// The layer with this index. The step belongs to its first row, but computes the whole layer.
     Layer(usize),
-    /// Another row of a layer, which is already computed.
+    /// A row of a layer that is already computed; nothing remains to be done.
     Row,
 }
 
@@ -35,13 +35,13 @@ pub(super) enum Step {
 pub(super) struct Layer {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// The place of the first row's dot product. The places of consecutive rows differ by `step`.
+    /// The place of the dot product for the first row. The dot product of each further row is `step` places later.
     pub(super) first: usize,
     pub(super) step: usize,
     /// The index of the first matrix entry among the shared arguments. The distance between rows is `stride`.
     pub(super) weights: usize,
     pub(super) stride: usize,
-    /// The vector that the matrix is multiplied by. Its numbers differ from point to point.
+    /// The run of own numbers by which the matrix is multiplied. They differ from point to point.
     pub(super) own: Run,
 }
 
@@ -93,7 +93,7 @@ impl Layer {
         self.rows >= LEAST_ROWS && self.rows * self.columns >= LEAST_ENTRIES
     }
 
-    /// The place of a row's dot product.
+    /// The place of the dot product that belongs to a row.
     pub(super) fn place(&self, row: usize) -> usize {
         self.first + row * self.step
     }

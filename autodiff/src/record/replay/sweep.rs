@@ -30,7 +30,7 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
-    /// Prepares a replay in the buffers of the thread's last replay of this number type.
+    /// Prepares a replay. Uses the buffers of the thread's last replay of this number type.
     #[inline(always)]
     pub(super) fn new(
         plan: &'a Plan,
@@ -158,7 +158,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Returns the values of a result at the block of points that [`forward`](Self::forward) computed last.
+    /// Returns the values of a result at the points of the block that [`forward`](Self::forward) has computed last.
     #[inline(always)]
     pub(super) fn result(&self, result: usize) -> Block<L, W> {
         self.get(self.plan.results[result])
