@@ -29,7 +29,7 @@ const FORMAT: Format = Format {
 /// The results of several designs in drawn domains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
-    /// The number of draws, and the largest random changes of the nominal domain.
+    /// The number of drawn domains, and the largest random changes of the nominal domain.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
@@ -69,7 +69,7 @@ impl Robustness {
         table.add(loss, |run| run.loss).done()
     }
 
-    /// Writes the results to a file: the table as CSV if the file's name ends in `.csv`, otherwise JSON.
+    /// Writes the results to a file: as a CSV table if the file's name ends in `.csv`, otherwise as JSON.
     ///
     /// # Errors
     /// [`Error::Write`](cosmic::Error::Write).
@@ -105,10 +105,11 @@ pub struct RobustRun {
     pub divergence: Option<Divergence>,
 }
 
-/// The domains in which all designs are tried.
+/// The settings of domain randomization: how many domains are drawn, and how far they may differ from the nominal
+/// domain.
 #[derive(Clone, Debug)]
 pub struct DrawnDomains {
-    /// The number of draws, and the largest random changes of the nominal domain.
+    /// The number of drawn domains, and the largest random changes of the nominal domain.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,

@@ -95,8 +95,8 @@ impl StableStep {
     }
 }
 
-/// The sizes of a controller: how many numbers it observes, how many hidden units it has (`None` if it is not a
-/// network), and how many activations it returns.
+/// The sizes of a controller: the number of observed numbers, of hidden units (`None` if it is not a network), and of
+/// activations.
 fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     let (settings, lattice) = (&case.observation, &case.lattice);
     let sight = policy::of_settings(settings).observe();

@@ -151,7 +151,7 @@ impl Arguments {
     }
 }
 
-/// The outcome of an export: the files that it wrote, and the options that failed.
+/// The result of an export: the files that were written, and the options that failed.
 #[derive(Default)]
 struct Made {
     written: Vec<PathBuf>,

@@ -131,7 +131,7 @@ fn command(registry: &Registry) -> clap::Command {
 pub struct Program(Registry);
 
 impl Program {
-    /// The program without additions.
+    /// The program as it is, without added laws, losses, policies, lattices or scenes.
     pub fn new() -> Self {
         Self::default()
     }

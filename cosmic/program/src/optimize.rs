@@ -72,7 +72,7 @@ fn introduction(plan: &RunPlan) -> Vec<String> {
     [world].into_iter().chain(doubts).chain(unread).collect()
 }
 
-/// The scene in which the robot is optimised, and where it comes from.
+/// The scene in which the robot is optimised, and its source.
 struct Origin {
     scene: Scene,
     /// The scene's name. It appears in the summary and in the name of the run's folder.

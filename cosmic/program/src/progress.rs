@@ -31,7 +31,8 @@ pub(super) struct Progress {
 
 /// The display of an active run.
 struct Shown {
-    /// The progress bar. Its prefix names the scene and the seed; its length is the number of the last iteration.
+    /// The progress bar of the run. Its prefix names the scene and the seed; its length is the number of the last
+    /// iteration.
     bar: ProgressBar,
     last: usize,
     pace: Pace,

@@ -43,7 +43,7 @@ impl Kind {
 pub(super) struct Frame {
     members: Vec<Member>,
     radii: Radii,
-    /// For each strut, the index of its plane.
+    /// For each strut, the index of the plane in which it lies.
     levels: Vec<usize>,
     joints: Vec<Joint>,
     /// The distance between neighbouring planes, in mm.
@@ -133,7 +133,7 @@ impl Frame {
         )
     }
 
-    /// Returns the prisms of all parts whose kind satisfies `is_asked`.
+    /// Returns the prisms of the parts whose kind satisfies `is_asked`.
     pub(super) fn prisms(&self, is_asked: impl Fn(Kind) -> bool) -> Vec<Prism> {
         let own = self.members.iter().zip(&self.levels);
         let own = own.filter(|(member, _)| is_asked(Kind::Strut(member.material)));

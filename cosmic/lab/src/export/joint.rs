@@ -50,7 +50,7 @@ impl Radii {
         PI * self.radius(member).powi(2)
     }
 
-    /// Returns the distance from a strut's axis to its corners, in mm.
+    /// Returns the distance from a strut's axis to the corners of its cross section, in mm.
     pub(super) fn reach(&self, member: &Member) -> f64 {
         self.radius(member) * corners_at(SIDES)
     }
@@ -71,10 +71,10 @@ fn corners_at(sides: usize) -> f64 {
     (TAU / (n * (TAU / n).sin())).sqrt()
 }
 
-/// The part of a joint in one plane: a flat prism.
+/// The part of a joint in one plane: a flat prism, called a disc.
 pub(super) struct Disc {
     pub(super) level: usize,
-    /// The volume of the strut ends that the disc replaces, in mm3.
+    /// The volume of the strut ends that this disc replaces, in mm3.
     missing: f64,
     /// The thickness of the disc, in mm.
     pub(super) height: f64,
@@ -88,9 +88,9 @@ pub(super) struct Joint {
     pub(super) trim: f64,
     /// The corners of the prism's base relative to the node, counterclockwise.
     corners: Vec<Vector<f64>>,
-    /// One disc for each plane of the node, from the lowest to the highest.
+    /// The discs of the joint, one for each plane of the node, from the lowest to the highest.
     pub(super) discs: Vec<Disc>,
-    /// The cross section of the column between two discs, in mm2.
+    /// The cross section of the column that connects one disc with the next, in mm2.
     column: f64,
 }
 

@@ -112,7 +112,7 @@ fn check(case: &Case) -> Result<()> {
     }
 }
 
-/// The robot of a case, with those of its nodes and edges that the MuJoCo model contains.
+/// The robot of a case, reduced to the nodes and edges that the MuJoCo model contains.
 struct Robot<'c> {
     case: &'c Case,
     settings: &'c MujocoSettings,

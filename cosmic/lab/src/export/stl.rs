@@ -33,7 +33,8 @@ impl Prism {
     }
 }
 
-/// Returns the unit normal of a triangle. It points to the side from which the corners run counterclockwise.
+/// Returns the unit normal of a triangle. Seen from the side to which the normal points, the corners run
+/// counterclockwise.
 fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     let edge = |to: [f32; 3]| [0, 1, 2].map(|k| f64::from(to[k]) - f64::from(a[k]));
     let (u, v) = (edge(b), edge(c));

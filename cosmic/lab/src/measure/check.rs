@@ -20,10 +20,10 @@ const CHECK: &str = "check.json";
 /// at one of the perturbed starts that the summary also uses. A displacement is `None` if a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Check {
-    /// The 10 % quantile, the median and the 90 % quantile of the displacement at half the time step, with twice as
-    /// many steps.
+    /// The 10 % quantile, the median and the 90 % quantile of the displacement in rollouts with half the time step and
+    /// twice as many steps.
     half_step: [Option<f64>; 3],
-    /// The median displacement if the goal that the controller sees is mirrored behind the origin.
+    /// The median displacement if the controller sees the goal mirrored behind the origin.
     pub(super) goal_behind: Option<f64>,
     /// True if every edge has exactly one material.
     one_hot: bool,

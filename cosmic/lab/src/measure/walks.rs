@@ -19,8 +19,8 @@ const TRANSFER: &str = "transfer.json";
 /// The name of the folder with the model for MuJoCo, beside the file.
 const MODEL: &str = "export";
 
-/// The walks of a delivered design in MuJoCo, and the walks in this simulator to compare them with. A displacement is
-/// in metres along the ground, and `None` if the rollout diverged.
+/// The displacements of a delivered design in MuJoCo, and its displacements in this simulator for comparison. A
+/// displacement is in metres along the ground, and `None` if the rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Walks {
     /// The version of MuJoCo.

@@ -50,7 +50,7 @@ pub(super) const FILM: Pace = Pace {
 /// How many seconds the last frame is shown.
 const STAYS: f64 = 1.0;
 
-/// A frame of an animation before it is drawn: a state of a motion, and a label, which may be empty.
+/// A frame of an animation, not yet drawn: a state of a motion and a label. The label may be empty.
 pub(super) struct Shot<'m> {
     motion: &'m Motion<'m>,
     index: usize,
@@ -165,7 +165,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
         .map_err(failed)
 }
 
-/// Draws the frames, writes them to ffmpeg, and waits until ffmpeg ends.
+/// Draws the frames and writes them to ffmpeg. Waits until ffmpeg has ended.
 fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
     let mut input = ffmpeg.stdin.take();
     let output = thread::spawn(move || ffmpeg.wait_with_output());
@@ -206,7 +206,7 @@ fn rgb(pixel: &PremultipliedColorU8) -> [u8; 3] {
 /// The number of shades between white and a colour. With fewer, edges look rough; with more, files become large.
 const SHADES: u16 = 4;
 
-/// The colour table of a GIF: shades of all colours that frames use.
+/// The colour table of a GIF: all colours that frames use, each in many shades.
 struct Palette {
     shades: Vec<[u8; 3]>,
     /// For every colour, the index of the nearest shade. Two colours count as equal if the upper five bits of their

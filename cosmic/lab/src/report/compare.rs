@@ -32,7 +32,7 @@ struct ComparedRun {
 }
 
 impl ComparedRun {
-    /// Returns the data of the run's lane on the page: the robot and its motion.
+    /// Returns the data from which the page draws one run: the robot and its motion.
     fn lane(&self, registry: &Registry) -> Result<Value> {
         let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
         let trajectory = read_trajectory(&self.folder, &robot)?;
@@ -43,7 +43,8 @@ impl ComparedRun {
     }
 }
 
-/// Reads the summary of a run. Fails if the scene file in its folder is not the scene that the run began with.
+/// Reads the summary of a run. Fails if the scene file in its folder has another scene than the one that the run began
+/// with.
 fn read(folder: &Path, registry: &Registry) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {

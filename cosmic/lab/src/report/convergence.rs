@@ -61,8 +61,8 @@ fn series(
     }
 }
 
-/// Creates two lines: the displacement in a full rollout after each iteration, and the displacement in the rollout from
-/// which the gradient was computed.
+/// Creates two lines of the displacement over the iterations: in full rollouts, and in the rollouts from which
+/// gradients were computed.
 fn displacements(run: &RunFiles) -> Vec<Series> {
     let full = |r: &Record| match r.diverged {
         true => Some(f64::NAN),
@@ -199,7 +199,8 @@ impl Chart {
     }
 }
 
-/// Draws the phases as bands behind a chart. If `named`, writes their names above the bands.
+/// Draws the phases of the run as bands behind a chart. If `named` is true, writes the names of the phases above the
+/// bands.
 fn draw_phases(picture: &mut Picture, axes: &Axes, history: &[Record], named: bool) {
     for part in history.chunk_by(|a, b| a.phase == b.phase) {
         let [first, last] = [&part[0], &part[part.len() - 1]];

@@ -14,9 +14,9 @@ use cosmic::record::history::{DesignRow, Walk};
 const FRAME: f64 = 0.04;
 /// Seconds between two frames on a page with several runs.
 const LANE_FRAME: f64 = 0.08;
-/// On a page with one robot, positions are rounded to the lattice's spacing divided by this.
+/// On a page with one robot, positions are rounded to multiples of the lattice's spacing divided by this number.
 const PARTS: f64 = 1000.0;
-/// On a page with several runs, positions are rounded to the lattice's spacing divided by this.
+/// On a page with several runs, positions are rounded to multiples of the lattice's spacing divided by this number.
 const LANE_PARTS: f64 = 200.0;
 
 /// Returns the data of a page that shows only a robot in motion.
@@ -45,8 +45,8 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data
 }
 
-/// Returns the data of a robot and its world. `walks` begins with the walk of the delivered robot. The world contains
-/// the ground that any of the walks reaches.
+/// Returns the data of a robot and its world. The first of `walks` is the walk of the delivered robot. The data contain
+/// the part of the ground that the walks reach.
 fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
     json!({
         "robot": of_robot(robot, &motion.states()[0].x),
@@ -55,8 +55,8 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
     })
 }
 
-/// Returns the data of one run for a page that shows several runs on one ground. Positions are measured along the
-/// ground from the payload's start, and in height from the ground's line.
+/// Returns the data of one run, for a page on which several runs share one ground. Distances are measured along the
+/// ground from the payload's start, and heights from the ground's line.
 pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
     // The payload's start is the origin only along the ground. Heights stay relative to the ground's line.

@@ -15,7 +15,7 @@ const ROBOTS: usize = 6;
 /// How many seconds each robot is shown.
 const SECONDS: f64 = 2.0;
 
-/// A robot and its recorded walk, with a text and a duration for the animation.
+/// A robot with its recorded walk. A text and a duration say how the animation shows it.
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,

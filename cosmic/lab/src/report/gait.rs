@@ -24,7 +24,7 @@ const MOST_STATES: usize = 600;
 /// onto the ground, except for rounding.
 const TOUCHES: f64 = 1e-6;
 
-/// A run's delivered robot, and the strains and forces of its edges in the states of the trajectory.
+/// The delivered robot of a run, with the strains and forces of its edges in the states of the trajectory file.
 pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
@@ -79,7 +79,7 @@ impl<'r> Gait<'r> {
     }
 
     /// Returns the data of the last periods of the clock: which nodes are on the ground, and the target strains and
-    /// strains of actuators. Also returns the peaks of the strains and forces of all bars over the whole rollout.
+    /// strains of actuators. Also returns the largest strains and forces of all bars over the whole rollout.
     pub(super) fn last_periods(&self, motion: &Motion) -> Value {
         let omega = motion.scene().controller.omega;
         let period = (TAU / omega).min(motion.duration());
@@ -112,7 +112,7 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// Returns the nodes that are on the ground in at least one of `states`. Each has a text with a character for every
+    /// Returns the nodes that touch the ground in at least one of `states`. Each node has a text with one character per
     /// state: `1` if the node is on the ground in that state, otherwise `0`.
     fn feet(&self, motion: &Motion, states: &[State<f64>]) -> Vec<(usize, String)> {
         let ground = motion.ground();

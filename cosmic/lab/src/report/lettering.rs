@@ -12,8 +12,8 @@ const OF_SIZE: f64 = 0.7;
 const GAP: f64 = 1.9;
 const BLANK: f64 = 4.1;
 
-/// Each character with its strokes. A stroke is a list of points `x,y`, where `x` is measured from the left edge of the
-/// character and `y` upwards from the baseline.
+/// For each character, the strokes that draw it. A stroke is a list of points `x,y`. `x` is measured from the left edge
+/// of the character, `y` upwards from the baseline.
 #[rustfmt::skip]
 const GLYPHS: [(char, &[&str]); 25] = [
     ('0', &["1,0 3,0 4,1 4,7 3,8 1,8 0,7 0,1 1,0"]),

@@ -27,7 +27,7 @@ const MOST_FRAMES: usize = 2000;
 /// [`Motion::floor`] divides the width of the lattice into this many intervals and averages the heights at their ends.
 const FLOORS: u32 = 16;
 
-/// An edge as it is drawn.
+/// An edge of the robot in one state, ready to be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
     /// The line from the edge's first node to its second, in metres.
@@ -86,7 +86,7 @@ impl<'r> Motion<'r> {
         self.trajectory.steps[index] as f64 * self.trajectory.dt
     }
 
-    /// Returns the index of the last state at or before a time. If there is none, returns 0.
+    /// Returns the index of the last state at or before a time; 0 if there is no such state.
     pub(super) fn index_at(&self, time: f64) -> usize {
         // Times are rounded products of a step and dt, so round to the nearest step.
         let step = (time / self.trajectory.dt + 0.5) as usize;
@@ -94,8 +94,8 @@ impl<'r> Motion<'r> {
         after.saturating_sub(1)
     }
 
-    /// Returns the interval between frames in seconds, and the indices of the frames' states. The interval is
-    /// `seconds`, or longer if the rollout would otherwise have too many frames.
+    /// Returns two things: the interval between frames in seconds, and the indices of the states that the frames show.
+    /// The interval is `seconds`, or longer if the rollout would otherwise have too many frames.
     pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
         let most = MOST_FRAMES as f64;
         let seconds = seconds.max(self.duration() / most);
@@ -165,7 +165,7 @@ impl<'r> Motion<'r> {
         (low.forward() - width..high.forward() + width).contains(&middle)
     }
 
-    /// Returns the positions that a picture of a state must show: those of the payload and of the ends of solid edges.
+    /// Returns the positions that must be visible in a picture of a state: the payload, and the ends of solid edges.
     pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
         self.seen.iter().map(|&node| state.x[node])
     }
@@ -185,8 +185,8 @@ impl<'r> Motion<'r> {
         self.profile.height_in_world(&self.ground(), x)
     }
 
-    /// Returns the terrain as points of the world, above the part of the ground's line whose horizontal positions are
-    /// in `across`.
+    /// Returns the terrain as points of the world. It covers the part of the ground's line whose horizontal positions
+    /// are in the range `across`.
     pub(super) fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
         self.profile.in_world(&self.ground(), across)
     }
@@ -223,7 +223,7 @@ impl<'r> Motion<'r> {
     }
 }
 
-/// Returns the colour of an actuator whose strain is `share` times the limit.
+/// Returns the colour of an actuator with this strain. `share` is the strain divided by the largest target strain.
 pub(super) fn strained(share: f64) -> Colour {
     if share.abs() > 1.0 {
         return BEYOND;

@@ -3,7 +3,7 @@
 use crate::table::{Cell, Column, TableOf};
 use cosmic::record::Summary;
 
-/// A column, and the function that returns its cell for a run.
+/// A column of a table of runs, and the function that returns the cell of a run.
 type Number = (Column, fn(&Summary) -> Cell);
 
 /// Adds columns with the numbers of every run's summary to a table of runs.
@@ -93,7 +93,7 @@ fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
     }
 }
 
-/// Returns a text with the names of the options by which a run departs from the paper.
+/// Returns a text that names the options by which a run departs from the paper.
 pub fn departures(summary: &Summary) -> String {
     let departures = summary.departures.iter();
     let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();

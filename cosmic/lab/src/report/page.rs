@@ -119,10 +119,11 @@ pub(super) fn script(data: &Value, of_page: &str) -> String {
     )
 }
 
-/// The script of a page with one robot.
+/// The script of a page that shows one robot.
 const ONE_ROBOT: &str = concat!(include_str!("page/gait.js"), include_str!("page/page.js"));
 
-/// Returns the heading, and below it a line with the size of the lattice, followed by `about`.
+/// Returns the heading of a page and a line below it. The line states the size of the lattice, followed by the text
+/// `about`.
 fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
     let (nodes, edges) = (robot.lattice.nodes(), robot.lattice.edges.len());
     let title = escape(title);
@@ -203,7 +204,7 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
 }
 
-/// Returns a table of two columns without headings.
+/// Returns an HTML table of two columns, without headings.
 fn pairs(rows: &[[String; 2]]) -> String {
     let table = Table::of("", "", rows).columns(["", ""], "", |row, k| &row[k][..]);
     table.done().to_html()

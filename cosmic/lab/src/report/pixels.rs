@@ -14,14 +14,14 @@ const MARGIN: f64 = 64.0;
 /// A picture while it is painted.
 struct Canvas {
     pixels: Pixmap,
-    /// The map from the picture's units to pixels.
+    /// The transformation from the picture's units to pixels.
     scale: Transform,
     /// The bounds at which shapes are cut off, because the rasteriser cannot draw shapes that are far away.
     bounds: Bounds,
 }
 
 impl Picture {
-    /// Paints the upper left part of the picture, which has the size `size`. Enlarges it by `scale`. Returns `None` if
+    /// Paints the upper left part of the picture, which has the size `size`, enlarged by `scale`. Returns `None` if
     /// memory is short.
     pub(super) fn to_pixels(&self, size: impl Into<Place>, scale: f64) -> Option<Pixmap> {
         let size: Place = size.into();

@@ -14,7 +14,7 @@ const MOST_MARKS: f64 = 100.0;
 /// A view of the world in which a robot moves. It maps points of the world to places in a picture.
 pub(super) struct View<'m> {
     pub(super) motion: &'m Motion<'m>,
-    /// A point of the world, in metres. The picture shows it at the place `origin`.
+    /// A point of the world, in metres. It is drawn at the place `origin` of the picture.
     pub(super) corner: Vector<f64>,
     pub(super) origin: Place,
     /// Pixels per metre.

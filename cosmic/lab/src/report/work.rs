@@ -1,4 +1,4 @@
-//! Writes the report of a run, or of a design alone.
+//! Writes the report of a run, or of a design without a run.
 
 use super::animation::{self, FILM, GIF, Pace, Shot};
 use super::files::{RobotFiles, RunFiles};

@@ -34,7 +34,7 @@ struct Results {
     tables: Vec<Value>,
 }
 
-/// The settings in which a trial's scene differs from its base.
+/// The settings of a trial that differ from the base of its scene.
 #[derive(Serialize, Deserialize)]
 struct Settings {
     trial: String,
@@ -88,8 +88,8 @@ impl Study {
         self.out.join(format!("{}.{extension}", self.file.name))
     }
 
-    /// Checks that the results may be written. Existing results must have the same settings, and no seeds that this
-    /// study lacks.
+    /// Checks whether the results may be written. If results exist, they must have the same settings, and this study
+    /// must have all of their seeds.
     ///
     /// # Errors
     /// [`Error::Usage`] if existing results are from other settings or seeds; the errors of reading the study's scenes;
@@ -142,7 +142,7 @@ impl Study {
         Ok(written)
     }
 
-    /// Draws a chart for each table. For each trial of the first table, also draws pictures of its best run. Adds links
+    /// Draws a chart for each table. Also draws pictures of the best run of each trial of the first table. Adds links
     /// to all of them to `text`.
     fn write_figures(&self, rows: &[TrialRow], text: &mut String) -> Result<Vec<PathBuf>> {
         let (keys, name) = (&self.file.keys, &self.file.name);
@@ -177,7 +177,7 @@ fn rows_of<'r>(rows: &'r [TrialRow], variant: &Variant) -> Vec<&'r TrialRow> {
     rows.filter(|row| row.trial.table == variant.name).collect()
 }
 
-/// The bars of a trial in a chart: one for the trial's own scene, and one for each friction in MuJoCo.
+/// The bars that a chart shows for a trial: one for the trial's own scene, and one for each friction in MuJoCo.
 fn bars_of(row: &TrialRow, frictions: &[f64]) -> Vec<Bar> {
     let bar = |name: String, column: &str, mark: Option<f64>| Bar {
         name,

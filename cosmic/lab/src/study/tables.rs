@@ -59,7 +59,7 @@ impl TrialRow {
 /// The text that tables show for a missing number.
 const NONE: &str = "–";
 
-/// The fraction of its displacement that a robot must keep in MuJoCo, to be counted in the column `at least 0.9`.
+/// To be counted in the column `at least 0.9`, a robot must keep this fraction of its displacement in MuJoCo.
 const MOST: f64 = 0.9;
 
 /// The type of a function that computes one number from the numbers of all seeds, in which NaN stands for a diverged
@@ -113,7 +113,8 @@ pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     known
 }
 
-/// The table with a row for each departure from the paper. Other tables refer to a departure by the letter in its row.
+/// The table with a row for each departure from the paper. Each row has a letter, by which other tables refer to the
+/// departure.
 pub(super) fn departures(known: &[Departure]) -> Table {
     let lettered: Vec<(char, &Departure)> = ('A'..).zip(known).collect();
     Table::of("departures", "Departures from the paper", &lettered)
@@ -123,7 +124,7 @@ pub(super) fn departures(known: &[Departure]) -> Table {
         .done()
 }
 
-/// The table with a row for each trial, in which letters stand for departures from the paper.
+/// The table with a row for each trial. Letters stand for the trial's departures from the paper.
 pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
     let title = variant.title.as_deref().unwrap_or("Trials");
     let over_paper = |row: &&TrialRow| Some(row.of(DISPLACEMENT).median? / row.trial.paper?);
@@ -147,7 +148,7 @@ pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure])
     table.column("departures", "", letters).done()
 }
 
-/// The table with a row for each trial and friction, which shows quantiles over the seeds.
+/// The table with a row for each trial and friction. It shows quantiles over the seeds.
 pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
     let of_row = |row| frictions.iter().map(move |friction| (row, friction));
     let pairs: Vec<(&TrialRow, &f64)> = rows.iter().flat_map(of_row).collect();
@@ -211,7 +212,7 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
         .done()
 }
 
-/// The table with a row for each run and a column for every number. Cells of missing numbers are empty.
+/// The table with a row for each run and a column for every number. A cell without a number is empty.
 pub(super) fn runs<'r>(rows: &'r [TrialRow]) -> Table {
     let of_row = |row: &'r TrialRow| row.runs.iter().map(move |run| (&row.trial, run));
     let runs: Vec<(&Trial, &Run)> = rows.iter().flat_map(of_row).collect();

@@ -1,4 +1,5 @@
-//! Claims: at most one process at a time works on a run, even if processes on several hosts share the sweep's folder.
+//! Claims make sure that at most one process at a time works on a run, even if processes on several hosts share the
+//! sweep's folder.
 //!
 //! The K-th claim of the run NAME is the file `claims/NAME/K`. Only one process can create it; this process holds the
 //! claim. The file contains the holder's host and a count that the holder increases while it works. A process that
@@ -18,7 +19,8 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Two times: how often a holder increases its count, and after how long without an increase the holder counts as gone.
+/// Two times: the time after which a holder increases its count again, and the time without an increase after which the
+/// holder counts as gone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     beat: Duration,
@@ -34,7 +36,7 @@ pub(super) const PACE: Pace = Pace {
 /// The content that a holder writes into the file of a claim when it gives the claim back.
 const FREE: &[u8] = b"free\n";
 
-/// The name and the boot id of this host; `None` if the system does not tell them. Without them, locks are not used.
+/// The name and the boot id of this host. If the system does not tell them (`None`), locks are not used.
 static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
     let read = |name: &str| fs::read_to_string(Path::new("/proc/sys/kernel").join(name)).ok();
     let parts = [read("hostname")?, read("random/boot_id")?];
@@ -71,7 +73,7 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// True once another process has taken over the run, because this process did not increase its count in time.
+    /// True once another process has taken over the run because this process did not increase its count in time.
     pub(super) fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
     }
@@ -118,7 +120,7 @@ fn numbered(folder: &Path, number: u64) -> PathBuf {
     folder.join(number.to_string())
 }
 
-/// The number of a run's last claim; 0 if the run has not been claimed.
+/// The number of the last claim of a run; 0 if the run was never claimed.
 fn last(folder: &Path) -> Result<u64> {
     let mut last = 0;
     for entry in fs::read_dir(folder).map_err(Error::reading(folder))? {
@@ -133,7 +135,7 @@ fn last(folder: &Path) -> Result<u64> {
 struct Held {
     path: PathBuf,
     file: File,
-    /// The name and boot id of this host, which holds the lock; `None` if the file is not locked.
+    /// The name and boot id of this host, as the holder of the lock; `None` if the file is not locked.
     host: Option<&'static str>,
 }
 

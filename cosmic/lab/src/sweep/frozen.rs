@@ -60,7 +60,7 @@ impl SweepPlan {
         }
     }
 
-    /// Replaces the plan in a folder. A run is kept if both plans have its scene and its seed.
+    /// Replaces the plan in a folder. The run of a scene and seed is kept if both plans contain it.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -132,7 +132,7 @@ impl SweepPlan {
         Some([key, now, before])
     }
 
-    /// The names of all settings of the plan and of its scenes, each with its value as text.
+    /// The names of all settings of the plan and of its scenes, and their values as text.
     fn settings(&self) -> Vec<[String; 2]> {
         let named = |(key, value): (&str, Value)| [key.to_owned(), value.to_string()];
         let scenes = self

@@ -20,7 +20,7 @@ struct GridAxis {
 struct Combination {
     /// The suffix for the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
     suffix: String,
-    /// The settings of the point, such as `physics.friction=0.6`.
+    /// The settings of this point of the grid, such as `physics.friction=0.6`.
     settings: Vec<String>,
 }
 
@@ -29,8 +29,8 @@ struct Combination {
 const LONGEST: usize = 160;
 
 /// Combines every scene with every combination of the grid's values. The new scenes have names like
-/// `earth+friction=0.6+gravity=9.81`. Each text in `axes` is an axis of the grid, written as `KEY=V,V…`. Before that,
-/// every scene gets the `settings`, each written as `KEY=VALUE`.
+/// `earth+friction=0.6+gravity=9.81`. Each text in `axes` is an axis of the grid, written as `KEY=V,V…`. First, all
+/// scenes get the `settings`, each written as `KEY=VALUE`.
 ///
 /// # Errors
 /// [`Error::Usage`] for a malformed axis, for two axes with the same key, and for more combinations than a plan may
@@ -191,7 +191,7 @@ fn for_a_folder(text: &str) -> String {
     parts.join("_")
 }
 
-/// Makes suffixes short enough for a folder's name, and unique: repeated suffixes get a number.
+/// Makes suffixes short enough for the names of folders, and makes repeated suffixes unique by a number.
 fn tell_apart(all: &mut [Combination]) {
     let mut known = BTreeSet::new();
     for Combination { suffix, .. } in all {

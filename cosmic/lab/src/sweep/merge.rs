@@ -96,9 +96,9 @@ struct MergedRun {
 /// The paths of the merged results, and the number of runs whose results are missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
-    /// All results, as JSON.
+    /// The path of all results, a JSON file.
     pub results: PathBuf,
-    /// The table of the results, as CSV.
+    /// The path of the table of results, a CSV file.
     pub table: PathBuf,
     /// The number of unfinished runs.
     pub missing: usize,
@@ -149,7 +149,7 @@ struct Progress {
     failed: Option<cosmic::Error>,
 }
 
-/// The content of `results.json`. Runs are read from their folders while the file is written.
+/// The content of `results.json`. Each run is read from its folder when it is written.
 #[derive(Serialize)]
 struct Results<'p> {
     runs: Runs<'p>,
@@ -221,7 +221,7 @@ impl Progress {
     }
 }
 
-/// A row of the table: a run with the numbers of its summary, which are computed once for all columns.
+/// A row of the table of results: a run with the numbers of its summary.
 struct Row<'r> {
     run: &'r SurveyedRun,
     /// The numbers of the run's summary; empty if the run is not done.
@@ -262,7 +262,7 @@ fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
         .done()
 }
 
-/// Converts the value of a swept key into a cell of the table.
+/// Converts the value of a key that the sweep varies into a cell of the table.
 fn swept(value: Option<&Value>) -> Cell {
     match value {
         None => Cell::Missing,

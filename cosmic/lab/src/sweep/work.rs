@@ -17,7 +17,7 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Duration;
 
-/// The time between two checks of the claims of other hosts.
+/// The time to wait before the claims of other hosts are checked again.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// The outcome of an attempt to do a run.
@@ -33,7 +33,7 @@ pub enum RunOutcome {
     Taken,
 }
 
-/// A run that has just ended.
+/// A run of the sweep that has just ended.
 #[derive(Clone, Debug)]
 pub struct Ended {
     /// The run's number in the plan.
@@ -50,11 +50,11 @@ pub trait Overseer: Sync {
     /// Is called when a run has ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
 
-    /// Is called for a [warning](Observer::warning) of a run. `run` is the run's name.
+    /// Is called with a [warning](Observer::warning) of a run. `run` is the run's name.
     fn warning(&self, run: &str, text: &str);
 }
 
-/// A sweep to work on.
+/// A sweep: its folder, its plan, and the registry for its scenes.
 pub struct Sweep<'s> {
     /// The folder of the sweep.
     pub folder: &'s Path,
@@ -160,8 +160,8 @@ impl Sweep<'_> {
         self.once_known(is_stopped, || self.try_next(observer))
     }
 
-    /// Like [`run_next`](Self::run_next), but does not wait. Returns `None` if it is not known yet whether runs remain,
-    /// and `Some(None)` if no run remains.
+    /// Like [`run_next`](Self::run_next), but does not wait. Returns `None` if it is not known yet whether any run
+    /// remains, and `Some(None)` if no run remains.
     fn try_next(&self, observer: &mut dyn Observer) -> Result<Option<Option<Ended>>> {
         let mut passed_over = BTreeMap::new();
         let mut is_known = true;
@@ -250,8 +250,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Tries each run once. For each run, returns the result of [`try_one`](Self::try_one), or the error with which the
-    /// run failed.
+    /// Tries each run once. Returns, for each run, the result of [`try_one`](Self::try_one), or the error of the run.
     fn try_each(
         &self,
         runs: &[usize],

@@ -22,7 +22,8 @@ const LAST: usize = 512;
 /// The index of the mark whose errors the figures show. It is the second mark, because chaos dominates the errors
 /// later.
 const SHOWN: usize = 1;
-/// The time steps to compare, as multiples of the scene's time step. All of these factors are exact in binary.
+/// The time steps to compare, as multiples of the scene's time step. Binary floats represent all of these factors
+/// exactly.
 const FRACTIONS: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
 /// The number of steps of the reference in one time step of the scene. The reference's step is 64 times shorter than
 /// the shortest step of any row, unless the scene itself has more than four substeps.
@@ -36,7 +37,7 @@ const REPEATS: usize = 9;
 /// A number type in which trajectories are computed.
 struct Precision {
     name: &'static str,
-    /// The dash pattern of the lines for this number type in figures.
+    /// The dash pattern of this number type's lines in figures.
     dashes: &'static str,
     /// The machine epsilon of the type: the distance from 1 to the next larger number.
     unit: f64,
@@ -56,8 +57,8 @@ const fn precision<R: Real + Into<f64>>(
     }
 }
 
-/// All number types to compare. The last one is very precise: its distance from another type's result is the rounding
-/// error of that type.
+/// The number types to compare. The last one is very precise: its distance from another type's result counts as the
+/// rounding error of that type.
 static PRECISIONS: [Precision; 3] = [
     precision::<f32>("f32", "6 4", f32::EPSILON as f64),
     precision::<f64>("f64", "", f64::EPSILON),
@@ -118,7 +119,7 @@ impl Method {
     }
 }
 
-/// A run by leapfrog whose steps are so short that its positions count as the truth.
+/// The reference: a run by leapfrog with steps so short that its positions count as exact.
 struct Reference {
     /// The uncertainty of the reference at each mark, in metres. It is the largest distance of a node from its position
     /// in two other runs: one by symplectic Euler with equal steps, and one by leapfrog with steps twice as long.
@@ -168,7 +169,7 @@ impl Reference {
     }
 }
 
-/// The largest distance of a node from its true position at each mark, in metres.
+/// The errors at each mark, in metres: the largest distance of a node from its true position.
 fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
     std::array::from_fn(|k| distance(&states[k], &truth[k]))
 }
@@ -192,7 +193,7 @@ struct Run {
     time: f64,
     /// True if the time step is below the stability limit of the robot at its start.
     stable: bool,
-    /// True if all observed states are finite and plausible.
+    /// True if all observed states are finite and plausible, so that the run did not diverge.
     finite: bool,
 }
 
@@ -216,7 +217,7 @@ impl Run {
         }
     }
 
-    /// The outcome of the run in a few words.
+    /// Describes the outcome of the run in a few words.
     fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
             _ if self.is_failed() => "diverged",
@@ -237,7 +238,7 @@ impl Run {
 /// The results of all runs of a case.
 struct Accuracy<'a> {
     case: &'a Case,
-    /// The numbers of the scene's steps after which positions are compared.
+    /// The marks, as numbers of the scene's steps. Positions are compared at these times.
     marks: [usize; 4],
     reference: Reference,
     /// All runs, in the order of methods, then time steps, then number types.

@@ -1,5 +1,4 @@
-//! Measures how fast neighbouring motions diverge. This tells for how many steps the error at a single time is
-//! meaningful.
+//! Measures how fast neighbouring motions diverge. After that time, the error at a single time has no meaning.
 
 use rayon::prelude::*;
 
@@ -41,7 +40,7 @@ pub(super) struct Chaos {
 }
 
 impl Chaos {
-    /// Runs a case from its own start and from the perturbed starts.
+    /// Simulates a case from its own start and from the perturbed starts.
     pub(super) fn of(case: &Case) -> Self {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();

@@ -11,12 +11,12 @@ use cpu_time::ThreadTime as Clock;
 #[cfg(windows)]
 use std::time::Instant as Clock;
 
-/// Work is repeated until it has taken this many seconds in total.
+/// Pieces of work are repeated until they have taken this many seconds in total.
 const LONG: f64 = 1.0;
 /// If several pieces of work take turns, a new round begins only within this time.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// Returns the processor time that this thread needs for a piece of work.
+/// Returns the processor time that the current thread needs for a piece of work.
 fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     let start = Clock::now();
     black_box(work());

@@ -18,7 +18,7 @@ use subject::{DIRECTIONS, Slopes, Subject};
 
 /// The longest horizon in steps.
 const LONGEST: usize = 4096;
-/// How often the longest horizon is halved to get the shorter ones.
+/// The longest horizon is halved this many times to get the shorter horizons.
 const HALVINGS: u32 = 6;
 /// The half-widths of central differences to try. A half-width is the distance by which the inputs are moved along a
 /// direction of length 1.
@@ -48,11 +48,12 @@ enum Limit {
     Truncation,
 }
 
-/// A way to compute a gradient.
+/// A method of computing a gradient.
 struct Way {
     name: &'static str,
     limit: Limit,
-    /// Computes either the whole gradient over a horizon, or only the slopes along the directions of the subject.
+    /// The function that computes the gradient. It computes either the whole gradient over a horizon, or only the
+    /// slopes along the directions of the subject.
     run: fn(&Subject, &Horizon) -> Found,
 }
 
@@ -67,7 +68,8 @@ const fn way(name: &'static str, limit: Limit, run: fn(&Subject, &Horizon) -> Fo
 
 const DRIVER: usize = 3;
 const FULL_TAPE: usize = 6;
-/// All ways, in the order in which they are measured. The full tape comes last because it holds the most memory.
+/// All methods of computing a gradient, in the order in which they are measured. The full tape comes last because it
+/// holds the most memory.
 static WAYS: [Way; 7] = [
     way(
         "central differences, best h",
@@ -99,16 +101,16 @@ static WAYS: [Way; 7] = [
     }),
 ];
 
-/// The measurement of one way over one horizon.
+/// The measurement of one method over one horizon.
 #[derive(Debug)]
 struct Row {
-    /// The index of the way in [`WAYS`].
+    /// The index of the method in [`WAYS`].
     way: usize,
     steps: usize,
     /// The relative error of the slopes along all directions: the norm of the error vector divided by the norm of the
     /// true slopes.
     error: f64,
-    /// The largest error that the rounding of f64 explains if the method is exact.
+    /// The largest error that the rounding of f64 can explain for an exact method.
     allowed: f64,
     /// The angle between the vector of computed slopes and the vector of true slopes, in degrees.
     angle: f64,
@@ -156,7 +158,7 @@ impl Row {
         }
     }
 
-    /// True if the row can be checked: its error comes only from the rounding of f64, and at least two digits should be
+    /// True if the row can be checked: its error comes only from the rounding of f64, and two digits or more should be
     /// correct.
     fn is_checked(&self) -> bool {
         let exact = WAYS[self.way].limit == Limit::Rounding && !self.left_out;
@@ -188,7 +190,7 @@ impl Row {
 struct Horizon {
     steps: usize,
     truth: Slopes,
-    /// The largest error that the rounding of f64 explains if a method is exact.
+    /// The largest error that the rounding of f64 can explain for an exact method.
     allowed: f64,
     /// The half-width for which central differences have the smallest error.
     width: f64,
@@ -292,15 +294,15 @@ struct Gradients {
     chaos: Chaos,
 }
 
-/// Computes the gradient of a case in every way and reports the errors. Checks the ways whose error comes only from
-/// rounding.
+/// Computes the gradient of a case by every method and reports the errors. Checks the methods whose error comes only
+/// from rounding.
 pub fn gradients(case: &Case) -> Section {
     Gradients::of(case).section()
 }
 
 impl Gradients {
-    /// Computes the gradient of a case in every way. The true slopes are computed in parallel; run times and memory are
-    /// measured while nothing else runs.
+    /// Computes the gradient of a case by every method. The true slopes are computed in parallel; run times and memory
+    /// are measured while nothing else runs.
     fn of(case: &Case) -> Self {
         let longest = LONGEST.min(case.physics.steps.max(1));
         let mut case = case.clone();

@@ -43,7 +43,7 @@ pub struct Term {
     pub why: String,
     /// The time that steps would save without this term. Only for terms that steps compute.
     pub cost: Option<f64>,
-    /// The cost of the term divided by the time of a whole step.
+    /// The share of this term in the time of a whole step.
     pub share: Option<f64>,
     /// The time that steps save because they omit this term. Only for terms that steps omit.
     pub saving: Option<f64>,
@@ -65,7 +65,7 @@ const BY_WEIGHTS: &str = "gradient by weights";
 const BY_DESIGN: &str = "gradient by the design";
 
 impl Plan {
-    /// Makes the plan of a case's rollout without measuring times.
+    /// Makes the plan of a case's rollout, without times.
     pub fn of(case: &Case) -> Self {
         let rows = rows(case, &case.body());
         Self {
@@ -135,7 +135,7 @@ impl Plan {
     }
 }
 
-/// The parts of a rollout that a change may modify: settings and body.
+/// The parts of a rollout that the measurement of a term may change: settings and body.
 struct Parts {
     physics: PhysicsSettings,
     sight: ControllerSettings,
@@ -187,7 +187,7 @@ impl<'f> Row<'f> {
     }
 }
 
-/// The rows of all terms of a case's rollout.
+/// The terms of a case's rollout, as rows.
 fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let mut rows = controller_rows(case, body);
     rows.extend(force_rows(case, body));
@@ -293,8 +293,8 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
-/// The row of the void edges. Steps leave out void edges if the design is a layout and either the scene drops them or
-/// they have no stiffness.
+/// The row for the void edges. Steps leave out void edges if the design is a layout and either the scene drops its void
+/// edges or void has no stiffness.
 fn void_row(case: &Case) -> Row<'_> {
     let Some(materials) = case.design.layout() else {
         return row("void edges", true, "no edge of a mixture is void");

@@ -93,7 +93,7 @@ impl<'a> Subject<'a> {
         other
     }
 
-    /// The number of steps of a rollout.
+    /// The number of steps of a measured rollout.
     pub fn steps(&self) -> usize {
         self.horizon.steps
     }
@@ -169,7 +169,7 @@ impl TwoMatvecs {
         }
     }
 
-    /// Computes the products `steps` times; returns the input vector.
+    /// Computes both products `steps` times. Returns the input vector.
     pub fn run(self, steps: usize) -> Vec<f64> {
         let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);

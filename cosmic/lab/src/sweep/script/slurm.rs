@@ -11,7 +11,7 @@ struct Output {
     redirect: String,
 }
 
-/// Decides how the output of tasks reaches its file. A `#SBATCH` directive can name most files, but not all: Slurm
+/// Decides how the output of tasks gets into its file. A `#SBATCH` directive can name most files, but not all: Slurm
 /// gives a special meaning to backslashes and to its words for heterogeneous jobs, and a directive ends at the end of
 /// its line.
 fn output(hand_over: &HandOver, tasks: &Tasks) -> Output {

@@ -21,7 +21,7 @@ pub struct HandOver<'s> {
     pub per_task: NonZeroUsize,
     /// The number of cores per task. Each core does one run at a time.
     pub cores: NonZeroUsize,
-    /// The largest number of tasks that run at the same time.
+    /// The largest number of tasks that may run at the same time.
     pub throttle: Option<NonZeroUsize>,
     /// The time limit of a task, in minutes.
     pub minutes: Option<u64>,
@@ -73,7 +73,7 @@ fn label(name: &str) -> String {
     name.trim_end_matches('-').to_owned()
 }
 
-/// The comment at the top of a script: the sweep, and the counts of runs and tasks.
+/// The comment at the top of a script. It names the sweep and counts its runs and tasks.
 pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let HandOver { runs, left, .. } = hand_over;
     let sweep: String = hand_over.sweep.display().to_string();

@@ -16,7 +16,7 @@ use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
-/// The height above the ground to which a robot's lowest node is lifted, in metres. A node exactly on the ground is at
+/// The height, in metres, to which a robot's lowest node is lifted above the ground. A node exactly on the ground is at
 /// a kink of the loss.
 const LIFT: f64 = 1e-3;
 /// If the rounding error of the slopes exceeds this fraction of the slopes, the output mentions it.
@@ -29,15 +29,15 @@ const ON_LINE: f64 = 1e-12;
 /// The check of the gradient with respect to one group of parameters.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// The name of the group, which is a block of the inputs.
+    /// The name of the group of parameters: a block of the inputs.
     pub name: String,
     /// The number of parameters in the group.
     pub numbers: usize,
     /// The norm of the gradient with respect to the group.
     pub norm: f64,
-    /// The comparison of the gradient's slopes along random directions with those of differences and of forward mode.
+    /// The comparison of slopes along random directions: those of the gradient, of differences, and of forward mode.
     pub report: Report,
-    /// True if the robot was lifted off the ground for this check; see [`check_gradients_of`].
+    /// True if the robot was lifted off the ground for this check. [`check_gradients_of`] explains why.
     pub lifted: bool,
     /// The verdict on the group's gradient. If the robot was lifted off the ground for the check, the best possible
     /// verdict is "kink".
@@ -53,8 +53,8 @@ impl Group {
         agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
     }
 
-    /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth, because
-    /// then the check cannot tell a wrong gradient from the right one.
+    /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth: then the
+    /// check cannot tell a wrong gradient from the right one.
     fn control(&self) -> Option<NegativeControl> {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
@@ -70,7 +70,7 @@ impl Group {
 pub struct NegativeControl {
     /// The name of the group whose gradient was made wrong.
     pub group: String,
-    /// The verdict on the wrong gradient.
+    /// The verdict on the gradient that was made wrong on purpose.
     pub verdict: Verdict,
 }
 
@@ -81,8 +81,8 @@ pub struct GradientCheck {
     pub steps: usize,
     /// One check for each block of the inputs.
     pub groups: Vec<Group>,
-    /// The negative control. `None` if no group has a smooth gradient that is larger than the rounding error of the
-    /// displacement.
+    /// The negative control, which tests the check itself. `None` if no group has a smooth gradient that is larger than
+    /// the rounding error of the displacement.
     pub control: Option<NegativeControl>,
     /// An estimate of the rounding error of the slopes, relative to the slopes. Every step rounds the state, and the
     /// motion magnifies these errors as it magnifies any change of the start.
@@ -190,7 +190,7 @@ fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     })
 }
 
-/// Returns two answers: does a node start on the ground line, and does a node start on or below it?
+/// Returns two answers: whether a node starts on the ground line, and whether a node starts on or below it.
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
         case.physics.contact != ContactLaw::none() && heights(case).into_iter().any(is)
@@ -291,7 +291,7 @@ impl<'a> CaseLoss<'a> {
         }
     }
 
-    /// The loss as a function of the inputs. The gradient to check is the gradient of this function.
+    /// The loss as a function of the inputs. The gradient that is checked is the gradient of this function.
     fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R
     where
         dyn AnyLoss + 'a: LossOf<R>,
@@ -301,8 +301,8 @@ impl<'a> CaseLoss<'a> {
     }
 
     /// The loss as a function of the inputs, for finite differences. By design, the derivative of the stability
-    /// projection is that of a softer projection. So this function projects the design vectors sharply, and adds the
-    /// change that moving the inputs causes in the softer projection.
+    /// projection comes from a softer projection. So this function projects the design vectors sharply, and then adds
+    /// the change of the softer projection when the inputs move.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
         let case = self.probe.case;
         let at = &self.probe.inputs.z;

@@ -20,7 +20,7 @@ impl Group {
     }
 }
 
-/// Writes a table with a row for each group, which shows the group's worst direction, and notes below the table.
+/// Writes a table and notes below it. Each row of the table shows the direction of a group that has the worst verdict.
 impl fmt::Display for GradientCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let slope = |x: f64| format!("{x:.9e}");

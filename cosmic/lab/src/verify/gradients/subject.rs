@@ -1,4 +1,4 @@
-//! Computes the gradient of a case's displacement with respect to design and controller, in all ways.
+//! Computes the gradient of a case's displacement with respect to design and controller, by every method.
 
 use autodiff::{DoubleDouble, Dual, Real, Var};
 use rand::RngExt;

@@ -41,8 +41,8 @@ pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     trials
 }
 
-/// Returns trials of the same robot with time steps below and above its limit. There are none if the robot has no
-/// limit.
+/// Returns trials of the same robot with time steps below and above its limit of stability. There are none if the robot
+/// has no limit.
 fn around(trial: &Trial) -> Vec<Trial> {
     let fractions = FRACTIONS.iter().filter(|_| trial.limit.is_finite());
     fractions.map(|fraction| trial.at(*fraction)).collect()
@@ -61,7 +61,7 @@ impl Trials {
         self.0.extend(around(&trial));
     }
 
-    /// Adds a trial of a changed robot in its world, with its own time step.
+    /// Adds a trial of a changed robot in its world, with the time step of its scene.
     fn own(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(3);
         change(&mut case);

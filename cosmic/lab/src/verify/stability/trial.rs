@@ -32,7 +32,7 @@ pub(super) enum World {
 /// A robot, its world and a time step to try.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
-    /// The kind of extreme robot, such as `stiffness` or `mass`.
+    /// The kind of extreme robot to which the trial belongs, such as `stiffness` or `mass`.
     pub(super) group: &'static str,
     /// A description of the robot and the time step.
     pub(super) what: String,
@@ -47,7 +47,7 @@ pub(super) struct Trial {
 /// The outcome of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Outcome {
-    /// Nothing grew.
+    /// Neither the energy nor the speed grew.
     Bounded,
     /// The energy or the speed grew more than a stable time step allows.
     Grew,
@@ -90,7 +90,7 @@ impl Found {
 }
 
 impl Trial {
-    /// Makes a trial of a case with its own time step. The actuators of a free robot are switched off.
+    /// Makes a trial of a case with the case's time step. The actuators of a free robot are switched off.
     pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
         if world == World::Free {
             // Actuators get no stroke, because a stroke would stretch springs that stiffen.
@@ -116,7 +116,7 @@ impl Trial {
         trial
     }
 
-    /// Runs the trial.
+    /// Runs the trial and returns its result.
     pub(super) fn run(&self) -> Found {
         let case = self.prepared();
         let (task, design) = (case.task(), case.own_design());
