@@ -23,7 +23,7 @@ pub enum Error {
         /// Every problem, with the source line and a caret under it.
         report: String,
     },
-    /// Two things that belong together, such as a design and its lattice, but have different sizes.
+    /// Two things that must have the same size but do not, such as a design and its lattice.
     #[error("{file}: expected {expected} {what}, found {found}")]
     Misfit {
         /// The file's name as the user gave it.
@@ -35,7 +35,7 @@ pub enum Error {
         /// The count that was found.
         found: usize,
     },
-    /// A request that cannot be carried out.
+    /// A request that cannot be carried out; the text says why.
     #[error("{0}")]
     Usage(String),
     /// A run whose loss is code of the program that began it. Only that program can continue the run.
@@ -119,7 +119,7 @@ pub enum Error {
         /// The error about the time step of the changed robot: an [`Error::UnstableStep`].
         step: Box<Error>,
     },
-    /// A run in use: another process, or another thread of this process, is running it.
+    /// A run in use: another process, or another thread of this process, is running it. The value is the run's folder.
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
     /// Some results are not finite although no simulated state diverged.
@@ -166,7 +166,7 @@ pub enum Error {
     Interrupted {
         /// The run's folder.
         run: PathBuf,
-        /// The number of iterations done.
+        /// The number of iterations that the run has done.
         iteration: usize,
         /// True if the loss of the run is code of the program that began it. No command can resume such a run.
         own_loss: bool,
@@ -273,12 +273,12 @@ pub(crate) fn some(file: &str, what: &str, found: usize) -> Result<()> {
     }
 }
 
-/// The part of a message that names the cause of the error; empty without a cause.
+/// The end of a message: the cause of the error. Empty if the cause is not known.
 fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// The part of a message that advises to free disk space. It is empty unless the disk or the quota is full.
+/// The end of a message: the advice to free disk space. Empty unless the disk or the quota is full.
 fn make_room(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -288,7 +288,7 @@ fn make_room(source: &io::Error) -> &'static str {
     }
 }
 
-/// The part of a message that counts the failed runs of a sweep other than the first one.
+/// The end of a message: the number of failed runs of a sweep other than the first one.
 fn and_others(others: usize) -> String {
     match others {
         0 => String::new(),
@@ -310,7 +310,7 @@ pub fn in_shell(path: &Path) -> String {
     }
 }
 
-/// The advice how to continue an unfinished run, for the end of a message.
+/// The end of a message: how to continue an unfinished run.
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         format!(
@@ -322,8 +322,8 @@ pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     }
 }
 
-/// The advice to begin a new run or to continue this one, for a message about an unstable time step. It follows the
-/// advice about the time step.
+/// The end of a message about an unstable time step: to begin a new run or to continue this one. The advice about the
+/// time step comes before it.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         ", and begin a new run; to keep the time step, set physics.unstable_step = \"warn\" in its scene".into()

@@ -1,7 +1,8 @@
 //! The inputs of a rollout, and derivatives of functions with respect to these inputs.
 //!
-//! [`Inputs`] has all numbers with respect to which a rollout can be differentiated. A loss is written once, for any
-//! number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a tape.
+//! [`Inputs`] has all numbers with respect to which a rollout can be differentiated, in blocks. A loss is written once,
+//! for any number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a
+//! tape.
 
 use crate::geometry::{fill, flat};
 use crate::lattice::State;
@@ -21,7 +22,7 @@ pub struct Inputs<R> {
     pub start: State<R>,
 }
 
-/// One of the groups into which the numbers of [`Inputs`] are divided.
+/// One of the groups (blocks) into which the numbers of [`Inputs`] are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
     /// Design vectors.
@@ -88,7 +89,7 @@ impl<R: Real> Inputs<R> {
         );
     }
 
-    /// Lists the parts of these inputs, in the order of [`ALL`]. Together they contain every number once.
+    /// Lists the parts of these inputs, in the order of [`ALL`]. Every number belongs to exactly one part.
     pub fn parts(&self) -> Vec<Part> {
         let part = |name: &str, block: Block, range: Range<usize>| Part {
             name: name.to_owned(),

@@ -18,12 +18,12 @@ pub struct Key {
     pub parts: Vec<Key>,
 }
 
-/// A struct whose fields are the keys of a file.
+/// A struct whose fields are the keys of a JSON object in a file.
 pub trait Keyed {
     /// Every key, in the order in which the file lists them.
     fn keys() -> Vec<Key>;
 
-    /// The value of every column, in the order of [`columns`].
+    /// The values of all columns that show this struct, in the order of [`columns`].
     fn cells(&self) -> Vec<Cell>;
 }
 

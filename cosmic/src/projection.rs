@@ -156,8 +156,9 @@ pub struct Variation {
 }
 
 impl<R: Real> Body<R> {
-    /// The body of a design. The properties of an edge are those of its material. For a mixture, they are the means
-    /// over its materials. If `physics.void_edges` is "drop", the void edges of a layout have no stiffness.
+    /// The body of a design. In a layout, an edge has the properties of its material. Otherwise, it has the means of
+    /// the properties over the materials in its mixture. If `physics.void_edges` is "drop", the void edges of a layout
+    /// have no stiffness.
     pub fn new(
         design: &Design<Mixture<R>>,
         lattice: &Lattice,

@@ -1,4 +1,4 @@
-//! Random numbers. Every seed and purpose has its own independent stream.
+//! Random numbers. There is an independent stream for every seed and purpose.
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -9,9 +9,10 @@ use rand::{RngExt, SeedableRng};
 pub enum Purpose {
     /// Initial weights of a controller.
     Weights = 0,
-    /// Perturbed initial states for choosing the result of a run.
+    /// Perturbed initial states by which the result of a run is chosen.
     Selection = 1,
-    /// Perturbed initial states for judging the result of a run. They are not the states that chose the result.
+    /// Perturbed initial states by which the result of a run is judged. They differ from the states by which it was
+    /// chosen.
     Judgement = 2,
     /// Perturbed initial states, directions and random lattices for the command `verify`.
     Verification = 3,

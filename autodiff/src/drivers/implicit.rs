@@ -180,7 +180,7 @@ fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> R
     Ok(())
 }
 
-/// Numbers of a residual that carry several tangents.
+/// The type of a residual as a function of numbers that carry several tangents.
 type Residuals<'f, R> = dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + 'f;
 
 /// Returns the LU factors of the Jacobian with respect to the unknowns.

@@ -140,8 +140,8 @@ fn kind_of_result(path: &Path) -> Option<&'static str> {
     })
 }
 
-/// Makes the error for a file that contains no robot. If the file is in the folder of a run, the error tells the user
-/// to name the folder.
+/// Makes the error for a file that contains no robot. If the file is in the folder of a run, the error says that the
+/// robot is in that folder.
 fn no_robot(path: &Path, kind: &str) -> Error {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));

@@ -79,7 +79,7 @@ macro_rules! keys {
                 }
             }
 
-            /// Copies the values of the keys to the settings of a scene. Errors name `file`.
+            /// Copies the values of all keys to the settings of a scene. Errors name `file`.
             pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
                 $(
                     let key = concat!($path, ".", stringify!($key));
@@ -237,7 +237,7 @@ impl Form<Chosen> for String {
     }
 }
 
-/// For `map_err`: converts a sentence about the value of `key` to an error.
+/// Returns a function for `map_err`. It makes an error from a sentence about the value of `key`.
 fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
     move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
@@ -252,8 +252,8 @@ pub(super) fn array<T: Copy, const N: usize>(
     Ok(std::array::from_fn(|k| numbers[k]))
 }
 
-/// Reads one of a few words. The value is read as a string first, because the JSON parser's error for any other type
-/// would only say that it expected a value.
+/// Reads a string that must be one of a few words. It is read as a string first, because the JSON parser's error for
+/// any other type would only say that it expected a value.
 fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D::Error> {
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }

@@ -47,7 +47,7 @@ pub struct Case {
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The projection that makes the mixtures of the rollout and of the measures.
+    /// The projection that makes the mixtures for the rollout and for the measures.
     pub projection: Projection,
     /// Multipliers and penalties of the augmented objective.
     pub lagrangian: AugmentedLagrangian,
@@ -203,7 +203,7 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// Returns the error `says`, with the name of the case file before it.
+    /// Returns an error that begins with the name of the case file and continues with `says`.
     fn refuse<T>(&self, says: String) -> Result<T> {
         Err(Error::Usage(format!("{}: {says}", self.file)))
     }

@@ -11,7 +11,7 @@ use crate::policy::Weights;
 use crate::simulator::Divergence;
 
 /// The results of a case. Gradients are present only if they were requested. The two entries whose names end in
-/// `_performance_constraints` are present only in cases with the stability projection.
+/// `_performance_constraints` are present only if the case has the stability projection.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseResults {
     /// The mixture of each edge.

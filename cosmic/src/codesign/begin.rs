@@ -1,4 +1,4 @@
-//! [`CoDesign`], an optimisation that is ready to begin, and the [`Progress`] before its first iteration.
+//! [`CoDesign`], an optimisation that is ready to begin, and its state before the first iteration ([`Progress`]).
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::task::Task;
 /// The optimisation of a scene, ready to begin.
 pub struct CoDesign {
     pub(super) evaluator: Evaluator,
-    /// True if the caller supplied the loss in place of the scene's objective.
+    /// True if the caller supplied a loss, which replaces the scene's objective.
     own_loss: bool,
     /// The optimiser of the design. [`Progress::mma`] holds its state, one for each projection.
     pub(super) mma: Mma,
@@ -261,8 +261,8 @@ impl CoDesign {
         &self.evaluator
     }
 
-    /// Compares the time step with the vibrations of the current design and of the robots that domain
-    /// randomisation draws around it.
+    /// Compares the time step with the vibrations of the current design. Random variations of the robot, which domain
+    /// randomisation may draw, are included.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
         let design = self.evaluator.design(progress);
         match &self.checked {

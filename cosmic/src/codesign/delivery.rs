@@ -24,7 +24,7 @@ const KEEP_EVERY: usize = 16;
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Delivery {
-    /// The design of the robot. It is a layout if the snap has been done.
+    /// The design of the robot; a layout if the optimisation has done the snap.
     pub design: Design<[f64; 3]>,
     /// The material of every edge. Before the snap, this is the material with the largest share in the edge.
     pub materials: Vec<Material>,
@@ -55,7 +55,8 @@ pub struct Delivery {
     /// Quantiles of the displacement without feedback, over the starts of `spread`, in metres. Without feedback, the
     /// controller observes the clock and the robot's initial state, but not its current state.
     pub clock_alone: Quantiles,
-    /// Quantiles of the displacement with the controller of the last iteration, over the starts of `spread`, in metres.
+    /// Quantiles of the displacement if the robot has the controller of the last iteration, over the starts of
+    /// `spread`, in metres.
     pub last: Quantiles,
     /// Only for tasks other than distance: quantiles of minus the loss, over the starts of `spread`.
     pub merit: Option<Quantiles>,
@@ -70,7 +71,7 @@ pub struct Delivery {
     pub loads: Option<Loads>,
     /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
     pub bars: Vec<Option<BarLoad>>,
-    /// Every 16th state of the unperturbed rollout, and the last state.
+    /// The states after every 16 steps of the unperturbed rollout, and its last state.
     pub trajectory: Trajectory<f64>,
     /// Where the unperturbed rollout diverged, if it did.
     pub divergence: Option<Divergence>,
@@ -172,12 +173,14 @@ impl Evaluator {
         self.reach(design, controller, &nominal).merit
     }
 
-    /// The numbers that a controller is ranked by: the score of its `spread`, then the median to break ties.
+    /// Two numbers by which controllers are ranked: the score of the controller's `spread`, and the median, which
+    /// breaks ties.
     pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// Measures a robot without feedback: the quantiles of its displacement over the starts of `domains`, in metres.
+    /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `domains`, in
+    /// metres.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
@@ -190,8 +193,8 @@ impl Evaluator {
         self.spreads(design, &[controller], &domains)[0].displacement
     }
 
-    /// Measures a robot in full rollouts: the quantiles of its displacement over perturbed starts, in metres. With the
-    /// same seed, these are the starts of [`Delivery::spread`].
+    /// Measures a robot in full rollouts. Returns the quantiles of its displacement over perturbed starts, in metres.
+    /// With the same seed, these are the starts of [`Delivery::spread`].
     pub fn judge(
         &self,
         design: &Design<Mixture<f64>>,
@@ -202,7 +205,8 @@ impl Evaluator {
         self.spreads(design, &[controller], &starts)[0].displacement
     }
 
-    /// The controllers to choose from, without duplicates: the controller of the last iteration, then the candidates.
+    /// The controllers among which one is chosen: the controller of the last iteration, then the candidates, without
+    /// duplicates.
     fn entrants(&self, progress: &Progress) -> Vec<Candidate> {
         let candidates = progress.candidates.iter().cloned();
         let (same, others): (Vec<_>, Vec<_>) =
@@ -235,8 +239,8 @@ impl Evaluator {
         }
     }
 
-    /// The quantiles of every entrant's merit over the [selecting domains](Self::selecting_domains). Quantiles that are
-    /// already known are not measured again.
+    /// The quantiles of the merit of each controller in `entrants` over the [selecting
+    /// domains](Self::selecting_domains). Quantiles that are already known are not measured again.
     fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());

@@ -19,7 +19,7 @@ const WITHOUT_LOSS: usize = 10;
 /// The whole state of an optimisation. An optimisation that is saved and resumed continues with the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Seed of all random numbers: initial weights, a tilted start, perturbed starts, domains.
+    /// The seed of all random numbers: initial weights, the side of a tilted start, perturbed starts and domains.
     pub seed: u64,
     /// If the optimisation began with a given robot, the iteration after which that robot entered: the iteration of the
     /// snap if its design was a layout, otherwise 0. `None` if the optimisation began with the initial design of the
@@ -42,9 +42,10 @@ pub struct Progress {
     pub adam: AdamState,
     /// Multipliers and penalties for the binarisation measures.
     pub lagrangian: AugmentedLagrangian,
-    /// The binarisation measures of the first design. The thresholds of the measures begin at these values and fall.
+    /// The binarisation measures of the first design. The thresholds of the measures start at these values and then
+    /// fall.
     pub first_measures: [f64; 4],
-    /// By how much the measures exceeded their thresholds at the last update of the multipliers.
+    /// The violations at the last update of the multipliers: by how much the measures exceeded their thresholds.
     pub violations: [f64; 4],
     /// The number of edges to which the snap gave another material than the dominant one.
     pub flips: usize,
@@ -56,7 +57,7 @@ pub struct Progress {
     /// always if `gradient.design_memory` is 0.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
-    /// The controller that settling (the last part of the fine-tuning) returns to; `None` before settling starts.
+    /// The controller to which the end of the fine-tuning (called settling) returns; `None` before that.
     #[serde(default)]
     pub settled: Option<Settled>,
 }
@@ -171,7 +172,7 @@ pub struct Candidate {
     pub spread: Option<Quantiles>,
 }
 
-/// The controller that settling returns to after a bad update.
+/// The good controller to which settling returns after a bad update.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
     /// The last good controller.
@@ -180,7 +181,7 @@ pub struct Settled {
     /// of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is the best merit
     /// of a single rollout.
     pub merit: f64,
-    /// A factor that multiplies the learning rate. It is halved whenever an update is taken back.
+    /// A factor on the learning rate. It is halved each time an update is taken back.
     pub trust: f64,
 }
 

@@ -48,13 +48,13 @@ impl Reached {
     }
 }
 
-/// The lower of two merits; NaN if either is NaN.
+/// The lower of two merits. NaN if one of them is NaN.
 fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }
 
-/// True if, in this scene and with this loss, robots are ranked by their displacement alone. This requires the loss for
-/// distance and a single goal.
+/// True if robots are ranked by their displacement alone. The loss must be the loss for distance, and there must be a
+/// single goal.
 pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && !scene.controller.two_goals
 }
@@ -176,8 +176,8 @@ impl Evaluator {
         self.towards_goals(task, towards_goal, Reached::with_behind)
     }
 
-    /// Calls `roll` for the goal ahead and, in a scene with two goals, for the goal behind; then joins the two results
-    /// of each robot.
+    /// Calls `roll` once for the goal ahead. In a scene with two goals, also calls it for the goal behind, and joins
+    /// the two results of each robot.
     pub(super) fn towards_goals<T>(
         &self,
         task: &Task,
@@ -202,8 +202,8 @@ impl Evaluator {
         self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
     }
 
-    /// The result for one goal of a robot whose payload has the displacement `moved`. `loss` computes the loss; it is
-    /// called only if the merit is minus the loss.
+    /// The result of a robot for one goal, from the displacement `moved` of its payload. `loss` computes the loss; it
+    /// is called only if the merit is minus the loss.
     pub(super) fn reached_by(&self, moved: Vector<f64>, loss: impl Fn() -> f64) -> Reached {
         Reached {
             moved,

@@ -20,7 +20,7 @@ pub enum Reliability {
     Reliable,
     /// The median is misleading.
     Unreliable {
-        /// Which number differs too much from the median, and by how much.
+        /// The number that differs too much from the median, and the difference, as text.
         reason: String,
     },
 }
@@ -33,7 +33,7 @@ const LEAST_DISTANCE: f64 = 0.01;
 pub(super) enum Merit {
     /// The displacement along the ground, in metres.
     Distance,
-    /// With two goals: the robot walks one distance towards each goal; this is the shorter of the two, in metres.
+    /// With two goals, a robot walks one distance towards each goal. This is the shorter of these distances, in metres.
     ShorterWay,
     /// Minus the loss.
     MinusLoss,
@@ -49,7 +49,8 @@ impl Merit {
         }
     }
 
-    /// Judges a robot by its quantiles over perturbed starts and by its unperturbed rollout.
+    /// Decides, from a robot's quantiles over perturbed starts and its unperturbed rollout, whether the median
+    /// describes the robot.
     pub(super) fn reliability(self, spread: &Quantiles, unperturbed: f64) -> Reliability {
         let Quantiles { p10, p50, .. } = *spread;
         let unreliable = |reason: String| Reliability::Unreliable { reason };

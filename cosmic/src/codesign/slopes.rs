@@ -56,7 +56,7 @@ impl Sought<'_> {
 const WALKS: f64 = 0.01;
 
 impl Evaluator {
-    /// Where an iteration computes its gradients: the current robot, the domains, and the horizon.
+    /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
     pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
         At {
             domains: self.domains(progress, now),
@@ -74,7 +74,7 @@ impl Evaluator {
         }
     }
 
-    /// The domains that an iteration averages its gradients over; empty for a scene without domain randomisation. They
+    /// The domains over which an iteration averages its gradients; empty for a scene without domain randomisation. They
     /// depend only on the seed and the iteration, so that a resumed run draws the same domains.
     fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;

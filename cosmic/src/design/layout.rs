@@ -14,7 +14,7 @@ use super::{Material, Mixture};
 /// into mixtures, `Design<Mixture<R>>`, which determine the body of the robot. Projections do not change a layout (D7).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Design<E> {
-    /// An element for every edge: the design vector or the mixture of the edge.
+    /// One element for every edge: the design vector or the mixture of that edge.
     Undecided(Vec<E>),
     /// One material for every edge.
     Layout(Vec<Material>),
@@ -129,7 +129,7 @@ fn one_hot(layout: &[Material]) -> Vec<[f64; 3]> {
     layout.iter().map(|material| material.one_hot()).collect()
 }
 
-/// The form of a design in files: its design vectors and, for a layout, the materials.
+/// The form in which files store a design: its design vectors and, for a layout, the materials.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     z: Vec<[f64; 3]>,

@@ -73,11 +73,11 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
     Ok(allowed(materials, &lattice.rules))
 }
 
-/// The share of actuators in the filled layout: the largest share in the paper's table 2.
+/// The share of actuators in the filled layout. It is the largest share of actuators in the paper's table 2.
 const FILLED_ACTUATORS: f64 = 0.22;
 
-/// Makes a layout obey the rules of the lattice. Tied edges get the material of the first of them. Edges that must be
-/// solid but are void become skeleton. Edges that must be void become void.
+/// Changes a layout so that it obeys the rules of the lattice. Tied edges get the material of the first of them. Edges
+/// that must be solid but are void become skeleton. Edges that must be void become void.
 fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
     for tie in &rules.tie {
         tie.iter()

@@ -91,7 +91,8 @@ impl Bars<'_> {
         degrees
     }
 
-    /// Numbers the pieces: returns a number for every node. Nodes that are connected by bars have the same number.
+    /// Numbers the pieces of a layout. Returns a number for every node; nodes that are connected by bars have the same
+    /// number.
     fn pieces(&self) -> Vec<usize> {
         let mut parent: Vec<usize> = (0..self.lattice.nodes()).collect();
         let root = |parent: &mut Vec<usize>, mut node: usize| {
@@ -143,12 +144,12 @@ impl Bars<'_> {
 pub struct LayoutRules {
     lattice: Lattice,
     asked: DesignSettings,
-    /// The pairs of edges that cross; empty if bars may cross.
+    /// The pairs of edges that cross; empty if the scene allows bars to cross.
     crossing: Vec<[usize; 2]>,
 }
 
 impl LayoutRules {
-    /// The rules of a lattice, together with the requirements `asked` of a scene.
+    /// The rules of a lattice and the requirements `asked` of a scene, together.
     pub fn new(lattice: &Lattice, asked: &DesignSettings) -> Self {
         Self {
             crossing: if asked.crossings {

@@ -27,7 +27,7 @@ impl Plane<f64> {
         Self { axes, offset }
     }
 
-    /// Converts the numbers of the plane to constants of the type `R`.
+    /// Converts the numbers of the plane to the number type `R`, as constants.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Plane<R> {
         Plane {

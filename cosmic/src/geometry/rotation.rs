@@ -38,7 +38,7 @@ impl Rotation<f64> {
         Vector([-self.sin, self.cos])
     }
 
-    /// Converts the numbers of the rotation to constants of the type `R`.
+    /// Converts the numbers of the rotation to the number type `R`, as constants.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Rotation<R> {
         Rotation {

@@ -18,7 +18,7 @@ const VERSION: u32 = 1;
 /// The size of the largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million bytes.
 const LARGEST: u64 = 1 << 26;
 
-/// A planar truss. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
+/// A planar truss. Edges may cross, overlap and have free ends, and the truss may consist of several pieces.
 /// [`checked`](Truss::checked) lists the errors that a truss can have.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]

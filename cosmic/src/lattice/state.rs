@@ -52,8 +52,8 @@ impl<R, const D: usize> State<R, D> {
 }
 
 impl<R: Copy, const D: usize> State<R, D> {
-    /// The state as a flat list of numbers in the order of a rollout. First come the components of the positions as
-    /// columns (see [`columns`]), then the components of the velocities.
+    /// The state as a flat list of numbers, in the order in which rollouts store it. First come the components of the
+    /// positions as columns (see [`columns`]), then the components of the velocities.
     pub fn to_columns(&self) -> Vec<R> {
         [columns(&self.x), columns(&self.v)].concat()
     }

@@ -328,9 +328,8 @@ impl<L: BarForce> Force for OnBars<L> {
         edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
     }
 
-    /// Uses the stiffness that each bar has when it is slightly longer or shorter than its own actuator can set, so
-    /// that the stiffness of stops is included. A stiffening bar that other forces stretch even further is stiffer than
-    /// that.
+    /// Adds the stiffness of each bar at a length just outside the range of its actuator, so that the stiffness of
+    /// stops is included. A stiffening bar that other forces stretch even further would be stiffer.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);

@@ -303,8 +303,8 @@ impl Force for BentBars {
         Some(self.pairs.iter().map(energy).sum())
     }
 
-    /// Each pair adds the matrix `c g g^T`. Here `c` is its angular stiffness, and `g . u` is the angle between its
-    /// edges if displacements `u` move its three nodes.
+    /// Adds the matrix `c g g^T` for each pair. Here `c` is the angular stiffness of the pair, and `g . u` is the
+    /// change of the angle between its edges if displacements `u` move its three nodes.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for pair in &self.pairs {
             let [before, middle, after] = pair.nodes;

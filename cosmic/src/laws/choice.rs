@@ -55,7 +55,7 @@ fn contacts() -> [Box<dyn AnyContact>; 3] {
     ]
 }
 
-/// The forces of this crate. Scenes choose them by name.
+/// The force laws of this crate. Scenes choose them by name.
 fn forces() -> [Box<dyn AnyForce>; 2] {
     [
         Box::new(OnBars(Damper::default())),
@@ -289,7 +289,7 @@ impl ForceLaws {
         self.laws().map(about).collect()
     }
 
-    /// A copy of these laws without the law of this name.
+    /// A copy of these laws without the law `name`.
     #[must_use]
     pub fn without(&self, name: &str) -> Self {
         let mut others = self.clone();
@@ -306,7 +306,7 @@ impl ForceLaws {
         laws.map(|force| (force.name(), force.settings()))
     }
 
-    /// Replaces these laws by the laws of files, with the settings of the files.
+    /// Replaces these laws by the laws in `files`, with the settings that the files state.
     ///
     /// # Errors
     /// A message about a law that is unknown or occurs twice, or about a wrong setting.

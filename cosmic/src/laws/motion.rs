@@ -63,7 +63,7 @@ impl Drift {
     }
 }
 
-/// The numbers of a step of a node: of the push that changes its velocity, and of the drift after the push.
+/// The numbers that determine one step of a node: the push, which changes its velocity, and the drift after it.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
     /// The drift after the push.

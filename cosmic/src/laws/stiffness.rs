@@ -1,4 +1,4 @@
-//! A robot's stiffness and damping: the derivatives of its forces at a pose.
+//! The stiffness and damping of a robot: the derivatives of its forces at a pose.
 
 use crate::geometry::{Matrix, Vector};
 
@@ -28,8 +28,8 @@ pub(crate) struct BarStiffness {
     pub(crate) across: f64,
 }
 
-/// The angle between two edges over three nodes, which has an angular stiffness `c`. If displacements `u` move the
-/// nodes, the angle changes by `g . u`.
+/// The angle between two edges over three nodes, with the angular stiffness `c`. If displacements `u` move the nodes,
+/// the angle changes by `g . u`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle<const D: usize = 2> {
     pub(crate) nodes: [usize; 3],

@@ -26,7 +26,7 @@ struct Segment {
     end: f64,
 }
 
-/// A point whose distance from a line is at most this counts as being on the line, m.
+/// A point counts as on a line if its distance from the line is at most this, m.
 const ON_LINE: f64 = 1e-12;
 
 impl Terrain {
@@ -121,7 +121,8 @@ pub(super) struct Way<R, const D: usize = 2> {
     pub(super) left: R,
 }
 
-/// The result of a search: the segment that a node meets, if any, and bounds on the time of impact.
+/// The result of a search for the segment that a node meets: the segment, if there is one, and bounds on the time of
+/// impact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<R: Real> {
     /// False if the node meets no segment.
@@ -159,9 +160,9 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// Returns the node at the impact, and the remaining time. The velocity has components along the segment and out of
-    /// it. If the node meets no segment, returns the node at the end of its way. The derivative of the time of impact
-    /// is 0 at the bounds of that time (D9).
+    /// Returns the node at the impact, and the time that remains then. The velocity has components along the segment
+    /// and out of it. If the node meets no segment, returns the node at the end of its way. The derivative of the time
+    /// of impact is 0 at the bounds of that time (D9).
     #[inline(always)]
     pub(super) fn reached<const D: usize>(&self, way: &Way<R, D>) -> Way<R, D> {
         let Particle { x, v } = way.node;

@@ -45,7 +45,7 @@ impl Registry {
     }
 }
 
-/// The loss that a scene names, or else the loss of the scene's task.
+/// The loss that a scene names; if it names none, the loss of the scene's task.
 pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
     let own = scene.objective.own_loss.item::<Arc<dyn AnyLoss>>();
     own.cloned().unwrap_or_else(|| {

@@ -42,7 +42,7 @@ impl Shape {
     }
 }
 
-/// The role of a block. It decides which initial numbers the block gets.
+/// The role of a block. It decides how the initial numbers of the block are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
     /// Weights. They start with random numbers between plus and minus `gain sqrt(6 / (rows + columns))`. The weights of

@@ -81,8 +81,8 @@ impl<R: Real> Network<R> {
         })
     }
 
-    /// This network with its first layer [folded](Fold): the layer takes the state in the ground's frame. If `presence`
-    /// is empty, all nodes are present.
+    /// This network with a [folded](Fold) first layer, which takes the state in the ground's frame. If `presence` is
+    /// empty, all nodes are present.
     ///
     /// # Panics
     /// If the network does not fit the observation of these settings.

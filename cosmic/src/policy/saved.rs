@@ -108,7 +108,7 @@ impl Weights {
     }
 
     /// If these parameters belong to a network, checks that it has as many hidden units as `settings` state. Parameters
-    /// of another policy always pass.
+    /// of any other policy pass.
     ///
     /// # Errors
     /// [`Error::Misfit`].

@@ -55,7 +55,7 @@ pub(crate) enum Given {
 }
 
 impl Given {
-    /// Computes the numbers of this parameter from a controller.
+    /// Computes the numbers of this parameter, given a controller.
     pub(crate) fn numbers<R: Real>(
         self,
         controller: &Controller<R>,

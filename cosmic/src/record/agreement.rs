@@ -44,7 +44,7 @@ fn differs(folder: &Path, name: &str, what: &str) -> Error {
     ))
 }
 
-/// Does those checks of [`check_one_run`] that need no simulation: the volumes and the displacement.
+/// Does those checks of [`check_one_run`] that need no simulation: it compares the volumes and the displacement.
 ///
 /// # Errors
 /// Like [`check_one_run`].

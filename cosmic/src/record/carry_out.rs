@@ -92,7 +92,7 @@ pub fn resume_with(
     resume_if(folder, &registry, |_| Ok(()), Some(codesign), observer)
 }
 
-/// Like [`resume`], but only if the run in the folder has this plan.
+/// Like [`resume`], but only if the run in the folder has the plan `plan`.
 ///
 /// # Errors
 /// Like [`resume`]; [`Error::Usage`] if the folder holds an unfinished run of another plan, which is left unchanged.
@@ -177,8 +177,8 @@ fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     }
 }
 
-/// True if the history in `into` is the beginning of the run's history. The lines of a history contain wall times, so
-/// the histories of two runs are never equal.
+/// True if `into` holds an earlier delivery of the run: its history is the beginning of the run's history. The lines of
+/// a history contain wall times, so the histories of two runs are never equal.
 fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
     let own = |folder: &Path| folder.canonicalize().ok();
     if own(into) == own(run) {

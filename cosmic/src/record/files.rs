@@ -138,7 +138,8 @@ pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     ))
 }
 
-/// Creates a temporary file in a folder. The file is removed when it is dropped, unless it was renamed before.
+/// Creates a temporary file in a folder. The file is removed when the value is dropped, unless the file was renamed
+/// before.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY);

@@ -38,7 +38,7 @@ impl Format {
     }
 }
 
-/// The keys `format` and `version`, as they are read from a file.
+/// The keys `format` and `version` of a file that is being read.
 #[derive(Deserialize)]
 struct Stamp {
     format: String,

@@ -1,4 +1,6 @@
-//! Returns a column of whole numbers. A missing number is shown as `-` in text.
+//! The flat pattern as a DXF file of release 12, which every program for laser cutters reads. A file consists of pairs
+//! of lines: a code and a value. Release 12 cannot say in which unit its numbers are; in this file they are in
+//! millimetres.
 
 use super::pattern::{LABEL, Part, Pattern};
 use cosmic::geometry::Vector;

@@ -31,7 +31,7 @@ impl Elastic {
     }
 }
 
-/// How far one variable may move in this update, and its distances from the asymptotes.
+/// How far one variable may move in this update, and how far it is from its asymptotes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
     /// Distance of the variable from its upper asymptote.
@@ -62,7 +62,7 @@ struct ModelWeights {
     fall: Vec<f64>,
 }
 
-/// The models of all functions, and the steps that minimise the Lagrangian for the last multipliers.
+/// The models of all functions. Also the steps that minimise the Lagrangian for the last multipliers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Subproblem {
     reach: Vec<Room>,

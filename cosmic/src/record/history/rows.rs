@@ -1,4 +1,4 @@
-//! Returns the length of the first `lines` lines in bytes, or an error if the file has fewer complete lines.
+//! The lines of `history.jsonl`, `history.csv` and `designs.jsonl`.
 
 use super::walk::Walk;
 use crate::codesign::Record;
@@ -40,7 +40,7 @@ pub struct DesignRow {
 }
 
 impl DesignRow {
-    /// The row of an iteration, with `z` rounded.
+    /// Makes the row of an iteration; `z` is rounded.
     pub(in crate::record) fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Walk>) -> Self {
         let rounded = |x: f64| (1e4 * x).round() / 1e4;
         let z = z.iter().map(|z| z.map(rounded)).collect();
@@ -83,12 +83,12 @@ impl Keyed for HistoryRow {
     }
 }
 
-/// The first line of the table.
+/// The first line of the table, with the names of its columns.
 pub(super) fn header() -> String {
     columns(&HistoryRow::keys()).join(",") + "\n"
 }
 
-/// The line of an iteration in the table.
+/// The line of the table for an iteration.
 pub(super) fn line(row: &HistoryRow) -> String {
     let cells: Vec<String> = row.cells().into_iter().map(Cell::csv).collect();
     cells.join(",") + "\n"

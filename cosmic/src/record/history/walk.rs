@@ -34,8 +34,8 @@ impl Walk {
         (0..=last).step_by(every).collect()
     }
 
-    /// The walk through the given states, which are `every` seconds apart. Positions are rounded to multiples of `unit`
-    /// (metres). `None` if a position is not finite or too large.
+    /// The walk through the given states. `every` is the time between states in seconds. Positions are rounded to
+    /// multiples of `unit` (metres). `None` if a position is not finite or too large.
     pub fn of<'s>(
         states: impl Iterator<Item = &'s State<f64>>,
         every: f64,
