@@ -1,4 +1,4 @@
-//! Functions that are a single entry on the reverse tape.
+//! Functions that take a single entry on the reverse tape, however many operations they do.
 
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Fused, Real};

@@ -33,7 +33,7 @@ pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
     stream_of(seed, purpose, 0)
 }
 
-/// The stream with this number among the many streams for a seed and a purpose. Number 0 is the stream of [`stream`].
+/// One of the many streams for a seed and a purpose, given by its number. Number 0 is the stream of [`stream`].
 pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());

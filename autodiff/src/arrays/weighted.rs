@@ -93,8 +93,8 @@ impl<R: Real> LaneOperation<R> for Weighted {
             to += other.len;
         }
     }
-    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of a centred array `x` is `w r`, and
-    /// it adds `(x - mean) r` to the cotangent of `w`.
+    /// The reverse of a centred array `x` with the weights `w`. With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of
+    /// w)`, the cotangent of `x` is `w r`, and `(x - mean) r` is added to the cotangent of `w`.
     #[inline(always)]
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
         self.reach.check(values.parameters, values.row);
@@ -263,7 +263,7 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
 /// Data for the reverse sweep of one array that is multiplied by the weights.
 struct Weighed<'a, R, L> {
     x: &'a [R],
-    /// The weighted mean of a centred array; zero for other arrays.
+    /// The weighted mean that was subtracted from the array; zero for arrays that are not centred.
     mean: L,
     y_bar: &'a [R],
     /// The number that is subtracted from `y_bar`; zero for arrays that are not centred.

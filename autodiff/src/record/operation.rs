@@ -42,7 +42,7 @@ impl Place {
     }
 }
 
-/// A sequence of places at equal distances.
+/// A sequence of places (indices in a recording) at equal distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Run {
     pub(crate) first: Place,

@@ -54,7 +54,7 @@ pub(super) fn next_generation(name: u32) -> u32 {
     name << COUNT_BITS | count & ((1 << COUNT_BITS) - 1)
 }
 
-/// The recording to which a frame refers.
+/// The recording to which a frame of the stack refers.
 #[derive(Clone, Copy)]
 struct CurrentRecording {
     /// The generation of the running recording; `CONSTANT` if nothing is being recorded.

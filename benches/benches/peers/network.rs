@@ -63,7 +63,7 @@ impl Case {
     }
 }
 
-/// Returns the value followed by the gradient.
+/// Returns the value of the loss, followed by its gradient.
 fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
     [vec![value], gradient].concat()
 }
@@ -178,7 +178,7 @@ mod ours_layers {
 
     use super::{Case, joined};
 
-    /// Returns the value followed by the gradient. Each layer over all points is one entry of the tape.
+    /// Returns the value of the loss, followed by its gradient. Each layer over all points is one entry of the tape.
     pub(super) fn gradient(case: &Case) -> Vec<f64> {
         let loss = |parameters: &[Var<f64>]| {
             let mut x: Vec<Var<f64>> = case.x.iter().map(|&x| Var::lit(x)).collect();

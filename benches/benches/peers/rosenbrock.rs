@@ -98,7 +98,8 @@ mod echidna_kept {
     }
 }
 
-/// The function on the tape of the crate reverse. Each term is a function, because a closure cannot name the lifetime.
+/// The function on the tape of the crate `reverse`. Each term is a separate function and not a closure, because a
+/// closure cannot name the lifetime of the tape.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 

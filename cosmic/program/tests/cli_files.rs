@@ -10,7 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A scene whose run takes seconds and goes through every phase. A search ranks its starts by the loss of the task.
+/// A scene for a short run that goes through every phase. In a search over starts, the loss of the task decides the
+/// ranks.
 const SCENE: &str = "
 base = 'stability'
 [lattice]

@@ -194,7 +194,7 @@ keys! {
 
 /// A type of values in a case file that stand for a setting of type `T`.
 trait Form<T> {
-    /// Copies this value to the setting. Errors name the file and the key.
+    /// Copies this value to the setting. Errors name the file and the key of the value.
     fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
 }
 

@@ -113,8 +113,8 @@ pub trait Contact: Law {
     }
 }
 
-/// Defines the adjoints of a law as the generated functions; used inside an `impl` of [`Contact`]. The argument is `_`
-/// for a law without settings, and `settings, settings` for a law with settings.
+/// Defines the methods of an `impl` of [`Contact`] that call the generated adjoints of the law. The argument is `_` for
+/// a law without settings, and `settings, settings` for a law with settings.
 macro_rules! emitted_adjoints {
     ($settings:pat $(, $given:ident)?) => {
         #[inline(always)]

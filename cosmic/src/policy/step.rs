@@ -50,7 +50,7 @@ pub(crate) enum Given {
     /// Some rows of a block: the rows that belong to edges with an actuator. The block has one row, or one number, per
     /// edge.
     OfActuators(&'static str),
-    /// A block with one number per edge. Each number is moved to the slot of its edge.
+    /// A block with one number per edge. The parameter has each number in the slot of its edge.
     OfEdges(&'static str),
 }
 

@@ -60,7 +60,7 @@ impl Search {
 }
 
 impl<S> RunPlan<S> {
-    /// The plan of a run, with the function `of` applied to its scene.
+    /// A copy of this plan whose scene is `scene`. The scene may have another form.
     fn with_scene<T>(&self, scene: T) -> RunPlan<T> {
         RunPlan {
             name: self.name.clone(),

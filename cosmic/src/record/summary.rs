@@ -146,7 +146,7 @@ keys! {
 }
 
 impl Start {
-    /// The entry of a start. `summary` is `None` if the start was dropped or diverged.
+    /// Makes the entry of a start in the list of starts. `summary` is `None` if the start was dropped or diverged.
     pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
         Self {
             seed,

@@ -91,7 +91,7 @@ impl Simulator {
 
     /// The limit on the absolute value of each number of a state in a watched rollout. Positions (m) and velocities
     /// (m/s) share this limit. If there is a bound on speeds, a position may exceed the limit although nothing is
-    /// wrong. The exact check of every state, which follows, then finds nothing.
+    /// wrong. In that case, the exact check of every state that follows finds nothing.
     pub(super) fn watched(&self) -> f64 {
         // If both components of a velocity are below this number, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();

@@ -28,7 +28,7 @@ pub(super) struct Mechanics {
     pub(super) push: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
-    /// The profile of the ground; `None` if the ground is a straight line.
+    /// The profile of the ground above the ground line; `None` if the ground is a straight line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,

@@ -145,7 +145,7 @@ impl<'a> Printer<'a> {
             && self.given(place).is_none()
     }
 
-    /// Whether a product is printed as part of a fused multiply-add.
+    /// Whether a product is not printed by itself, but as part of a fused multiply-add.
     fn is_folded(&self, place: Place) -> bool {
         let read = self.recording.ops.iter().zip(&self.reads);
         let mut read = read.filter(|(_, reads)| **reads > 0);

@@ -162,7 +162,7 @@ struct Runs<'p> {
     progress: &'p RefCell<Progress>,
 }
 
-/// The number of runs in a block.
+/// Results are read and written in blocks. This is the number of runs in a block.
 const AT_ONCE: usize = 256;
 
 impl Runs<'_> {

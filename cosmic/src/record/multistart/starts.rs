@@ -42,7 +42,7 @@ pub(super) fn side_by_side<T: Send>(
 /// The observer of one start. It passes all events to the common observer.
 struct OfOne<'a, 'o> {
     observer: &'a Mutex<&'o mut dyn Observer>,
-    /// True after any start has failed.
+    /// True after one of the starts has failed.
     failed: &'a AtomicBool,
 }
 
