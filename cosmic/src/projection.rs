@@ -22,7 +22,8 @@ pub enum Projection {
     Stability,
 }
 
-/// Projects the vectors of a design to mixtures. A layout stays as it is (D7).
+/// Projects the design vectors of a design to mixtures of materials. A layout (one material per edge) does not change
+/// (D7).
 pub fn projected(
     projection: Projection,
     design: &Design<[f64; 3]>,
@@ -70,7 +71,7 @@ pub fn mixtures<R: Real>(
     }
 }
 
-/// Restrictions on the mixtures of edges. By default there are no restrictions.
+/// Restrictions on the mixtures of materials that edges may have. By default there are no restrictions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holds {
     /// For each edge, the amount that is subtracted from each entry of its design vector. The list is empty if all

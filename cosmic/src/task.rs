@@ -60,7 +60,7 @@ pub struct Task {
     /// The restrictions on the mixtures of edges.
     holds: Holds,
     pub(crate) simulator: Simulator,
-    /// True if the presence of a node depends on how solid its edges are.
+    /// True if the weight of a node in means and observations depends on how solid its edges are.
     one_piece: bool,
     /// The factors by which the simulated robot differs from its design; `None` for the nominal robot.
     variation: Option<Variation>,
@@ -96,8 +96,8 @@ impl Task {
         }
     }
 
-    /// This task with or without the presence of nodes. If `one_piece` is true, the presence of a node [depends on how
-    /// solid its edges are](Body::with_one_piece). Otherwise all nodes are present.
+    /// This task with weighted or equal nodes. If `one_piece` is true, the weight of a node (its presence) [depends on
+    /// how solid its edges are](Body::with_one_piece). Otherwise all weights are 1.
     #[must_use]
     pub fn with_one_piece(self, one_piece: bool) -> Self {
         Self { one_piece, ..self }
@@ -172,7 +172,8 @@ impl Task {
         projection::mixtures(projection, z, &self.sharpness, &self.holds)
     }
 
-    /// Projects the vectors of a design to mixtures with `projection`. A layout stays as it is.
+    /// Projects the design vectors of a design to mixtures with `projection`. A layout (one material per edge) does not
+    /// change.
     pub fn projected(
         &self,
         projection: Projection,

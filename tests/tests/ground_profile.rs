@@ -15,7 +15,8 @@ fn profile(points: &[[f64; 2]]) -> GroundSettings {
         .into()
 }
 
-/// A robot with mixtures on the default lattice. It falls to the ground while it moves forward.
+/// A robot whose edges are mixtures of materials, on the default lattice. It falls to the ground while it moves
+/// forward.
 fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     scene.physics.steps = 256;

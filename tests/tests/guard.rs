@@ -1,4 +1,4 @@
-//! The guard finds every absurd state of a delivered rollout, even if only a single state is absurd.
+//! The guard finds every absurd state of a rollout whose states it returns, even if only a single state is absurd.
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};

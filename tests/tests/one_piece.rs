@@ -90,8 +90,8 @@ fn cell(case: &Case) -> Vec<Material> {
     case.lattice.edges.iter().map(material).collect()
 }
 
-/// The motion does not jump at the snap: as each edge approaches one material, the motion with mixtures converges to
-/// the motion with the layout.
+/// The motion does not jump when every edge gets a single material: as each edge approaches one material, the motion
+/// with mixtures converges to the motion with the layout.
 #[test]
 fn nothing_jumps_at_the_snap() {
     let case = robot();

@@ -26,12 +26,12 @@ const FORMAT: Format = Format {
     version: 1,
 };
 
-/// The results of several designs in drawn domains.
+/// The results of several designs under random changes of the robots and their surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
-    /// The number of drawn domains, and the largest random changes of the nominal domain.
+    /// The number of random draws, and the largest random changes.
     pub scatter: RobustSettings,
-    /// Seed of the draws.
+    /// The seed of the random draws.
     pub seed: u64,
     /// One entry per design.
     pub runs: Vec<RobustRun>,
@@ -81,24 +81,24 @@ impl Robustness {
     }
 }
 
-/// The result of one design in all domains. Lengths are in metres along the ground.
+/// The result of one design over all random draws. Lengths are in metres along the ground.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobustRun {
     /// The run's folder.
     pub run: String,
     /// The displacement without random changes, from a single rollout; `None` if the rollout diverged.
     pub nominal: Option<f64>,
-    /// The smallest displacement over the drawn domains; `None` if a rollout diverged.
+    /// The smallest displacement over the random draws; `None` if a rollout diverged.
     pub least: Option<f64>,
-    /// The 10 % quantile of the displacement over the drawn domains; `None` if it depends on a diverged rollout.
+    /// The 10 % quantile of the displacement over the random draws; `None` if it depends on a diverged rollout.
     pub p10: Option<f64>,
-    /// The median displacement over the drawn domains.
+    /// The median displacement over the random draws.
     pub p50: Option<f64>,
-    /// The 90 % quantile of the displacement over the drawn domains.
+    /// The 90 % quantile of the displacement over the random draws.
     pub p90: Option<f64>,
-    /// The median displacement over the drawn domains if the controller gets no feedback (open loop).
+    /// The median displacement over the random draws if the controller gets no feedback (open loop).
     pub clock_p50: Option<f64>,
-    /// The median loss over the drawn domains, if the scene's task is another than distance.
+    /// The median loss over the random draws, if the scene's task is another than distance.
     pub loss: Option<f64>,
     /// Describes how the rollout without random changes diverged; `None` if it did not.
     #[serde(skip)]
@@ -109,9 +109,9 @@ pub struct RobustRun {
 /// domain.
 #[derive(Clone, Debug)]
 pub struct DrawnDomains {
-    /// The number of drawn domains, and the largest random changes of the nominal domain.
+    /// The number of random draws, and the largest random changes.
     pub scatter: RobustSettings,
-    /// Seed of the draws.
+    /// The seed of the random draws.
     pub seed: u64,
     /// The scene in which all designs are simulated; if `None`, each design is simulated in its own scene.
     pub scene: Option<Scene>,

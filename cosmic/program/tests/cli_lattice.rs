@@ -73,7 +73,8 @@ fn assert_rules_hold(design: &Value) {
     }
 }
 
-/// The rules of the lattice hold before and after the snap, for several seeds, and with tight volume bounds.
+/// The rules of the lattice hold before and after the edges get their final materials, for several seeds, and with
+/// tight volume bounds.
 #[test]
 fn a_delivered_design_obeys_the_rules_of_its_lattice() {
     let bench = bench();

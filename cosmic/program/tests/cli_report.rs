@@ -113,7 +113,7 @@ fn an_evolution_shows_the_robots_of_several_iterations() {
     told.fails(2, &["run/designs.jsonl", "the run has no recorded walks"]);
 }
 
-/// Before the snap, every edge is a mixture of materials. Its bar is drawn too, but faintly.
+/// Before the snap, every edge is a mixture of materials. Its bar is also drawn, but faintly.
 #[test]
 fn a_robot_of_mixtures_is_drawn() {
     let bench = Bench::with(SCENE);

@@ -53,7 +53,7 @@ impl Case {
         self.projected(self.projection, &self.design.vectors())
     }
 
-    /// The body that the rollout simulates: stiffnesses, strains, masses and presences.
+    /// The body that the rollout simulates: stiffnesses, strains, masses, and the weight (presence) of each node.
     pub fn body(&self) -> Body<f64> {
         let design = self.own_design();
         Body::new(&design, &self.lattice, &self.materials, &self.physics).with_one_piece(

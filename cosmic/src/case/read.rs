@@ -47,7 +47,7 @@ pub struct Case {
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The projection that makes the mixtures for the rollout and for the measures.
+    /// The projection that turns design vectors into mixtures, for the rollout and for the measures.
     pub projection: Projection,
     /// Multipliers and penalties of the augmented objective.
     pub lagrangian: AugmentedLagrangian,

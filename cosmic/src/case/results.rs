@@ -39,7 +39,8 @@ pub struct CaseResults {
     /// The derivatives of `l_disp` with respect to all inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_l_disp: Option<Gradient>,
-    /// The augmented objective: `l_disp` plus the terms of the augmented Lagrangian for the mixtures `z_projected`.
+    /// The augmented objective: `l_disp` plus the terms of the augmented Lagrangian. The terms are computed from the
+    /// mixtures `z_projected`.
     pub augmented: f64,
     /// The derivative of `augmented` with respect to the design vectors.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -72,7 +73,7 @@ pub struct Gradient {
 /// The derivative of one number, such as a loss, with respect to the design vectors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignGradient {
-    /// The three derivatives of each edge.
+    /// The derivatives with respect to the three entries of each edge's design vector.
     pub z: Vec<[f64; 3]>,
 }
 

@@ -1,4 +1,4 @@
-//! The delivery at the end of an optimisation: chooses the controller of the robot and measures the robot's
+//! The delivery, which ends an optimisation: it chooses the controller of the robot and measures the robot's
 //! displacement.
 
 use rayon::prelude::*;
@@ -24,9 +24,10 @@ const KEEP_EVERY: usize = 16;
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Delivery {
-    /// The design of the robot; a layout if the optimisation has done the snap.
+    /// The design of the robot. It is a layout (one material per edge) unless the optimisation ended before the snap.
     pub design: Design<[f64; 3]>,
-    /// The material of every edge. Before the snap, this is the material with the largest share in the edge.
+    /// The material of every edge. If the optimisation ended before the snap, this is the material with the largest
+    /// share in the edge.
     pub materials: Vec<Material>,
     /// The controller of the robot.
     pub controller: Controller<f64>,
@@ -78,8 +79,8 @@ pub struct Delivery {
 }
 
 impl Evaluator {
-    /// Chooses the controller to deliver and measures the robot in full rollouts. Before the snap, the edges of the
-    /// simulated robot are mixtures.
+    /// Chooses the controller to deliver and measures the robot in full rollouts. If the optimisation ended before the
+    /// snap, the edges of the simulated robot are mixtures of materials.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let delivery = self.deliver_unless(progress, &|| false);
         delivery.expect("`is_stopped` is always false")
@@ -158,8 +159,8 @@ impl Evaluator {
         })
     }
 
-    /// The merit of a robot in the rollout from the unperturbed start. If the merit is the displacement along the
-    /// ground in that rollout, `along` is returned, which the caller already knows.
+    /// The merit of a robot (the number by which robots are ranked) in the rollout from the unperturbed start. If this
+    /// is the displacement along the ground in that rollout, `along` is returned, which the caller already knows.
     fn unperturbed(
         &self,
         design: &Design<Mixture<f64>>,
@@ -230,7 +231,8 @@ impl Evaluator {
         entrants
     }
 
-    /// Measures the quantiles of every candidate's merit over the [selecting domains](Self::selecting_domains).
+    /// Measures the quantiles of every candidate's merit (displacement or minus the loss) over the [selecting
+    /// domains](Self::selecting_domains).
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {

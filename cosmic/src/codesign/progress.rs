@@ -31,7 +31,8 @@ pub struct Progress {
     pub own_loss: bool,
     /// The number of the last iteration done.
     pub iteration: usize,
-    /// The design: undecided vectors before the snap, a layout after it.
+    /// The design. Before the snap it has a design vector for every edge; after the snap it is a layout, with one
+    /// material for every edge.
     #[serde(flatten)]
     pub design: Design<[f64; 3]>,
     /// The controller.
@@ -51,7 +52,7 @@ pub struct Progress {
     pub flips: usize,
     /// The number of gradients skipped because they or their loss were not finite.
     pub skipped: usize,
-    /// The best controllers of the fine-tuning, best first. They are compared by the merit of one rollout each.
+    /// The best controllers of the fine-tuning, best first. They are compared by one rollout each.
     pub candidates: Vec<Candidate>,
     /// For each projection, the running mean of the design gradient. Both are empty before the first design pass, and
     /// always if `gradient.design_memory` is 0.
@@ -155,7 +156,7 @@ impl Progress {
     }
 }
 
-/// A controller from the fine-tuning that may be delivered.
+/// A controller from the fine-tuning that may become the controller of the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// The iteration that produced the controller.
@@ -172,7 +173,7 @@ pub struct Candidate {
     pub spread: Option<Quantiles>,
 }
 
-/// The good controller to which settling returns after a bad update.
+/// The good controller to which the end of the fine-tuning returns after a bad update.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
     /// The last good controller.

@@ -1,4 +1,4 @@
-//! The displacement and the merit of robots in full rollouts.
+//! Full rollouts of robots: their displacement, and their merit, which is the number by which robots are ranked.
 
 use std::borrow::Borrow;
 
@@ -48,7 +48,7 @@ impl Reached {
     }
 }
 
-/// The lower of two merits. NaN if one of them is NaN.
+/// The lower of two merits (numbers by which robots are ranked). NaN if one of them is NaN.
 fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }

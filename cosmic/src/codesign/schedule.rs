@@ -16,7 +16,8 @@ pub enum Phase {
     Attraction,
     /// The single iteration that gives every edge one material.
     Snap,
-    /// The controller changes. The design does not, except that the polish may change the materials of single edges.
+    /// The controller changes. The design does not, except that the polish (a local search) may change the materials of
+    /// single edges.
     FineTuning,
 }
 
@@ -109,7 +110,8 @@ impl<'a> Schedule<'a> {
         (schedule.settle * tuned as f64 + 1e-9) as usize
     }
 
-    /// True if controllers settle in this iteration.
+    /// True if this iteration is among the last ones of the fine-tuning, in which controllers settle: bad updates are
+    /// taken back.
     pub(super) fn settles(&self) -> bool {
         self.iteration + self.settling() > self.scene.schedule.iterations
     }

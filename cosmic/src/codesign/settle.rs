@@ -11,7 +11,7 @@ use super::quantiles::Quantiles;
 use super::reach::first_best;
 use super::schedule::Schedule;
 
-/// An update that loses more than this share of the merit is taken back.
+/// An update is taken back if the merit (displacement or minus the loss) falls by more than this share.
 const LOSS: f64 = 0.05;
 
 /// Settles the controller. The first iteration that settles goes back to the best candidate. Later iterations go back

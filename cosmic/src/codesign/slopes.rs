@@ -160,7 +160,8 @@ impl Evaluator {
         }
     }
 
-    /// The merit within the horizon; `None` if robots are ranked by their displacement alone.
+    /// The merit (the number by which robots are ranked) within the horizon; `None` if robots are ranked by their
+    /// displacement alone.
     pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
         (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
     }

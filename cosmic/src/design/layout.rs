@@ -1,4 +1,5 @@
-//! The design of a robot: undecided before the snap, a layout after it.
+//! The design of a robot. Before the snap, the materials of its edges are undecided; after the snap, it is a layout
+//! with one material per edge.
 
 use std::borrow::Cow;
 

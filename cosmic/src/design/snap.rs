@@ -123,7 +123,8 @@ fn flips_of<'g>(
     flips
 }
 
-/// The number of edges whose material in a layout is not the dominant material of their mixture.
+/// The number of edges whose material in a layout is not the dominant material of their mixture (the material with the
+/// largest share).
 pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
     let flipped = |(m, own): &(&Material, &Mixture<f64>)| **m != own.dominant();
     materials.iter().zip(mixtures).filter(flipped).count()

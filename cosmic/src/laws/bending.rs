@@ -193,7 +193,7 @@ impl Pair {
     }
 }
 
-/// The force on a lattice whose bars resist bending: all pairs of edges, with their setting.
+/// The force of bars that resist bending, on one lattice: all pairs of edges, with the setting of the law.
 #[derive(Clone, Debug)]
 struct BentBars {
     /// Radius of gyration of a bar's section, m.

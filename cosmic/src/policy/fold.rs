@@ -12,7 +12,7 @@ use crate::scene::{ControllerSettings, Senses};
 pub enum Mean<'a, R> {
     /// All nodes are present. The subtraction of the mean position is folded into the weights.
     OfAll,
-    /// Each node is weighted by its presence in this list. The presences are folded into the weights too.
+    /// Each node is weighted by its presence in this list. The presences are folded into the weights of the layer too.
     Folded(&'a [R]),
     /// The presences are an input of the step. The step weights the nodes and computes their mean, and the layer reads
     /// the weighted nodes.
@@ -170,7 +170,7 @@ impl<'a, R: Real> Fold<'a, R> {
         })
     }
 
-    /// Multiplies the weight of each node by the presence of the node. Does nothing if the presences are not folded.
+    /// Multiplies the weights of a column by the presences of the nodes. Does nothing if the presences are not folded.
     fn present(&self, mut column: Vec<R>) -> Vec<R> {
         if let Mean::Folded(presence) = self.mean {
             for (weight, &presence) in column.iter_mut().zip(presence) {

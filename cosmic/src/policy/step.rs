@@ -15,7 +15,7 @@ pub(crate) struct Seen {
     pub(crate) nodes: Particle<Array>,
     /// The two numbers `sin(omega t)` and `cos(omega t)`.
     pub(crate) clock: Array,
-    /// The presence of each node, from 0 to 1; `None` if all nodes are present.
+    /// The presence of each node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(crate) presence: Option<Array>,
 }
 

@@ -461,7 +461,7 @@ fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
 /// The keys that choose laws. If a law has settings, the scene has a section with the name of the law.
 const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
 
-/// The string in a value, or the strings in an array.
+/// Returns the string in a value, or all strings if the value is an array.
 fn words(value: &Spanned<DeValue>) -> Vec<String> {
     let entries = value.get_ref().as_array();
     let entries = entries.map_or(vec![value], |entries| entries.iter().collect());

@@ -16,7 +16,7 @@ use crate::policy::Controller;
 /// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
 
-/// The size of a quantity over several states: statistics of its absolute value.
+/// The magnitude of a quantity over several states: its largest absolute value and a quantile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Magnitude {
     /// The largest absolute value.
@@ -89,14 +89,14 @@ impl Magnitude {
 pub struct BarLoad {
     /// The smallest and the largest strain. Strain is the change of length divided by the rest length.
     pub strains: Range,
-    /// The size of the strain.
+    /// The magnitude of the strain.
     pub strain: Magnitude,
-    /// The size of the force along the bar, N.
+    /// The magnitude of the force along the bar, N.
     pub force: Magnitude,
-    /// The size of the rate at which the length changes, m/s.
+    /// The magnitude of the rate at which the length changes, m/s.
     pub speed: Magnitude,
-    /// The size of the power that the bar gives to its nodes or takes from them, W: the force times the rate of the
-    /// length.
+    /// The magnitude of the power that the bar gives to its nodes or takes from them, W. Power is the force times the
+    /// rate of the length.
     pub power: Magnitude,
     /// The largest force with which the bar pulls its ends together, N.
     pub tension: f64,
@@ -306,7 +306,7 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// Prepares to collect from this number of states.
+    /// Prepares to collect the loads in this number of states.
     fn over(states: usize) -> Self {
         Self {
             strains: Range::default(),

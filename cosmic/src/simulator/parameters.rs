@@ -16,7 +16,7 @@ pub(super) struct Parameters<A> {
     pub(super) strain: A,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// The presence of every node, from 0 to 1; `None` if all nodes are present.
+    /// The presence of every node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(super) presence: Option<A>,
     /// Activations that stay constant during a rollout, one per slot of the graph. They take the place of a policy.
     pub(super) held: Option<A>,

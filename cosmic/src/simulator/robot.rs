@@ -30,7 +30,7 @@ pub(super) struct Robot {
     pub(super) drive: Drive,
     /// The scene's section `controller`.
     pub(super) settings: ControllerSettings,
-    /// True if bodies state the presence of their nodes.
+    /// True if bodies state the presence (weight) of their nodes.
     weighs: bool,
     /// For a robot without feedback: the state that the policy sees in every step, as x, y, x velocity and y velocity
     /// of all nodes.
@@ -125,8 +125,8 @@ impl Robot {
         robot
     }
 
-    /// A copy of this robot with all of its edges. If one of these bodies states the presence of its nodes, the steps
-    /// use the presence.
+    /// A copy of this robot with all of its edges. If one of these bodies states the presence (weight) of its nodes,
+    /// the steps use it.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),

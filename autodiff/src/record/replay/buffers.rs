@@ -31,7 +31,7 @@ pub(super) struct ReplayBuffers<R, L, const W: usize> {
     pub(super) own: Aligned<R>,
     pub(super) own_bars: Aligned<R>,
     pub(super) rows: Aligned<R>,
-    /// The own inputs of a layer, stored point by point.
+    /// The own inputs of a layer (those that differ from point to point), stored point by point.
     pub(super) by_point: Aligned<R>,
 }
 

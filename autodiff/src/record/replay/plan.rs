@@ -30,7 +30,8 @@ pub(super) enum Step {
     Row,
 }
 
-/// A matrix-vector product: dot products of rows of shared numbers with the same vector of own numbers.
+/// A matrix-vector product: dot products of rows of shared numbers with a vector of own numbers. Own numbers differ
+/// from point to point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
     pub(super) rows: usize,
@@ -49,11 +50,12 @@ pub(super) struct Layer {
 /// time than the matrix product saves.
 const LEAST_ROWS: usize = 4;
 const LEAST_ENTRIES: usize = 64;
-/// When a new row is found, it is compared with this many of the most recent layers.
+/// A new row is compared with this many of the most recent layers, to find its layer.
 const OPEN: usize = 4;
 
 impl Layer {
-    /// Returns a layer of one row if `op` is a dot product of adjacent shared numbers with own numbers.
+    /// Returns a layer of one row if `op` is a dot product of adjacent shared numbers with own numbers, which differ
+    /// from point to point.
     fn of_row(place: usize, op: Op) -> Option<Self> {
         let Op::Dot([a, b], len) = op else {
             return None;

@@ -289,8 +289,8 @@ impl<'c> Robot<'c> {
         self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
     }
 
-    /// Returns the end stops of an actuator as an element for a second tendon: a spring that has no force as long as
-    /// the length is between the two stops.
+    /// Returns an element for the end stops of an actuator. It is a second tendon: a spring that has no force as long
+    /// as the length is between the two stops.
     fn stops(&self, edge: usize) -> String {
         let strain = self.body.strain[edge];
         match &self.stops {

@@ -27,7 +27,7 @@ pub(crate) struct Walks {
     mujoco: String,
     /// The coefficients of friction.
     frictions: Vec<f64>,
-    /// For each friction, the displacement in MuJoCo from each of the perturbed starts.
+    /// For each friction, the displacements in MuJoCo, one for each perturbed start.
     walks: Vec<Vec<Option<f64>>>,
     /// For each friction, the median displacement in this simulator with the contact law `coulomb`, over as many
     /// rollouts as in MuJoCo.
@@ -64,7 +64,7 @@ impl Walks {
         write_json(&folder.join(TRANSFER), FORMAT, &found).map(Some)
     }
 
-    /// Reads the walks of a run; `None` if they were not measured.
+    /// Reads the displacements of a run's robot in MuJoCo; `None` if they were not measured.
     ///
     /// # Errors
     /// The errors of [`read_json`].

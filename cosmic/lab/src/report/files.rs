@@ -84,7 +84,7 @@ impl RobotFiles {
         foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
-    /// Returns the indices of the edges whose material in the delivered design satisfies `kind`.
+    /// Returns the indices of the edges whose material in the final design satisfies `kind`.
     pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
         let materials = self.design.materials.iter().enumerate();
         let of_kind = materials.filter(|(_, material)| kind(**material));
@@ -129,7 +129,7 @@ impl RobotFiles {
 pub struct RunFiles {
     /// The run's folder.
     pub folder: PathBuf,
-    /// The delivered design and its scene.
+    /// The final design of the run, and its scene.
     pub robot: RobotFiles,
     /// The summary of the run.
     pub summary: Summary,
@@ -137,7 +137,7 @@ pub struct RunFiles {
     pub history: Vec<Record>,
     /// The designs recorded during the optimisation; empty in runs of older versions.
     pub designs: Vec<DesignRow>,
-    /// The rollout of the delivered design. It has at least one state.
+    /// The rollout of the final design. It has at least one state.
     pub trajectory: TrajectoryFile,
 }
 

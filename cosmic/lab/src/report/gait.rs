@@ -24,7 +24,7 @@ const MOST_STATES: usize = 600;
 /// onto the ground, except for rounding.
 const TOUCHES: f64 = 1e-6;
 
-/// The delivered robot of a run, with the strains and forces of its edges in the states of the trajectory file.
+/// The final robot of a run, with the strains and forces of its edges in the states of the trajectory file.
 pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
@@ -35,7 +35,7 @@ pub(super) struct Gait<'r> {
 }
 
 impl<'r> Gait<'r> {
-    /// Computes the strains and forces of a run's delivered robot from the states of the run's trajectory.
+    /// Computes the strains and forces of a run's final robot from the states of the run's trajectory.
     ///
     /// # Errors
     /// If the design does not fit its scene, or if this program does not have a law of the scene.

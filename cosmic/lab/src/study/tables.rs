@@ -1,4 +1,4 @@
-//! The tables of a study: trials, walks in MuJoCo, questions and runs.
+//! The tables of a study: its trials, the robots in MuJoCo, its questions and its runs.
 
 use super::file::{Question, Trial, Variant};
 use crate::statistics::{Statistics, mean};

@@ -54,18 +54,18 @@ struct Seen {
     changed: bool,
 }
 
-/// The outcome of an attempt to claim a run.
+/// The outcome of an attempt to claim a run, that is, to become the only process that works on it.
 pub(super) enum Answer {
-    /// This process holds the claim.
+    /// This process has claimed the run.
     Granted(Claim),
-    /// Another process holds the claim.
+    /// Another process has claimed the run.
     Taken,
     /// A process on another host holds the claim. It is not known yet whether that process still works, so it must be
     /// watched for longer.
     Watched,
 }
 
-/// A claim that this process holds. Dropping the value gives the claim back.
+/// A claim that this process holds: no other process works on the run. Dropping the value gives the claim back.
 pub(super) struct Claim {
     is_lost: Arc<AtomicBool>,
     stop: Option<Sender<()>>,
@@ -120,7 +120,7 @@ fn numbered(folder: &Path, number: u64) -> PathBuf {
     folder.join(number.to_string())
 }
 
-/// The number of the last claim of a run; 0 if the run was never claimed.
+/// The number of the last claim of a run; 0 if no process has ever claimed the run.
 fn last(folder: &Path) -> Result<u64> {
     let mut last = 0;
     for entry in fs::read_dir(folder).map_err(Error::reading(folder))? {
@@ -158,7 +158,7 @@ impl Held {
     }
 }
 
-/// What is known about the holder of a claim.
+/// What is known about the process that holds a claim.
 enum Holder {
     Works,
     Gone,
@@ -210,7 +210,7 @@ fn holder(path: &Path, pace: Pace) -> Result<Holder> {
 }
 
 impl Claim {
-    /// Starts a thread that increases the count until the claim is dropped.
+    /// Starts a thread that increases the count in the claim's file until the claim is dropped.
     fn new(held: Held, folder: PathBuf, own: u64, pace: Pace) -> Self {
         let is_lost = Arc::new(AtomicBool::new(false));
         let (stop, stopped) = channel::<()>();

@@ -19,7 +19,7 @@ pub enum RunState {
     Begun,
     /// Finished, with a summary.
     Done,
-    /// Finished, but the delivered design diverges.
+    /// Finished, but the robot of the result diverges.
     Diverged,
 }
 

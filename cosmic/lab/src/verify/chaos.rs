@@ -9,7 +9,8 @@ use cosmic::codesign::Quantiles;
 use cosmic::lattice::State;
 use cosmic::task::together;
 
-/// The number of perturbed starts. The motion from each is compared with the motion from the unperturbed start.
+/// The number of perturbed starts. The motion from each perturbed start is compared with the motion from the
+/// unperturbed start.
 const STARTS: usize = 16;
 /// If two motions are farther apart than this distance, in metres, their difference no longer counts as a small
 /// perturbation.
@@ -20,7 +21,7 @@ const EVERY: usize = 8;
 /// in a step and the curvature of contact cause this loss.
 const SPENT: u32 = 7;
 
-/// How the motions of a case from perturbed starts diverge.
+/// How the motions of a case diverge if its start is perturbed.
 #[derive(Debug)]
 pub(super) struct Chaos {
     /// The number of steps in which a small perturbation doubles: the median over the perturbed starts. Infinite if it

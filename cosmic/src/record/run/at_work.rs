@@ -227,7 +227,7 @@ impl Run {
         }
     }
 
-    /// The walk of the current robot; `None` if the rollout diverges.
+    /// The motion of the current robot, for the history; `None` if the rollout diverges.
     fn walk(&self) -> Option<Walk> {
         let physics = &self.plan.scene.physics;
         let moments = Walk::moments(physics.steps, physics.dt);
@@ -338,7 +338,7 @@ impl Run {
         Ok(summary)
     }
 
-    /// Writes the delivered design. If its rollout diverged, also writes the last states and returns an error.
+    /// Writes the final design of the run. If its rollout diverged, also writes the last states and returns an error.
     fn write_design(&self, delivery: &Delivery) -> Result<()> {
         let folder = self.lock.folder();
         let design = DesignFile::new(
