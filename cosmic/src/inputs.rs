@@ -129,7 +129,7 @@ impl<R: Real> Inputs<R> {
         numbers
     }
 
-    /// These inputs with `f` applied to every number.
+    /// A copy of the inputs with `f` applied to every number.
     fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
         Inputs {
             z: self.z.iter().map(|z| z.map(&f)).collect(),
@@ -172,7 +172,7 @@ impl<R: Real> Inputs<R> {
         })
     }
 
-    /// These inputs with `variables` as the numbers of `blocks`. All other numbers are constants.
+    /// A copy of the inputs in which `variables` are the numbers of `blocks`. All other numbers are constants.
     fn with_variables(&self, blocks: &[Block], variables: &[Var<R>]) -> Inputs<Var<R>> {
         let mut inputs = self.map(Var::constant);
         inputs.set(blocks, variables);
@@ -238,7 +238,7 @@ impl<R: Real> Inputs<R> {
 }
 
 impl Inputs<f64> {
-    /// These inputs with every number converted to a constant of the number type `R`.
+    /// A copy of the inputs with every number converted to a constant of the number type `R`.
     pub fn lift<R: Real>(&self) -> Inputs<R> {
         self.map(R::lit)
     }

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// The word by which a scene says that it chooses no item.
+/// The word in a scene file that means: no item is chosen.
 pub(crate) const OFF: &str = "off";
 
 /// The laws, losses, policies, lattices and scenes that a program adds to the built-in ones. Functions that read

@@ -146,7 +146,7 @@ fn departures_are_named_and_can_be_switched_off() {
     assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
-/// The text of the error report if `--set` applies these settings to the paper's scene.
+/// The text of the error report after `--set` has applied settings to the paper's scene.
 fn refused_setting(settings: &[&str]) -> String {
     Scene::paper().set(settings).unwrap_err().to_string()
 }

@@ -9,7 +9,7 @@ use cosmic::scene::MmaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// The lower and the upper bound, which both variables have.
+/// The lower and the upper bound of both variables.
 const BOX: (f64, f64) = (-2.0, 2.0);
 
 /// A test problem: an objective to minimise within bounds, and constraints that must be at most 0.

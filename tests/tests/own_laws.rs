@@ -119,7 +119,7 @@ fn registry() -> Registry {
         .with_law(on_nodes::<Tether>())
 }
 
-/// The paper's scene with these settings changed.
+/// The paper's scene, changed by settings.
 fn scene(settings: &str) -> Scene {
     let scene = registry().load("stability").unwrap().with("own", settings);
     scene.unwrap_or_else(|error| panic!("{error}"))

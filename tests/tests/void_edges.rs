@@ -157,7 +157,8 @@ fn nothing_is_dropped_in_a_design_gradient() {
     }
 }
 
-/// If a scene drops void edges, the gradient with respect to the weights is that of the robot without these edges.
+/// If a scene drops void edges, the gradient with respect to the controller's weights is the gradient for a robot that
+/// does not have these edges.
 #[test]
 fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
     for mode in MODES {

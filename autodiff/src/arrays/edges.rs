@@ -64,10 +64,12 @@ struct LaneOfEdges {
 /// The edges of one group that begin or end at a register of adjacent nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEnds {
-    /// The position in `scratch` of the edges whose tails are these nodes. `tails` has a bit for each edge that exists.
+    /// The position in `scratch` of the edges whose tail is one of the register's nodes. `tails` has a bit for each
+    /// edge that exists.
     as_tail: usize,
     tails: u16,
-    /// The position in `scratch` of the edges whose heads are these nodes. `heads` has a bit for each edge that exists.
+    /// The position in `scratch` of the edges whose head is one of the register's nodes. `heads` has a bit for each
+    /// edge that exists.
     as_head: usize,
     heads: u16,
 }

@@ -147,7 +147,7 @@ struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    /// The output arrays, one after the other; each has `len` numbers.
+    /// Pointer to the output arrays, which lie one after the other; each has `len` numbers.
     y: &'a mut [R],
     len: usize,
 }
@@ -175,7 +175,8 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    /// The output arrays, one after the other; each has `len` numbers. `y_bar` points to their cotangents.
+    /// Pointer to the output arrays, which lie one after the other; each has `len` numbers. `y_bar` points to their
+    /// cotangents.
     y: &'a [R],
     y_bar: *const R,
     len: usize,

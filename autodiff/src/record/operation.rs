@@ -35,7 +35,7 @@ impl Place {
     pub(super) fn distance(self, later: Self) -> Option<u32> {
         (self.is_shared() == later.is_shared() && self < later).then(|| later.0 - self.0)
     }
-    /// The place whose index is larger by `steps`.
+    /// The place whose index is larger than this place's by `steps`.
     #[inline(always)]
     pub(crate) fn plus(self, steps: usize) -> Self {
         Place(self.0 + steps as u32)

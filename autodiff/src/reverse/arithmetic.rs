@@ -69,7 +69,7 @@ impl<R: Real> Real for Var<R> {
         let (value, partial) = rule::abs(self.value);
         self.times_constant(partial, value)
     }
-    /// Records no entry: the result is one of the two numbers.
+    /// Records no entry, because the result is one of the two operands.
     #[inline]
     fn max(self, bound: Self) -> Self {
         if rule::is_nan(self.value) {

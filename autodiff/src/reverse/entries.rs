@@ -82,8 +82,8 @@ impl<R: Real> LongEntries<R> {
         kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
     }
 
-    /// Pulls back the cotangent of entry `i`, whose operands are in this struct: it has many parents or outputs, or no
-    /// parents.
+    /// Pulls back the cotangent of entry `i`, whose operands are in this struct because it has many parents or outputs,
+    /// or no parents.
     #[inline(never)]
     pub(super) fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
         match kind {

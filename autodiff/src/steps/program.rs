@@ -228,7 +228,7 @@ impl<R: Real> Program<R> {
         (0..count).map(|_| self.allocate(false, len)).collect()
     }
 
-    /// Allocates an array directly after the last one of the row.
+    /// Allocates an array at the end of the row, directly after the last array.
     pub(super) fn unaligned_output(&mut self, len: usize) -> Array {
         self.allocate(false, len)
     }

@@ -1,4 +1,4 @@
-//! Compares answers with those of the second, plain implementation in `naive`.
+//! Compares the answers of the objectives with the answers of a second, plain implementation in `naive`.
 
 use std::ops::Range;
 

@@ -14,7 +14,7 @@ pub(crate) fn assert_close(what: &str, answer: &Value, right: &Value) {
     assert!(distance <= TOLERANCE, "{what} is off by {distance:e}");
 }
 
-/// Returns the replies of the tool to these lines.
+/// Sends lines to the tool and returns its replies.
 pub(crate) fn replies(lines: &[u8]) -> Vec<Value> {
     let mut replies = Vec::new();
     serve(lines, &mut replies).expect("memory can be written");

@@ -99,9 +99,9 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 
-/// A scene whose robot rests although its time step is unstable. Within eight steps, perturbations of a millimetre
-/// diverge, but rounding errors grow only to a millimetre. So the rollouts from perturbed starts diverge, and the
-/// rollout from the exact start does not.
+/// A scene for a robot that stays at rest although its time step is unstable. In eight steps, perturbations of a
+/// millimetre grow until the rollout diverges, but rounding errors grow only to a millimetre. So rollouts from
+/// perturbed starts diverge, and the rollout from the exact start does not.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
     let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";

@@ -30,7 +30,7 @@ fn gradcheck_prints_a_row_per_group_and_a_negative_control() {
     assert!(!told.contains("zero"), "{told}");
 }
 
-/// In these scenes the terrain begins below the lattice, and the robot falls onto it.
+/// Scenes in which the terrain begins below the lattice, so that the robot first falls onto the terrain.
 #[test]
 fn the_gradients_of_robots_on_terrain_are_checked() {
     let settings = [

@@ -35,7 +35,7 @@ const GATE: &str = r#"{
   "tie": [[1, 7], [8, 2], [3, 9], [16, 21], [19, 4, 10]]
 }"#;
 
-/// The small scene of the other tests, but on the lattice [`GATE`].
+/// The small scene of the other tests with the lattice [`GATE`].
 fn of_gate(iterations: usize) -> String {
     scene(iterations, 64, "").replace("columns = 3\nrows = 3\n", "file = \"shapes/gate.json\"\n")
 }

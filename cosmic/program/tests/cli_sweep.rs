@@ -17,7 +17,7 @@ fn planned(scene: &str, more: &str) -> Bench {
     bench
 }
 
-/// The scene that most of these tests use.
+/// The scene of most tests in this file.
 fn small() -> String {
     scene(24, 64, "")
 }

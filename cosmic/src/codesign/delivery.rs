@@ -18,7 +18,7 @@ use crate::scene::{GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
-/// The number of steps from one state of [`Delivery::trajectory`] to the next.
+/// The states in [`Delivery::trajectory`] are this number of steps apart.
 const KEEP_EVERY: usize = 16;
 
 /// The result of an optimisation: a robot and its measured displacement.

@@ -56,8 +56,8 @@ impl<E> Design<E> {
 }
 
 impl Design<[f64; 3]> {
-    /// The design with these design vectors. It is a layout if every vector is one-hot (one entry is 1, the others are
-    /// 0).
+    /// The design with the design vectors `z`. It is a layout if every vector is one-hot (one entry is 1, the others
+    /// are 0).
     pub fn of_vectors(z: Vec<[f64; 3]>) -> Self {
         let layout: Vec<_> = z.iter().map(Material::dominant).collect();
         if one_hot(&layout) == z {

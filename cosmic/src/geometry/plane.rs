@@ -21,7 +21,7 @@ impl Plane<f64> {
         offset: 0.0,
     };
 
-    /// The plane through a point, with these axes.
+    /// The plane through a point whose axes have the given rotation.
     pub fn through(point: Vector<f64>, axes: Rotation<f64>) -> Self {
         let offset = axes.tangent().cross(point);
         Self { axes, offset }

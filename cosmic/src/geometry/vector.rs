@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 pub struct Vector<T, const D: usize = 2>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {
-    /// The vector with these components.
+    /// The vector with the given components.
     #[inline(always)]
     pub const fn new(components: [T; D]) -> Self {
         Self(components)

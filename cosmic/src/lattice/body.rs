@@ -15,7 +15,7 @@ pub struct Body<R> {
 }
 
 impl<R: Copy> Body<R> {
-    /// This body with `f` applied to every number.
+    /// A copy of the body with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
         let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
         Body {

@@ -208,7 +208,7 @@ impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
 pub(crate) struct OnBars<L>(pub(crate) L);
 
 impl<L: BarForce> OnBars<L> {
-    /// Describes the bar of an edge in a pose, as the law sees it.
+    /// Makes the numbers of an edge's bar in a pose that the tension may depend on.
     fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
         let given = [

@@ -276,7 +276,7 @@ impl ForceLaws {
             .find(|force| force.name() == name)
     }
 
-    /// The law of the type `L` with its settings; `None` if it is not among these laws.
+    /// The law of the type `L` with its settings; `None` if the scene has not chosen it.
     pub fn along_bars<L: BarForce>(&self) -> Option<L> {
         let mut laws = self.laws().map(AnyForce::any);
         let law: &OnBars<L> = laws.find_map(|law| law.downcast_ref())?;
@@ -289,7 +289,7 @@ impl ForceLaws {
         self.laws().map(about).collect()
     }
 
-    /// A copy of these laws without the law `name`.
+    /// A copy of the chosen laws without the law `name`.
     #[must_use]
     pub fn without(&self, name: &str) -> Self {
         let mut others = self.clone();
@@ -306,7 +306,7 @@ impl ForceLaws {
         laws.map(|force| (force.name(), force.settings()))
     }
 
-    /// Replaces these laws by the laws in `files`, with the settings that the files state.
+    /// Replaces the chosen laws by the laws in `files`, with the settings that the files state.
     ///
     /// # Errors
     /// A message about a law that is unknown or occurs twice, or about a wrong setting.

@@ -26,7 +26,7 @@ pub struct Objective {
 }
 
 impl Objective {
-    /// Makes the loss from these sections of a scene.
+    /// Makes the loss from three sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,

@@ -178,7 +178,7 @@ impl<R> Controller<R> {
 }
 
 impl<R: Copy> Controller<R> {
-    /// This controller with `f` applied to every number.
+    /// A copy of the controller with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
         Controller {
             layout: Arc::clone(&self.layout),

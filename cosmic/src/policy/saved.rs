@@ -38,7 +38,7 @@ impl Numbers {
 }
 
 impl Weights {
-    /// Makes a controller with these parameters. `blocks` are the blocks that the policy declares.
+    /// Makes a controller with the saved parameters. `blocks` are the blocks that the policy declares.
     ///
     /// # Errors
     /// If a block is missing, is unknown or has the wrong shape. The message names `file`.
@@ -82,7 +82,7 @@ impl Weights {
         Ok(Controller::new(blocks, numbers))
     }
 
-    /// The number of hidden units; `None` if these parameters do not belong to a network.
+    /// The number of hidden units; `None` if the parameters do not belong to a network.
     fn hidden(&self) -> Option<usize> {
         let found = self.0.iter().find(|(name, _)| *name == HIDDEN);
         found.map(|(_, numbers)| match numbers {
@@ -91,7 +91,7 @@ impl Weights {
         })
     }
 
-    /// If these parameters belong to a network, copies its number of hidden units to `settings`.
+    /// If the parameters belong to a network, copies its number of hidden units to `settings`.
     ///
     /// # Errors
     /// If the network has no hidden units.
@@ -107,7 +107,7 @@ impl Weights {
         Ok(())
     }
 
-    /// If these parameters belong to a network, checks that it has as many hidden units as `settings` state. Parameters
+    /// If the parameters belong to a network, checks that it has as many hidden units as `settings` state. Parameters
     /// of any other policy pass.
     ///
     /// # Errors
@@ -330,7 +330,7 @@ impl<'de> Visitor<'de> for FlatBlocks {
     }
 }
 
-/// A value under one of the keys of a controller that is stored as flat lists.
+/// A value in a controller whose blocks are stored as flat lists: a number of columns, or a list of numbers.
 #[derive(Deserialize)]
 #[serde(
     untagged,

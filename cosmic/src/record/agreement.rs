@@ -36,7 +36,7 @@ pub fn check_one_run(
     check_motion(folder, scene, design, trajectory)
 }
 
-/// The error for a file that contradicts the other files.
+/// The error for a file that contradicts the other files of a run.
 fn differs(folder: &Path, name: &str, what: &str) -> Error {
     let file = folder.join(name).display().to_string();
     Error::Usage(format!(

@@ -132,8 +132,8 @@ impl Scene {
             .collect()
     }
 
-    /// True if the cycle has passes of this kind. Also true if the design is a layout, because then the cycle is not
-    /// used.
+    /// True if the cycle of the schedule has passes of this kind. Also true if the design is a layout, because the
+    /// cycle is then not used.
     fn passes(&self, pass: Pass) -> bool {
         !self.designs() || self.schedule.cycle.contains(&pass)
     }

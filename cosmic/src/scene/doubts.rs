@@ -18,7 +18,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Makes a warning about the settings with these keys.
+    /// Makes a warning about the settings with the given keys.
     ///
     /// # Panics
     /// If the scene does not have one of the keys.

@@ -25,7 +25,7 @@ impl Pass {
     }
 }
 
-/// The passes that the letters of a cycle such as `"dcdc"` stand for; `None` if a letter is unknown.
+/// The passes that the letters of a cycle such as `"dcdc"` stand for; `None` if a letter has no meaning.
 pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
     let pass = |letter| {
         [Pass::Design, Pass::Controller]

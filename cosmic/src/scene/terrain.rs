@@ -69,7 +69,7 @@ settings! {
     }
 }
 
-/// True if the scene has ground, and its profile is of one of these kinds.
+/// True if the scene has ground whose profile is of one of the given kinds.
 fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     let physics = &scene.physics;
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
@@ -79,7 +79,7 @@ fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
 pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
 
 impl GroundSettings {
-    /// The profile that these settings describe.
+    /// The profile that the settings describe.
     ///
     /// # Panics
     /// If the settings contradict one another. The reader of scenes refuses such settings.
@@ -88,7 +88,7 @@ impl GroundSettings {
         profile.unwrap_or_else(|says| panic!("the profile of the ground {says}"))
     }
 
-    /// The profile that these settings describe.
+    /// The profile that the settings describe.
     ///
     /// # Errors
     /// A sentence if the settings contradict one another.

@@ -8,19 +8,19 @@ use super::value::Named;
 /// robots that are simulated together may have different numbers. [`settings!`](crate::settings!) implements this
 /// trait: the numbers of `struct Mud<R>` are its fields of type `R`.
 pub trait Inputs: Sized {
-    /// The type of these settings if their numbers have the type `R`.
+    /// The type of the settings if their numbers have the type `R`.
     type Of<R: Real>;
-    /// The number of inputs in these settings.
+    /// The number of inputs that the settings have.
     const COUNT: usize;
 
     /// The key and the value of each input. If the setting belongs to another section, its key begins with that
     /// section: `physics.friction`.
     fn inputs(&self) -> Vec<(String, f64)>;
 
-    /// These settings with `numbers` as their inputs, in the order of [`inputs`](Inputs::inputs).
+    /// A copy of the settings whose inputs are `numbers`, in the order of [`inputs`](Inputs::inputs).
     fn of<R: Real>(&self, numbers: &[R]) -> Self::Of<R>;
 
-    /// These settings with their inputs as constants of the number type `R`.
+    /// A copy of the settings whose inputs are constants of the number type `R`.
     fn constant<R: Real>(&self) -> Self::Of<R> {
         let numbers = self.inputs().into_iter();
         self.of(&numbers.map(|(_, x)| R::lit(x)).collect::<Vec<_>>())

@@ -36,8 +36,8 @@ pub struct Misfit {
     pub span: Range<usize>,
     /// The middle part of the message, which goes between key and value, such as "is a string:".
     pub says: String,
-    /// The laws or losses in the value that this program does not have, by name. If they are the only error, the
-    /// setting holds the rest of the value.
+    /// The names of laws or losses in the value that this program does not have. If these are the only errors in the
+    /// value, the setting holds the rest of it.
     pub unknown: Vec<String>,
 }
 

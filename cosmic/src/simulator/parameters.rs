@@ -36,23 +36,23 @@ pub(super) trait Road {
     type Number: Real;
     type Array;
 
-    /// Adds a parameter of `len` numbers that depend on the body.
+    /// Adds a parameter that depends on the body. It has `len` numbers.
     fn of_body(
         &mut self,
         len: usize,
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
-    /// Adds a parameter of one number that depends on the surroundings.
+    /// Adds a parameter that depends on the surroundings, such as gravity. It has one number.
     fn of_surroundings(
         &mut self,
         number: impl Fn(&Surroundings<Self::Number>) -> Self::Number,
     ) -> Self::Array;
 
-    /// Adds a parameter of `len` numbers that the caller gives for each start.
+    /// Adds a parameter that the caller gives for each start. It has `len` numbers.
     fn of_start(&mut self, len: usize) -> Self::Array;
 
-    /// Adds a parameter whose numbers are the same for all robots.
+    /// Adds a parameter that is the same for all robots.
     fn shared(&mut self, numbers: &[f64]) -> Self::Array;
 }
 

@@ -443,7 +443,8 @@ impl<R: Real> Still<R> {
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
-    /// Puts these nodes back to their positions, at rest. The state has all nodes, or only the first nodes.
+    /// Puts the nodes that do not belong to the robot back to their positions, at rest. The state has all nodes, or
+    /// only the first nodes.
     pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {
             if node < state.x.len() {

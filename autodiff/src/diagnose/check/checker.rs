@@ -45,7 +45,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Returns the default options with these names for the components, for example
+    /// Returns the default options, with a name for each component of the gradient; for example
     /// [`Parameters::names`](crate::Parameters::names).
     pub fn named(names: Vec<String>) -> Self {
         Self {

@@ -56,7 +56,7 @@ pub(super) fn spatial(point: Vector<f64>, height: f64) -> [f64; 3] {
     [x, y, height]
 }
 
-/// Returns the bytes of a binary STL file of these prisms.
+/// Returns the bytes of a binary STL file that contains the prisms.
 pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
     let triangles: Vec<_> = prisms.iter().flat_map(Prism::triangles).collect();
     // The head of 80 bytes must not begin with "solid", which would mean a text file.

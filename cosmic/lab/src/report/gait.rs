@@ -135,7 +135,8 @@ impl<'r> Gait<'r> {
             .collect()
     }
 
-    /// Returns the forces along the bars in the states with these indices, rounded to 1/500 of the largest force.
+    /// Returns the forces along the bars in the states with the indices `states`, rounded to 1/500 of the largest
+    /// force.
     pub(super) fn forces(&self, states: &[usize]) -> Value {
         let bars = self.run.robot.edges_of(Material::is_solid);
         let tensions = |&state: &usize| bars.iter().map(move |&edge| (state, edge));

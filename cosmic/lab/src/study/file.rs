@@ -55,7 +55,7 @@ pub(super) struct Variant {
     pub(super) title: Option<String>,
     #[serde(default)]
     pub(super) about: String,
-    /// Accepts the key `settings`, whose value [`TomlFile::change`] reads.
+    /// Makes the parser accept the key `settings`. [`TomlFile::change`] reads its value.
     #[serde(rename = "settings")]
     _settings: Option<IgnoredAny>,
 }

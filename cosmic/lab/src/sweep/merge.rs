@@ -51,7 +51,7 @@ impl Survey {
         self.runs.iter().filter(|run| run.state == state).count()
     }
 
-    /// The numbers of the unfinished runs.
+    /// The numbers of all runs that are not finished.
     pub fn left(&self) -> Vec<usize> {
         let left = self.runs.iter().filter(|run| !run.state.is_over());
         left.map(|run| run.index).collect()

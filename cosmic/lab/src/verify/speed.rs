@@ -160,7 +160,7 @@ pub struct TwoMatvecs {
 }
 
 impl TwoMatvecs {
-    /// Prepares the two products with the shapes of a case's controller.
+    /// Prepares the two matrix-vector products with the shapes of a case's controller.
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
@@ -169,7 +169,7 @@ impl TwoMatvecs {
         }
     }
 
-    /// Computes both products `steps` times. Returns the input vector.
+    /// Computes the two matrix-vector products `steps` times. Returns the input vector.
     pub fn run(self, steps: usize) -> Vec<f64> {
         let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);
