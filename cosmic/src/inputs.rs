@@ -84,7 +84,7 @@ impl<R: Real> Inputs<R> {
         }
         assert!(
             numbers.is_empty(),
-            "`numbers` has {} entries more than the blocks",
+            "`numbers` has {} entries more than the blocks need",
             numbers.len()
         );
     }

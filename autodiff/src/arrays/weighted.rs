@@ -21,7 +21,8 @@ pub(crate) struct Weighted {
     offsets: usize,
     /// Arrays that are appended to the result unchanged.
     others: Vec<Array>,
-    /// Three adjacent arrays: the weighted arrays followed by `others`, the means, and the sum of the weights.
+    /// Three adjacent arrays. The first consists of the weighted arrays, followed by `others`. The second has the
+    /// means, the third the sum of the weights.
     outputs: [Array; 3],
     /// For each array id, whether the array carries derivatives. If the list is empty, all arrays do.
     active: Vec<bool>,

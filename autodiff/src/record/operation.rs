@@ -25,7 +25,7 @@ impl Place {
     pub(crate) fn is_shared(self) -> bool {
         self.0 & SHARED != 0
     }
-    /// The index among the shared arguments, or among the operations for other places.
+    /// The place's index among the shared arguments if it is a shared argument, otherwise among the operations.
     #[inline(always)]
     pub(crate) fn at(self) -> usize {
         (self.0 & !SHARED) as usize

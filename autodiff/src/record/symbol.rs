@@ -76,8 +76,8 @@ const CHUNK: usize = 32;
 /// Two runs of equal length, one in each of two slices, and their length.
 type Stretch = ([Run; 2], u32);
 
-/// Divides two slices of equal length into stretches. In each stretch, the part of either slice is a run. Returns
-/// `None` in a simplified recording, and if the stretches are as many as the terms.
+/// Divides two slices of equal length into stretches. Within a stretch, the places of each slice are at equal
+/// distances. Returns `None` in a simplified recording, and if the stretches have fewer than two terms on average.
 fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[Stretch; 2]>> {
     if current(|recording| recording.is_simplified) {
         return None;

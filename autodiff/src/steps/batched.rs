@@ -302,7 +302,7 @@ impl<M: Model> Fused for Batched<M> {
             let x_bars = self
                 .rollout
                 .reversed(group.lanes, recorded, &seeds, &wanted);
-            let (start_bar, bars) = x_bars.split_first().expect("the first input is the start");
+            let (start_bar, bars) = x_bars.split_first().expect("input 0 is the initial state");
             start_bars.extend(group.parted(start_bar));
             for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {
                 match (own, &mut bars[..]) {

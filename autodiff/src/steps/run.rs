@@ -5,7 +5,7 @@ use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repe
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
-/// The number of cotangents in the piece of a row that is set to zero at a time.
+/// Rows are set to zero piece by piece. This is the number of cotangents in a piece.
 const ZEROED: usize = 128;
 
 impl<R: Real> Program<R> {

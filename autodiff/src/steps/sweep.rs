@@ -40,7 +40,7 @@ impl<R: Real> Stepper<R> {
         let mut program = program.finish();
         rollout.check(program.inputs_len);
         let mut parameters = program.parameters();
-        let (start, given) = inputs.split_first().expect("the first input is the start");
+        let (start, given) = inputs.split_first().expect("input 0 is the initial state");
         assert_eq!(
             start.len(),
             program.state_len(),

@@ -78,7 +78,8 @@ impl Task {
                 let agree = (a - b).abs() <= self.tolerance * scale;
                 assert!(
                     agree,
-                    "{}: the answers differ: number {k} is {b} by {by}, {how}, but {a} by the first way",
+                    "{}: the answers differ: number {k} is {b} by {by}, {how}, but {a} by the first way \
+                     to do the task",
                     self.title
                 );
             }

@@ -47,8 +47,8 @@ pub(super) fn carry_out(
     match summary.displacement_p50 {
         Some(_) => Ok(()),
         None => Err(Error::NoFigure(format!(
-            "{}: there is no median displacement: the delivered design walks from its own start but diverges \
-             from perturbed starts (displacement_p50 is null in {SUMMARY})",
+            "{}: there is no median displacement: the final robot walks from its unperturbed start but \
+             diverges from perturbed starts (displacement_p50 is null in {SUMMARY})",
             folder.display()
         ))),
     }

@@ -116,8 +116,8 @@ fn a_run_whose_median_diverged_says_so_and_exits_with_3() {
         let said = bench.optimize(run, options);
         said.fails(3, &[]);
         let says = format!(
-            "error: {run}: there is no median displacement: the delivered design walks from its own start but \
-             diverges from perturbed starts (displacement_p50 is null in summary.json)"
+            "error: {run}: there is no median displacement: the final robot walks from its unperturbed \
+             start but diverges from perturbed starts (displacement_p50 is null in summary.json)"
         );
         assert_eq!(said.error.lines().last().unwrap(), says);
         let summary = bench.json(&format!("{run}/summary.json"));

@@ -192,7 +192,7 @@ keys! {
     a_max: Vec<f64> = materials.max_strain,
 }
 
-/// A type of values in a case file that stand for a setting of type `T`.
+/// A type of JSON value in a case file, from which a setting of type `T` is read.
 trait Form<T> {
     /// Copies this value to the setting. Errors name the file and the key of the value.
     fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;

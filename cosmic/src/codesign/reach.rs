@@ -176,8 +176,8 @@ impl Evaluator {
         self.towards_goals(task, towards_goal, Reached::with_behind)
     }
 
-    /// Calls `roll` once for the goal ahead. In a scene with two goals, also calls it for the goal behind, and joins
-    /// the two results of each robot.
+    /// Calls `roll` for the task with the goal ahead. In a scene with two goals, also calls it for the goal behind, and
+    /// joins the two results of each robot.
     pub(super) fn towards_goals<T>(
         &self,
         task: &Task,

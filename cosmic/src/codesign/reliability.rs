@@ -16,7 +16,7 @@ use super::quantiles::Quantiles;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
-    /// The median is the figure to quote.
+    /// The median describes the robot well and is the figure to quote.
     Reliable,
     /// The median is misleading.
     Unreliable {

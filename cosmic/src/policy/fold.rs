@@ -12,7 +12,8 @@ use crate::scene::{ControllerSettings, Senses};
 pub enum Mean<'a, R> {
     /// All nodes are present. The subtraction of the mean position is folded into the weights.
     OfAll,
-    /// Each node is weighted by its presence in this list. The presences are folded into the weights of the layer too.
+    /// Each node is weighted by its presence (0 to 1) in this list. These weights are folded into the weights of the
+    /// layer too.
     Folded(&'a [R]),
     /// The presences are an input of the step. The step weights the nodes and computes their mean, and the layer reads
     /// the weighted nodes.
@@ -45,7 +46,8 @@ pub struct Fold<'a, R> {
 }
 
 impl<'a, R: Real> Fold<'a, R> {
-    /// A fold without simplification: its layer has a column for everything that `sight` observes.
+    /// The weights of a folded layer that has a column for everything that `sight` observes. No column is left out or
+    /// joined with another.
     ///
     /// # Panics
     /// If there is not one presence per node.
@@ -122,7 +124,7 @@ impl<'a, R: Real> Fold<'a, R> {
         inputs
     }
 
-    /// For the goal's two coordinates, the weights in a row, multiplied by the scale of the goal.
+    /// The two weights in `row` that multiply the goal's coordinates, multiplied by the scale of the goal.
     fn on_goal(&self, row: &[R]) -> Vector<R> {
         let scale = R::lit(self.settings.goal_scale);
         let goal = &row[self.settings.clocks..];

@@ -149,7 +149,7 @@ pub fn deliver_so_far(
     };
     let done = progress.iteration - progress.before_first();
     let Some(done) = NonZeroUsize::new(done) else {
-        return refused("the run has not done any iteration yet; there is nothing to deliver");
+        return refused("the run has not done any iteration yet, so there is no robot to deliver");
     };
     let codesign = codesign.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
     // All checks come before the first write.

@@ -170,8 +170,8 @@ pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
-/// The error for a setting whose value turned out to be wrong after the scene was read. It shows the last place that
-/// sets `key`. `None` if no source sets it.
+/// The error for a setting whose value turned out to be wrong after the scene was read. The error points at the last
+/// place that sets `key`. `None` if no source sets it.
 pub(super) fn pointed(
     registry: &Registry,
     sources: &[SceneText],

@@ -95,7 +95,7 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
         Chart {
             id: "displacement",
             title: "Displacement along the ground, m",
-            note: " (dashed: median of the delivered robot)",
+            note: " (dashed: median of the final robot)",
             series: displacements(run),
             levels: run.summary.displacement_p50.into_iter().collect(),
             log: false,

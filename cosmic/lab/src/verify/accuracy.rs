@@ -174,8 +174,8 @@ fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
     std::array::from_fn(|k| distance(&states[k], &truth[k]))
 }
 
-/// The result of running the case with one method, time step and number type. Errors are the largest distances of a
-/// node at each mark, in metres.
+/// The result of running the case with one method, time step and number type. An error is the largest distance of a
+/// node from the reference, in metres, at one of the compared times.
 #[derive(Clone, Debug)]
 struct Run {
     method: Method,

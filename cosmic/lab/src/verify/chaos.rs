@@ -88,7 +88,7 @@ impl Chaos {
             let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
             return format!(
                 "Chaos: small perturbations of this design do not double once in the whole rollout. \
-                 The largest grew {most:.0} times in between."
+                 At its largest, a perturbation is {most:.0} times its initial size."
             );
         }
         // The number of steps after which rounding has destroyed all binary digits of a number type.

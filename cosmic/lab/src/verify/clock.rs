@@ -73,8 +73,8 @@ pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64
 fn ballast() -> Vec<Vec<u8>> {
     /// The size of a block. Blocks must be small, because the allocator keeps only small blocks.
     const BLOCK: usize = 64 << 10;
-    /// The number of blocks in a round. The system updates its count with a delay; after so many blocks the count is
-    /// nearly right.
+    /// The number of blocks that are allocated in one round. The system updates its count of memory with a delay; after
+    /// this many blocks the count is nearly right.
     const BLOCKS: usize = 32;
     /// The largest number of rounds. All rounds together allocate 256 MiB, which is more than allocators keep.
     const ROUNDS: usize = 128;

@@ -293,8 +293,8 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
-/// The row for the void edges. Steps leave out void edges if the design is a layout and either the scene drops its void
-/// edges or void has no stiffness.
+/// The row of the table that says what happens to void edges. Steps leave out void edges if the design is a layout and
+/// either the scene drops its void edges or void has no stiffness.
 fn void_row(case: &Case) -> Row<'_> {
     let Some(materials) = case.design.layout() else {
         return row("void edges", true, "no edge of a mixture is void");

@@ -25,7 +25,7 @@ pub const SEARCH: &str = "search.json";
 /// The record of a search. People and other programs read it, but a resumed search does not.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Halving {
-    /// The rungs reached so far, in order.
+    /// The iterations at which starts were dropped so far, in order, each with its ranking of the starts.
     pub rungs: Vec<Rung>,
 }
 

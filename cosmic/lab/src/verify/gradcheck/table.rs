@@ -53,7 +53,8 @@ impl fmt::Display for GradientCheck {
         if !lifted.is_empty() {
             writeln!(
                 out,
-                "{}: nodes start on the ground, which is a kink; the slopes are those of a robot lifted by {LIFT} m",
+                "{}: nodes start on the ground, where the loss has a kink; the slopes are those of a \
+                 robot lifted by {LIFT} m",
                 lifted.join(", ")
             )?;
         }
@@ -68,7 +69,7 @@ impl fmt::Display for GradientCheck {
         if self.rounding > WORN {
             writeln!(
                 out,
-                "the motion magnifies rounding to about {:.0e} of the slopes: use fewer steps",
+                "the motion magnifies rounding errors to about {:.0e} of the slopes; use fewer steps",
                 self.rounding
             )?;
         }

@@ -20,7 +20,7 @@ const FRACTIONS: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
 /// Returns the trials of a case: with its own time step, and with time steps around the limit of stability. They have
 /// the same number of steps for every case. If the robot starts far from rest, the limit holds only for the first step,
-/// and only the own time step is tried.
+/// and only its own time step is tried.
 pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
     case.physics.steps = STEPS;
