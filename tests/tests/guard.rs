@@ -1,4 +1,5 @@
-//! The guard finds every absurd state of a rollout whose states it returns, even if only a single state is absurd.
+//! The guard checks the states of a rollout for absurd numbers. It finds every absurd state among those that the
+//! rollout returns, even if only a single state is absurd.
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
