@@ -44,7 +44,7 @@ pub fn hessian<R: Real>(
     all_rows(&function, x)
 }
 
-/// A variable whose value has several tangents.
+/// A variable that carries several tangents: a reverse variable over dual numbers.
 type Nested<R> = Var<Dual<R, CHUNK>>;
 
 /// Implements [`hessian`] for a function behind a reference, so that it is compiled once per number type.

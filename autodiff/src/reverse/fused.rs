@@ -80,7 +80,7 @@ fn push<R: Real>(
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// Returns the values of a slice of variables. Up to eight need no allocation.
+/// Returns the values of a slice of variables. A slice of up to eight variables needs no allocation.
 pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
     slice.iter().map(|x| x.value).collect()
 }
