@@ -21,7 +21,7 @@ mod places;
 mod narrow;
 #[cfg(lanes = "neon")]
 mod aarch64;
-#[cfg(any(lanes = "simd128", test))]
+#[cfg(any(lanes = "simd128", all(test, lanes)))]
 mod doubted;
 #[cfg(lanes = "simd128")]
 mod wasm;
@@ -31,7 +31,7 @@ mod avx2;
 mod avx512;
 mod enter;
 mod float;
-#[cfg(test)]
+#[cfg(all(test, lanes))]
 mod tests;
 
 pub(crate) use lane::{WIDEST, lanes};

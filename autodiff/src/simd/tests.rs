@@ -106,7 +106,6 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     }
 }
 
-#[cfg(lanes)]
 fn single_bits(x: f32) -> u64 {
     x.to_bits().into()
 }
