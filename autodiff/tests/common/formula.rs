@@ -150,7 +150,10 @@ pub(crate) fn formulas(arguments: usize, function: impl FnOnce(&[Sym]) -> Vec<Sy
     recorded(arguments, Box::new(function))
 }
 
-fn recorded(arguments: usize, function: Box<dyn FnOnce(&[Sym]) -> Vec<Sym> + '_>) -> Formula {
+/// A boxed function, so that recording is compiled once.
+type Boxed<'f> = Box<dyn FnOnce(&[Sym]) -> Vec<Sym> + 'f>;
+
+fn recorded(arguments: usize, function: Boxed) -> Formula {
     let outer = RECORD.replace(Record::new(arguments));
     let results = function(&(0..arguments).map(Sym).collect::<Vec<_>>());
     let ops = RECORD.with_borrow_mut(|record| take(&mut replace(record, outer).ops));
