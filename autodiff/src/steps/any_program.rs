@@ -204,28 +204,25 @@ trait Replaying {
 
 impl<R: Real> Replaying for Program<R> {
     fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array> {
-        self.assert_uniform(uniforms);
-        let results = kernel.results();
-        self.map_by(x, results, |outputs| {
-            let places = Places::elements(outputs);
-            StepOperation::Replayed(ReplayedKernel::new(kernel, places, x, uniforms, outputs))
-        })
+        let outputs = self.map_outputs(x, uniforms, kernel.results());
+        let places = Places::elements(&outputs);
+        let kernel = ReplayedKernel::new(kernel, places, x, uniforms, &outputs);
+        self.operations.push(StepOperation::Replayed(kernel));
+        outputs
     }
 
     fn map_edges_recorded(
         &mut self,
         graph: &Graph,
         kernel: Plan,
-        [ends, per_edge]: [&[Array]; 2],
+        inputs: [&[Array]; 2],
         uniforms: &[Array],
     ) -> Vec<Array> {
-        self.assert_uniform(uniforms);
-        let results = kernel.results();
-        self.map_edges_by(graph, ends, per_edge, results, |graph, outputs| {
-            let (places, inputs) = (Places::edges(graph, ends.len()), [ends, per_edge].concat());
-            let kernel = ReplayedKernel::new(kernel, places, &inputs, uniforms, outputs);
-            StepOperation::Replayed(kernel)
-        })
+        let (graph, outputs) = self.edge_outputs(graph, inputs, uniforms, kernel.results());
+        let places = Places::edges(&graph, inputs[0].len());
+        let kernel = ReplayedKernel::new(kernel, places, &inputs.concat(), uniforms, &outputs);
+        self.operations.push(StepOperation::Replayed(kernel));
+        outputs
     }
 
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array {

@@ -51,28 +51,27 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
-        self.assert_uniform(uniforms);
-        let map = |outputs: &[Array]| {
-            let map = Map::new(kernel, x, uniforms, arrays(outputs));
-            StepOperation::Kernel(Box::new(InLanes(map)))
-        };
-        arrays(&self.map_by(&x, O, map))
+        let outputs = arrays(&self.map_outputs(&x, uniforms, O));
+        let map = Map::new(kernel, x, uniforms, outputs);
+        self.operations
+            .push(StepOperation::Kernel(Box::new(InLanes(map))));
+        outputs
     }
 
-    pub(crate) fn assert_uniform(&self, arrays: &[Array]) {
+    fn assert_uniform(&self, arrays: &[Array]) {
         self.assert_known(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
         assert!(is_one, "each uniform input must be an array of one number");
     }
 
-    /// Records an operation that maps a kernel with `results` results. Allocates one output array for each result and
-    /// passes them to `map`, which creates the operation.
-    pub(crate) fn map_by(
+    /// Allocates the outputs of an operation that maps a kernel: one array for each of its `results`.
+    pub(crate) fn map_outputs(
         &mut self,
         x: &[Array],
+        uniforms: &[Array],
         results: usize,
-        map: impl FnOnce(&[Array]) -> StepOperation<R>,
     ) -> Vec<Array> {
+        self.assert_uniform(uniforms);
         self.assert_known(x);
         let len = x
             .first()
@@ -83,9 +82,7 @@ impl<R: Real> Program<R> {
             x.iter().all(|a| a.len() == len),
             "map: all input arrays must have the same length"
         );
-        let outputs = self.outputs(len, results);
-        self.operations.push(map(&outputs));
-        outputs
+        self.outputs(len, results)
     }
 
     /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined into one vector.
@@ -257,24 +254,24 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
-        self.assert_uniform(uniforms);
-        let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
-            let map = EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs));
-            StepOperation::Kernel(Box::new(InLanes(map)))
-        });
-        arrays(&outputs)
+        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O);
+        let outputs = arrays(&outputs);
+        let map = EdgeMap::new(kernel, &graph, ends, per_edge, uniforms, outputs);
+        self.operations
+            .push(StepOperation::Kernel(Box::new(InLanes(map))));
+        outputs
     }
 
-    /// Records an operation that maps a kernel with `results` results over edges. Allocates one output array for each
-    /// result and passes them to `map`, together with the graph of all starts. `map` creates the operation.
-    pub(crate) fn map_edges_by(
+    /// Allocates the outputs of an operation that maps a kernel over edges: one array for each of its `results`. Also
+    /// returns the graph of all starts.
+    pub(crate) fn edge_outputs(
         &mut self,
         graph: &Graph,
-        ends: &[Array],
-        per_edge: &[Array],
+        [ends, per_edge]: [&[Array]; 2],
+        uniforms: &[Array],
         results: usize,
-        map: impl FnOnce(&Graph, &[Array]) -> StepOperation<R>,
-    ) -> Vec<Array> {
+    ) -> (Graph, Vec<Array>) {
+        self.assert_uniform(uniforms);
         self.assert_known(ends);
         self.assert_known(per_edge);
         let fits = ends.iter().all(|a| a.len() == graph.nodes());
@@ -290,8 +287,7 @@ impl<R: Real> Program<R> {
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
         let outputs = self.outputs(graph.nodes(), results);
-        self.operations.push(map(&interleaved, &outputs));
-        outputs
+        (interleaved, outputs)
     }
 
     /// Returns an array of `x[index]` for every index, with zero for `None`. For example, `&[Some(0); 8]` makes eight
