@@ -8,8 +8,9 @@ cd "$(dirname "$0")"
 say() { printf '\n== %s\n' "$1"; }
 
 say 'every test, fully optimised'
-# ./check.sh already runs the tests with debug assertions. Many codegen units compile faster.
-CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
+# ./check.sh already runs the tests with debug assertions. Many codegen units compile faster. Tests always unwind; with
+# `abort`, the program would be compiled a second time.
+CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 CARGO_PROFILE_RELEASE_PANIC=unwind \
   cargo test --release --workspace --no-fail-fast --target-dir target/heavy
 
 say 'features'

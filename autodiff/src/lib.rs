@@ -55,6 +55,7 @@
 //!
 //! - `data`, on by default: sums and maps over [`data`] are compiled for floats in this crate. Without it,
 //!   this crate compiles in half the time, and each crate that has such a sum compiles 7 s longer;
+//! - `rollouts`, on by default: the same for the steps of a [`Rollout`];
 //! - `derive`: `#[derive(Parameters)]` for structures of [`parameters`];
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
 //! - `rayon`: Jacobians and Hessians on several cores, module `parallel`.

@@ -20,6 +20,7 @@ pub trait Mask:
     /// Returns whether the mask is true in any lane.
     fn any(self) -> bool;
     /// Returns whether the mask is true in all lanes.
+    #[inline(always)]
     fn all(self) -> bool {
         !(!self).any()
     }

@@ -172,7 +172,7 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
         Self {
             kernel,
             inputs,
-            uniforms: UniformInputs::new::<K, I, O>(uniforms),
+            uniforms: UniformInputs::new(uniforms, K::UNIFORMS),
             active: [true; I],
             reach: Reach::new(lens.chain(sums.iter().map(sums_len))),
             sums,
@@ -233,7 +233,9 @@ where
         self.sums.to_vec()
     }
     fn set_active(&mut self, arrays: &[bool]) {
-        self.active = self.inputs.map(|a| arrays[a.id]);
+        for k in 0..I {
+            self.active[k] = arrays[self.inputs[k].id];
+        }
         self.uniforms.set_active(arrays);
     }
     #[inline(always)]
@@ -270,7 +272,7 @@ where
         let EdgePlan { room, .. } = self.plan;
         let ends_bar = &mut self.scratch[..C * room];
         let places = Places::new(bars);
-        let y_bars = self.sums.map(|sum| places.of(sum));
+        let y_bars = places.of_active(&self.sums, &[true; O]);
         let x_bars = places.of_active(&self.inputs, &self.active);
         // SAFETY: `reach` was checked, and `ends_bar` has `C` arrays of `room` numbers.
         unsafe {
@@ -325,15 +327,19 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
             set.map(|bit| [lane.slot, lane.tail, lane.head].map(|first| first + bit))
         });
         let at = |bars: &Bars<R>, [slot, tail, head]: [usize; 3]| {
-            let x = std::array::from_fn(|k| {
+            let (mut x, mut y_bar) = ([R::zero(); I], [R::zero(); O]);
+            for k in 0..I {
                 let numbers = values.get(self.inputs[k]);
-                match k < C {
+                x[k] = match k < C {
                     true => numbers[head] - numbers[tail],
                     false => numbers[slot],
-                }
-            });
-            let bar = |sum: Array| bars.row[sum.start + tail] - bars.row[sum.start + head];
-            (slot, x, self.sums.map(bar))
+                };
+            }
+            for k in 0..O {
+                let sum = &bars.row[self.sums[k].start..];
+                y_bar[k] = sum[tail] - sum[head];
+            }
+            (slot, x, y_bar)
         };
         (self.uniforms).add_bars(&self.kernel, values, bars, edges, at);
     }

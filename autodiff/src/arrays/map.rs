@@ -30,7 +30,7 @@ impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
         Self {
             kernel,
             inputs,
-            uniforms: UniformInputs::new::<K, I, O>(uniforms),
+            uniforms: UniformInputs::new(uniforms, K::UNIFORMS),
             outputs,
             active: [true; I],
             reach: Reach::new(inputs.iter().chain(&outputs).map(|&array| (array, len))),
@@ -59,7 +59,9 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperat
         self.outputs.to_vec()
     }
     fn set_active(&mut self, arrays: &[bool]) {
-        self.active = self.inputs.map(|a| arrays[a.id]);
+        for k in 0..I {
+            self.active[k] = arrays[self.inputs[k].id];
+        }
         self.uniforms.set_active(arrays);
     }
     #[inline(always)]
@@ -100,12 +102,28 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperat
             lanes.lanes::<false>(len);
         }
         if const { K::UNIFORMS > 0 } {
-            let at = |bars: &Bars<R>, i: usize| {
-                let x = self.inputs.map(|input| values.get(input)[i]);
-                (i, x, self.outputs.map(|output| bars.row[output.start + i]))
-            };
-            (self.uniforms).add_bars(&self.kernel, values, bars, 0..len, at);
+            self.add_uniform_bars(values, bars);
         }
+    }
+}
+
+impl<K, const I: usize, const O: usize> Map<K, I, O> {
+    /// Adds the cotangents of uniform inputs, element by element.
+    fn add_uniform_bars<R: Real>(&self, values: StepValues<R>, bars: &mut Bars<R>)
+    where
+        K: UniformKernel<I, O>,
+    {
+        let at = |bars: &Bars<R>, i: usize| {
+            let (mut x, mut y_bar) = ([R::zero(); I], [R::zero(); O]);
+            for k in 0..I {
+                x[k] = values.get(self.inputs[k])[i];
+            }
+            for k in 0..O {
+                y_bar[k] = bars.row[self.outputs[k].start + i];
+            }
+            (i, x, y_bar)
+        };
+        (self.uniforms).add_bars(&self.kernel, values, bars, 0..self.outputs[0].len, at);
     }
 }
 
@@ -124,20 +142,20 @@ trait Lanes<R, L: Lane<R>> {
     /// All arrays must have at least `len` elements.
     #[inline(always)]
     unsafe fn lanes<const TWICE: bool>(&mut self, len: usize) {
+        let whole = match TWICE && L::N <= len {
+            true => len,
+            false => len - len % L::N,
+        };
         let mut i = 0;
         // SAFETY: each register ends within the arrays.
         unsafe {
-            while i + L::N <= len {
-                self.lane(i, L::N);
+            while i < whole {
+                self.lane(if TWICE { i.min(len - L::N) } else { i }, L::N);
                 i += L::N;
             }
             // With `N = 1` no elements remain, but the compiler does not know that.
             if L::N > 1 && i < len {
-                if TWICE && len > L::N {
-                    self.lane(len - L::N, L::N)
-                } else {
-                    self.lane(i, len - i)
-                }
+                self.lane(i, len - i)
             }
         }
     }

@@ -170,14 +170,14 @@ pub(super) struct UniformInputs {
 }
 
 impl UniformInputs {
+    /// `count` is the kernel's constant [`UniformKernel::UNIFORMS`].
+    ///
     /// # Panics
-    /// If the number of arrays is not the kernel's number of uniform inputs.
-    pub(super) fn new<K: UniformKernel<I, O>, const I: usize, const O: usize>(
-        arrays: &[Array],
-    ) -> Self {
+    /// If this is not the number of arrays.
+    pub(super) fn new(arrays: &[Array], count: usize) -> Self {
         assert_eq!(
             checked(arrays).len(),
-            K::UNIFORMS,
+            count,
             "the number of uniform arrays must be the kernel's `UNIFORMS`"
         );
         Self {

@@ -19,6 +19,7 @@ mod operation;
 mod program;
 mod recording;
 mod any_program;
+mod passes;
 mod run;
 mod watch;
 mod checkpoints;

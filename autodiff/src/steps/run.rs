@@ -1,5 +1,6 @@
 //! Runs a recorded program, forward and in reverse.
 
+use super::passes::{Forward, Reverse};
 use super::program::{Control, Program};
 use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repeated};
 use crate::real::Real;
@@ -100,9 +101,7 @@ impl<R: Real> Program<R> {
                 Parameter::Matrix(_) => {}
             }
         }
-        for operation in &mut self.operations {
-            operation.load(parameters);
-        }
+        self.pass_forward(Forward::Load(parameters));
     }
 
     /// Marks the arrays that carry derivatives. `parameters` says which parameters do; the state always does.
@@ -172,7 +171,7 @@ impl<R: Real> Program<R> {
     /// Prefetches a part of a row that will be needed soon. Each operation of a step prefetches another part: if the
     /// whole row were requested at once, the operation's own loads would have to wait.
     #[inline(always)]
-    fn prefetch(&self, operation: usize, row: *const R) {
+    pub(super) fn prefetch(&self, operation: usize, row: *const R) {
         let first = operation * self.prefetch_len;
         let left = self.layout.stride.saturating_sub(first);
         prefetch(row.wrapping_add(first), self.prefetch_len.min(left));
@@ -181,12 +180,11 @@ impl<R: Real> Program<R> {
     /// Computes a step. The new state is written to where the next row begins. `soon` is the row of the next step,
     /// which is prefetched; `None` if the next step uses the same row.
     pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
-        for k in 0..self.operations.len() {
-            if let Some(soon) = soon {
-                self.prefetch(k, soon);
-            }
-            self.operations[k].forward(parameters, row);
-        }
+        self.pass_forward(Forward::Step {
+            parameters,
+            row,
+            soon,
+        });
         for (from, to) in &self.layout.moves {
             let to = self.layout.stride + to.start;
             if from.parameter {
@@ -247,11 +245,8 @@ impl<R: Real> Program<R> {
                 *bar += given;
             }
         }
-        let values = &StepValues { parameters, row };
-        for k in (0..self.operations.len()).rev() {
-            self.prefetch(k, soon);
-            self.operations[k].reverse(values, bars);
-        }
+        let values = StepValues { parameters, row };
+        self.pass_back(Reverse::Step { values, bars, soon });
         state_bar.clear();
         self.push_state(bars.row, state_bar);
     }
@@ -284,9 +279,7 @@ impl<R: Real> Program<R> {
             }
         };
         let mut all: Vec<Vec<R>> = self.parameters.iter().zip(&self.own).map(bar).collect();
-        for operation in &mut self.operations {
-            operation.matrix_bars(&mut all);
-        }
+        self.pass_back(Reverse::Matrices(&mut all));
         all
     }
 }

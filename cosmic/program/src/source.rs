@@ -158,11 +158,13 @@ fn no_robot(path: &Path, kind: &str) -> Error {
 
 /// Finds the first key `format` in a JSON text, which may be truncated, and returns its value.
 fn format_of(text: &str) -> Option<&str> {
-    text.split("\"format\"").skip(1).find_map(|after| {
-        let value = after.trim_start().strip_prefix(':')?;
-        let value = value.trim_start().strip_prefix('"')?;
-        value.split_once('"').map(|(format, _)| format)
-    })
+    let mut pieces = text.split('"');
+    while pieces.by_ref().any(|piece| piece == "format") {
+        if pieces.clone().next()?.trim() == ":" {
+            return pieces.nth(1);
+        }
+    }
+    None
 }
 
 /// Calls `make` with the name of a design file. If `make` returns an error about a key of the design, adds to the error

@@ -21,12 +21,14 @@ use tempfile::{Builder, NamedTempFile};
 /// [`Error::Write`], also if `fill` returns an error.
 pub fn write_atomic(
     path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    mut fill: impl FnMut(&mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
-    replace(path, fill).map_err(Error::writing(path))
+    replace(path, &mut fill).map_err(Error::writing(path))
 }
 
-fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+type Fill<'a> = &'a mut dyn FnMut(&mut dyn Write) -> io::Result<()>;
+
+fn replace(path: &Path, fill: Fill) -> io::Result<()> {
     // Links are followed. Pipes and devices are written directly.
     let path = &match fs::metadata(path) {
         Ok(found) if found.is_file() || found.is_dir() => path.canonicalize()?,
