@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
@@ -13,8 +14,8 @@ use crate::scene::DesignSettings;
 
 /// The lowest row consists of the nodes whose height is below this, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// What is left of a row counts as zero up to this share of the longest row. Because lengths are about 1, a row that
-/// depends on others leaves only a rounding error.
+/// Singular values up to this share of the largest one count as zero. Because lengths are about 1, the singular value
+/// of a floppy mode is only a rounding error.
 const RANK: f64 = 1e-9;
 /// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
 /// bars take a few seconds.
@@ -252,39 +253,16 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
         live.binary_search(&node)
             .expect("`live` has both nodes of every bar")
     };
-    let mut rows = vec![vec![0.0; 2 * live.len()]; bars.len()];
-    for (row, &[i, j]) in rows.iter_mut().zip(bars) {
+    let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
+    for (row, &[i, j]) in bars.iter().enumerate() {
         for (k, along) in lattice.direction([i, j]).into_iter().enumerate() {
-            row[2 * place(i) + k] = -along;
-            row[2 * place(j) + k] = along;
+            matrix[(row, 2 * place(i) + k)] = -along;
+            matrix[(row, 2 * place(j) + k)] = along;
         }
     }
-    (2 * live.len()).saturating_sub(3 + rank(rows))
-}
-
-/// The rank of the matrix with these rows, by Gram-Schmidt: as long as a row is left that is not zero, the longest row is
-/// taken out and its direction is removed from all others.
-fn rank(mut rows: Vec<Vec<f64>>) -> usize {
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
-    let longest = |rows: &[Vec<f64>]| {
-        let squares = rows.iter().map(|row| dot(row, row)).enumerate();
-        squares.max_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let (mut rank, mut zero) = (0, 0.0);
-    while let Some((place, square)) = longest(&rows).filter(|(_, square)| *square > zero) {
-        if rank == 0 {
-            zero = RANK.powi(2) * square;
-        }
-        rank += 1;
-        let taken = rows.swap_remove(place);
-        for row in &mut rows {
-            let share = dot(row, &taken) / square;
-            for (x, y) in row.iter_mut().zip(&taken) {
-                *x -= share * y;
-            }
-        }
-    }
-    rank
+    let values = matrix.singular_values();
+    let rank = values.iter().filter(|v| **v > RANK * values[0]).count();
+    (2 * live.len()).saturating_sub(3 + rank)
 }
 
 #[cfg(test)]

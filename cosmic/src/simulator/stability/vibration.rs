@@ -6,6 +6,8 @@
 //! displacements across a stretched edge; it is negative for a compressed edge. Each [force](crate::laws::Force) adds
 //! its own part.
 
+use nalgebra::DVector;
+
 use super::lanczos::largest_eigenpair;
 use crate::geometry::{Ground, Matrix, Vector};
 use crate::lattice::{Body, EdgeVector, Lattice, State};
@@ -113,11 +115,11 @@ impl<'a> Vibration<'a> {
         let size = 2 * root.len();
         // The start vector must not be orthogonal to the eigenvector. Two angles per node with irrational steps break
         // the symmetries of lattices.
-        let entry = |k: usize| match ((k / 2) as f64, k % 2) {
+        let entry = |k: usize, _| match ((k / 2) as f64, k % 2) {
             (node, 0) => (1.1 + 2.3 * node).sin(),
             (node, _) => (0.7 + 3.1 * node).cos(),
         };
-        let start: Vec<f64> = (0..size).map(entry).collect();
+        let start = DVector::from_fn(size, entry);
         match largest_eigenpair(&start, |v| self.product(v, &root)) {
             None => (f64::INFINITY, 0),
             Some((square, vector)) => {
@@ -129,8 +131,8 @@ impl<'a> Vibration<'a> {
     }
 
     /// Computes `M^-1/2 K M^-1/2 v`. `v` has two entries per node, and `root` has the entries of `M^-1/2`.
-    fn product(&self, v: &[f64], root: &[f64]) -> Vec<f64> {
-        let mut product = vec![0.0; v.len()];
+    fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
+        let mut product = DVector::zeros(v.len());
         let at = |node: usize| of_node(v, node) * root[node];
         let mut add = |node: usize, force: Vector<f64>| {
             for (k, part) in (force * root[node]).into_iter().enumerate() {
@@ -227,13 +229,13 @@ impl<'a> Vibration<'a> {
 }
 
 /// The two entries that belong to `node`, in a vector with two entries per node.
-fn of_node(vector: &[f64], node: usize) -> Vector<f64> {
+fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
     Vector::from_fn(|k| vector[2 * node + k])
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DMatrix;
+    use nalgebra::{DMatrix, DVector};
 
     use super::Vibration;
     use crate::design::{Design, Material};
@@ -250,14 +252,12 @@ mod tests {
             .map(|m| m.sqrt().recip())
             .collect();
         let size = 2 * root.len();
-        let unit = |column: usize| {
-            DMatrix::<f64>::identity(size, size)
-                .column(column)
-                .as_slice()
-                .to_vec()
-        };
-        let columns = (0..size).flat_map(|k| vibration.product(&unit(k), &root));
-        let matrix = DMatrix::from_iterator(size, size, columns);
+        let unit =
+            |column: usize| DVector::from_fn(size, |row, _| f64::from(u8::from(row == column)));
+        let columns: Vec<_> = (0..size)
+            .map(|k| vibration.product(&unit(k), &root))
+            .collect();
+        let matrix = DMatrix::from_columns(&columns);
         matrix.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
 
