@@ -1,16 +1,17 @@
 //! Checks that every value of a key is a plain number, is a value of the paper, or is a departure.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
+use crate::small::Up;
+use autodiff::Real;
+use cosmic::geometry::Vector;
+use cosmic::lattice::Lattice;
+use cosmic::laws::{Contact, Impact, Law};
+use cosmic::scene::{Setting, TrussFile};
+use cosmic::{Registry, laws};
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::Scene;
-use crate::Registry;
-use crate::geometry::Vector;
-use crate::lattice::Lattice;
-use crate::laws::{self, Contact, Impact, Law};
-use crate::scene::{Chosen, Setting, TrussFile};
-use autodiff::Real;
+use cosmic::scene::Scene;
 
 /// Settings that switch off every departure of the paper's scenes.
 const WITHOUT: &str = "
@@ -84,7 +85,7 @@ const READ_WITH: &[(&str, &str)] = &[("start.layout", "start.kind = 'three_legge
 /// Settings that are 0 in the paper's scenes, but switch nothing on if they are another number.
 const PLAIN: &[&str] = &["lattice.drop", "physics.incline_deg", "ground.seed"];
 
-crate::settings! {
+cosmic::settings! {
     /// A contact law of ground without friction: it leaves the velocity along the ground unchanged.
     struct Ice {}
 }
@@ -156,7 +157,7 @@ fn values(scene: &mut Scene, key: &str) -> Vec<String> {
 
 #[test]
 fn every_value_that_is_not_a_number_is_in_the_paper_or_a_departure() {
-    let registry = Registry::default().with(Chosen::LOSS, &[], "own", ());
+    let registry = Registry::default().with_loss("own", Up);
     let registry = registry.with_law(laws::contact::<Ice>());
     let scene = paper("stability").knowing(&registry);
     let mut papers: HashSet<(String, String)> = HashSet::new();
@@ -264,7 +265,7 @@ fn a_layout_has_no_departures_in_settings_for_designing() {
 /// If a program's own loss replaces the task, the task and its loss are not read. So they are no departures.
 #[test]
 fn an_own_loss_replaces_the_task_s() {
-    let registry = Registry::default().with(Chosen::LOSS, &[], "own", ());
+    let registry = Registry::default().with_loss("own", Up);
     let scene = registry.load("stability").unwrap();
     let scene = scene.set(&["objective.own_loss=own", "objective.task=climb"]);
     let scene = scene.unwrap();

@@ -5,14 +5,13 @@
 use autodiff::arrays::Fixed;
 use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Pullback, Real, gradient};
-
-use super::bar::{Bar, BarForce, MovingTension, Tension};
-use super::bending::Bend;
-use super::contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
-use super::{
-    Coulomb, Damper, Drift, Flight, Hooke, Law, NoGround, Sticking, Stiffening, Stops, Terrain,
+use cosmic::geometry::{Profile, Vector};
+use cosmic::laws::{
+    Bend, Contact, Coulomb, Damper, Drift, Drifting, Flat, Flight, Flying, Hooke, Impact, Law,
+    NoGround, Sticking, Stiffening, Stops, Terrain, Underfoot,
 };
-use crate::geometry::{Profile, Vector};
+
+use cosmic::laws::{Bar, BarForce, MovingTension, Tension};
 
 const DT: f64 = 0.002;
 
@@ -331,7 +330,7 @@ fn contact_over_terrain_is_right<C: Contact>(contact: C) {
     }
 }
 
-crate::settings! {
+cosmic::settings! {
     /// A contact law as a user would write it: a node leaves the ground with half of the speed at which it met the
     /// ground.
     struct Bouncing {}

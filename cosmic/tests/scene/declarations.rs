@@ -1,9 +1,8 @@
 //! Checks that the structs, the declarations and the texts of scenes agree.
 
-use super::check::conflicts;
-use super::*;
-use crate::Registry;
-use crate::settings::{Limits, Settings, above, within};
+use cosmic::Registry;
+use cosmic::scene::{Named, Scene, TaskKind, VERSION};
+use cosmic::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
 /// The key of every setting as `section.key`, in the order in which a scene is written.
@@ -139,7 +138,7 @@ proptest! {
         let text = scene.field(path).unwrap().value.toml();
         let mut numbers = text.split(['[', ',', ']']).filter_map(|n| n.trim().parse::<f64>().ok());
         prop_assert!(numbers.all(|n| n.to_bits() == f64::to_bits(x)), "{}", text);
-        prop_assume!(conflicts(&scene).is_empty());
+        prop_assume!(scene.check().is_ok());
         prop_assert_eq!(Scene::parse("scene", &scene.to_toml()).unwrap(), scene);
     }
 }
