@@ -7,4 +7,5 @@ mod numbers;
 
 pub(crate) use check::Check;
 pub(crate) use numbers::numbers;
-pub(crate) use walks::{Walks, check_python};
+pub use walks::Walks;
+pub(crate) use walks::check_python;

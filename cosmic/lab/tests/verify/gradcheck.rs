@@ -1,9 +1,11 @@
-use super::{
-    Case, Claim, GradientCheck, Options, Verdict, check_directions, check_gradients, is_rounding,
-};
-use crate::verify::probe::small;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene};
+use autodiff::check::{Claim, Options, Verdict, check_directions};
+use cosmic::case::Case;
+use cosmic_lab::verify::gradcheck::is_rounding;
+use cosmic_lab::verify::{GradientCheck, check_gradients};
+
+use crate::small::small;
 
 /// Checks the gradients of a case, and asserts that there are no failures.
 fn passed(case: &Case, steps: usize) -> GradientCheck {

@@ -1,9 +1,9 @@
-use super::extremes::{case_trials, extreme_trials};
-use super::{Found, Outcome, Trial};
-use crate::verify::probe::small;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
+use cosmic_lab::verify::stability::{Found, Outcome, Trial, case_trials, extreme_trials, stable_steps};
+
+use crate::small::small;
 use rayon::prelude::*;
 
 /// Odd robots that are tried only in tests. Each has the number of trials that [`case_trials`] must make for it.
@@ -94,7 +94,7 @@ fn a_wrong_expectation_is_found() {
 fn an_unstable_scene_fails_the_verification() {
     let failures = |dt: f64| {
         let case = small([3, 2], |scene| scene.physics.dt = dt);
-        super::stable_steps(&case).failures.len()
+        stable_steps(&case).failures.len()
     };
     assert_eq!((failures(0.002), failures(0.05)), (0, 1));
 }
