@@ -5,8 +5,10 @@ use cosmic::codesign::{CoDesign, Evaluator, Progress, Record};
 use cosmic::geometry::Ground;
 use cosmic::lattice::Lattice;
 use cosmic::objective::{Loss, of_scene};
+use cosmic::record::{Observer, Run};
 use cosmic::scene::{LatticeSettings, LossKind, Scene};
 use cosmic::simulator::Trajectory;
+use std::ops::ControlFlow;
 
 /// A scene with a small robot that moves from the start and can get several layouts. The text ends in `[schedule]`
 /// without `iterations`, so that tests can append that setting.
@@ -93,4 +95,17 @@ pub(crate) fn records(scene: &Scene) -> Vec<Record> {
     let mut codesign = CoDesign::new(scene).unwrap();
     (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
     records
+}
+
+/// Interrupts a run after an iteration.
+pub(crate) struct StopAfter(pub(crate) usize);
+
+impl Observer for StopAfter {
+    fn iteration(&mut self, _: &Run, record: &Record) -> ControlFlow<()> {
+        if record.iteration == self.0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
 }

@@ -318,9 +318,10 @@ fn upward_imports_are_found() {
 }
 
 /// The folders of tests. The files of each folder form one binary.
-const TESTS: [&str; 4] = [
+const TESTS: [&str; 5] = [
     "autodiff/tests",
     "cosmic/tests",
+    "cosmic/lab/tests",
     "cosmic/program/tests",
     "tests/tests",
 ];
@@ -339,11 +340,10 @@ fn every_file_is_declared() {
             let Some((name, parent)) = module.split_last().filter(|_| !is_root) else {
                 continue;
             };
-            let folders = path
-                .parent()
-                .into_iter()
-                .flat_map(|folder| [Some(folder), folder.parent()]);
-            let mut texts = folders.flatten().flat_map(|folder| {
+            // The root of a test binary may declare the modules of all folders.
+            let main = fs::read_to_string(workspace().join(source).join("main.rs")).ok();
+            let folders = path.ancestors().skip(1).take(2);
+            let texts = folders.flat_map(|folder| {
                 let own = parent
                     .last()
                     .map(|name| folder.join(name).with_extension("rs"));
@@ -353,12 +353,29 @@ fn every_file_is_declared() {
                     .chain(own)
                     .filter_map(|file| fs::read_to_string(file).ok())
             });
-            if !texts.any(|text| text.contains(&format!("mod {name};"))) {
+            let declares = |text: String| text.contains(&format!("mod {name};"));
+            if !texts.chain(main).any(declares) {
                 lost.push(path.display().to_string());
             }
         }
     }
     assert_eq!(lost, Vec::<String>::new());
+}
+
+/// The libraries other than `autodiff` have `test = false`, so a unit test in `src` would not run.
+#[test]
+fn tests_are_in_the_folders_of_tests() {
+    let sources = SOURCES
+        .into_iter()
+        .filter(|source| *source != "autodiff/src");
+    for path in sources.flat_map(|source| files_below(&workspace().join(source), &["rs"])) {
+        let text = fs::read_to_string(&path).unwrap();
+        let file = path.display();
+        assert!(
+            !text.contains("#[test]"),
+            "{file}: move its unit test to `tests`"
+        );
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
-use crate::small::tiny;
+use crate::small::{StopAfter, tiny};
 use autodiff::Real;
 use cosmic::Registry;
-use cosmic::codesign::{CoDesign, Record};
+use cosmic::codesign::CoDesign;
 use cosmic::objective::Loss;
 use cosmic::record::{
     Observer, Run, RunPlan, deliver_so_far, history, optimise, optimise_with, resume_of,
@@ -10,21 +10,7 @@ use cosmic::record::{
 use cosmic::simulator::Trajectory;
 use std::collections::BTreeMap;
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::Path;
-
-/// Interrupts a run after an iteration.
-struct StopAfter(usize);
-
-impl Observer for StopAfter {
-    fn iteration(&mut self, _: &Run, record: &Record) -> ControlFlow<()> {
-        if record.iteration == self.0 {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    }
-}
 
 /// A loss that is always NaN, with a finite gradient.
 struct Lost;

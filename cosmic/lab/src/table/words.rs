@@ -18,6 +18,16 @@ pub fn plain(x: f64, places: usize) -> String {
     if text == "-0" { "0" } else { text }.to_owned()
 }
 
+/// Formats a duration in seconds as minutes and seconds, with hours if there are any.
+pub fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match hours {
+        0 => format!("{minutes}:{seconds:02}"),
+        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
+    }
+}
+
 /// Formats a number with three significant digits.
 pub(super) fn three_digits(x: f64) -> String {
     if x == 0.0 {

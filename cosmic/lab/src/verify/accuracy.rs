@@ -412,7 +412,11 @@ impl<'a> Accuracy<'a> {
 
     /// The lines of a figure, one for every method and each of the number types in `precisions`. `point` returns the
     /// point of a run.
-    pub fn lines(&self, precisions: Range<usize>, point: &dyn Fn(&Run) -> Vector<f64>) -> Vec<Line> {
+    pub fn lines(
+        &self,
+        precisions: Range<usize>,
+        point: &dyn Fn(&Run) -> Vector<f64>,
+    ) -> Vec<Line> {
         let methods = Method::all(self.case);
         let mut lines = vec![];
         for precision in precisions {

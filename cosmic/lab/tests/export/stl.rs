@@ -57,5 +57,9 @@ fn normals_are_of_unit_length_and_point_outwards() {
         base: vec![[1.0; 3]; 3],
         along: [0.0; 3],
     };
-    assert!(read(&binary(&[flat])).iter().all(|triangle| triangle[0] == [0.0; 3]));
+    assert!(
+        read(&binary(&[flat]))
+            .iter()
+            .all(|triangle| triangle[0] == [0.0; 3])
+    );
 }

@@ -1,28 +1,19 @@
 use cosmic::design::Material;
-use cosmic::record::{RunPlan, optimise};
-use cosmic::scene::{Scene, StartKind};
-use cosmic_lab::report::RunFiles;
 use cosmic_lab::report::gait::Gait;
 use cosmic_lab::report::motion::Motion;
+
+use crate::small::short_run;
 
 /// Tests the short three-legged robot of the paper's scene after one iteration. Its rollout lasts 0.3 s.
 #[test]
 fn a_gait_agrees_with_the_trajectory() {
-    let mut scene = Scene::paper();
-    scene.start.kind = StartKind::Layout;
-    (scene.physics.steps, scene.physics.gravity) = (160, 9.81);
-    (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
-    (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path().join("run");
-    optimise(&folder, &RunPlan::new("test", scene, 0), &mut ()).unwrap();
-    let run = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
+    let mut run = short_run(|scene| (scene.physics.steps, scene.physics.gravity) = (160, 9.81));
     let motion = Motion::new(&run.robot, &run.trajectory);
     let gait = Gait::new(&run).unwrap();
     let shown = gait.last_periods(&motion);
 
     // The largest strain and force equal those in the summary. Both are the largest over all steps.
-    let summary = run.summary.loads.as_ref().unwrap();
+    let summary = run.summary.loads.clone().unwrap();
     let actuators = run.robot.edges_of(|m| m == Material::Actuator);
     let most = |of: fn(&[f64]) -> f64| {
         let peaks = shown["peaks"].as_array().unwrap().iter();
@@ -62,9 +53,8 @@ fn a_gait_agrees_with_the_trajectory() {
     assert!(at("elastic", 3) > 0.0);
 
     // A trajectory file of an earlier version has only states, without loads.
-    let mut earlier = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
-    earlier.trajectory.bars.clear();
-    let gait = Gait::new(&earlier).unwrap();
+    run.trajectory.bars.clear();
+    let gait = Gait::new(&run).unwrap();
     let said = gait.loads_over();
     assert!(
         said.starts_with("in the 11 states of trajectory.json"),

@@ -1,27 +1,17 @@
+use crate::small::short_run;
 use cosmic::design::Material;
 use cosmic::geometry::{Bounds, Profile, Range, Vector};
-use cosmic::record::{RunPlan, optimise};
-use cosmic::scene::{GroundSettings, Scene, StartKind};
+use cosmic::scene::GroundSettings;
+
 use cosmic_lab::report::RunFiles;
 use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
 
-/// Does a run of one iteration with the short three-legged robot.
-fn results() -> RunFiles {
-    results_on(GroundSettings::default())
+fn results_on(ground: GroundSettings) -> RunFiles {
+    short_run(|scene| (scene.physics.steps, scene.physics.ground) = (64, ground))
 }
 
-fn results_on(ground: GroundSettings) -> RunFiles {
-    let mut scene = Scene::paper();
-    scene.physics.ground = ground;
-    scene.start.kind = StartKind::Layout;
-    scene.physics.steps = 64;
-    (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
-    (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
-    let folder = tempfile::tempdir().unwrap();
-    let plan = RunPlan::new("test", scene, 0);
-    let run = folder.path().join("run");
-    optimise(&run, &plan, &mut ()).unwrap();
-    RunFiles::read(&run, &cosmic::Registry::default()).unwrap()
+fn results() -> RunFiles {
+    results_on(GroundSettings::default())
 }
 
 #[test]

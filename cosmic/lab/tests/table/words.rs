@@ -1,4 +1,4 @@
-use cosmic_lab::table::{decimals, plain, prose};
+use cosmic_lab::table::{clock, decimals, plain, prose};
 
 #[test]
 fn plain_numbers_have_no_exponent_and_no_rounding_noise() {
@@ -28,4 +28,12 @@ fn numbers_have_a_minus_unless_they_are_shown_as_zero() {
 fn code_in_backticks_is_code_in_html() {
     assert_eq!(prose("`a < b`: c"), "<code>a &lt; b</code>: c");
     assert_eq!(prose("no `pair & none"), "no `pair &amp; none");
+}
+
+#[test]
+fn durations_read_as_on_a_clock() {
+    assert_eq!(
+        [0.4, 59.6, 3599.0, 3600.0].map(clock),
+        ["0:00", "1:00", "59:59", "1:00:00"]
+    );
 }

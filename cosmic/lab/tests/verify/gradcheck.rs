@@ -1,7 +1,7 @@
-use cosmic::laws::ContactLaw;
-use cosmic::scene::{Integrator, Scene};
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use cosmic::case::Case;
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{Integrator, Scene};
 use cosmic_lab::verify::gradcheck::is_rounding;
 use cosmic_lab::verify::{GradientCheck, check_gradients};
 

@@ -1,7 +1,9 @@
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
-use cosmic_lab::verify::stability::{Found, Outcome, Trial, case_trials, extreme_trials, stable_steps};
+use cosmic_lab::verify::stability::{
+    Found, Outcome, Trial, case_trials, extreme_trials, stable_steps,
+};
 
 use crate::small::small;
 use rayon::prelude::*;

@@ -1,13 +1,12 @@
-use crate::small::tiny;
+use crate::small::{StopAfter, tiny};
 use cosmic::Registry;
-use cosmic::codesign::{Record, Reliability};
+use cosmic::codesign::Reliability;
 use cosmic::record::multistart::folder_of;
 use cosmic::record::snapshot::SNAPSHOT;
-use cosmic::record::{Observer, Run, RunPlan, optimise, resume};
+use cosmic::record::{Observer, RunPlan, optimise, resume};
 use rayon::ThreadPoolBuilder;
 use std::fs;
 use std::num::NonZeroUsize;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 fn plan() -> RunPlan {
@@ -58,19 +57,10 @@ fn a_delivery_can_be_interrupted_and_resumed() {
     }
 }
 
-/// An observer that stops a search in its first iteration.
-struct StopsAtOnce;
-
-impl Observer for StopsAtOnce {
-    fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        ControlFlow::Break(())
-    }
-}
-
 /// Begins the search in a folder, and stops it before the second start begins.
 fn begin_search(folder: &Path) {
     let one = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let stopped = one.install(|| optimise(folder, &plan(), &mut StopsAtOnce));
+    let stopped = one.install(|| optimise(folder, &plan(), &mut StopAfter(1)));
     assert_eq!(stopped.unwrap_err().exit_code(), 75);
     assert!(folder_of(folder, 3).exists() && !folder_of(folder, 4).exists());
 }
@@ -106,7 +96,7 @@ fn another_run_in_the_folder_of_a_start_is_refused() {
     let start = folder_of(folder.path(), 4);
     let mut other = RunPlan::new("test", plan().scene, 4);
     other.scene.physics.gravity = 1.0;
-    optimise(&start, &other, &mut StopsAtOnce).unwrap_err();
+    optimise(&start, &other, &mut StopAfter(1)).unwrap_err();
     let before = fs::read(start.join(SNAPSHOT)).unwrap();
     let error = resume(folder.path(), &Registry::default(), &mut ()).unwrap_err();
     let says = error.to_string();
