@@ -77,13 +77,13 @@ fn only_updates_are_taken_back() {
         trust: 1.0,
     };
     progress.settled = Some(settled.clone());
-    assert!(!settle(&codesign.evaluator(), &mut progress, &now, merit));
+    assert!(!settle(codesign.evaluator(), &mut progress, &now, merit));
     let own = Settled { merit, ..settled };
     assert_eq!(progress.settled.as_ref(), Some(&own));
     // If the controller has changed, the same loss of merit makes settling take the change back.
     progress.controller.numbers_mut()[0] += 1.0;
     assert!(settle(
-        &codesign.evaluator(),
+        codesign.evaluator(),
         &mut progress,
         &now,
         merit - 1.0
