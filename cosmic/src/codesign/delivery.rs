@@ -226,7 +226,8 @@ impl Evaluator {
         entrants
     }
 
-    /// Measures the quantiles of every candidate's merit over the [selecting domains](Self::selecting_domains).
+    /// Measures the quantiles of every candidate's merit over the domains in which a controller is chosen: random domains
+    /// if the scene has domain randomisation, otherwise perturbed starts.
     pub fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {

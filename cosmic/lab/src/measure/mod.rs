@@ -1,5 +1,5 @@
-//! Measurements of finished runs: [`check`] simulates the design in changed scenes, and [`walks`] simulates it in
-//! MuJoCo. Each measurement is a file in the run's folder. [`numbers`] returns all numbers of a run by name.
+//! Measurements of finished runs: `check` simulates the design in changed scenes, and [`Walks`] in MuJoCo. Each
+//! measurement is a file in the run's folder. `numbers` returns all numbers of a run by name.
 
 mod check;
 mod walks;
