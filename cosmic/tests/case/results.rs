@@ -1,8 +1,7 @@
+use cosmic::case::{Case, CaseResults, DesignGradient};
 use cosmic::geometry::Vector;
 use cosmic::scene::Scene;
 use serde_json::Value;
-
-use cosmic::case::{Case, CaseResults, DesignGradient};
 
 fn results() -> CaseResults {
     let scene = Scene::parse(

@@ -1,13 +1,12 @@
 use crate::small::{Up, tiny};
 use autodiff::Real;
+use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::error::Result;
 use cosmic::objective::Loss;
 use cosmic::policy::Controller;
 use cosmic::scene::{GradientPrecision, LossKind, TaskKind};
 use cosmic::simulator::Trajectory;
-
-use cosmic::codesign::CoDesign;
 
 /// A caller's loss gives the same bits as the built-in loss with the same formula, in both precisions.
 #[test]

@@ -1,11 +1,9 @@
 use crate::small::{LIVELY, after, begun, tiny};
-use cosmic::codesign::{Candidate, CoDesign, Quantiles, settle};
+use cosmic::codesign::{Candidate, CoDesign, Quantiles, Schedule, settle};
 use cosmic::design::Material;
 use cosmic::scene::Scene;
 use cosmic::simulator::{BarLoad, Span};
 use std::cell::Cell;
-
-use cosmic::codesign::Schedule;
 
 #[test]
 fn a_delivery_stops_between_its_parts() {

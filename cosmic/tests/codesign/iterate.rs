@@ -1,9 +1,8 @@
+use crate::small::{LIVELY, after, records};
 use autodiff::Memory;
 use cosmic::codesign::CoDesign;
 use cosmic::design::{Design, flips};
 use cosmic::scene::Scene;
-
-use crate::small::{LIVELY, after, records};
 
 #[test]
 fn a_memory_budget_changes_no_bit() {

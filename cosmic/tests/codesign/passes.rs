@@ -1,13 +1,11 @@
+use crate::small::{after, records, tiny};
+use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
 use cosmic::scene::{BinarisationMethod, GradientPrecision, Scene};
 use cosmic::simulator::Trajectory;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-use autodiff::Real;
-
-use crate::small::{after, records, tiny};
 
 /// A loss whose gradient overflows in f32 but not in f64.
 struct Steep;

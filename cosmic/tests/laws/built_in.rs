@@ -7,11 +7,9 @@ use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Pullback, Real, gradient};
 use cosmic::geometry::{Profile, Vector};
 use cosmic::laws::{
-    Bend, Contact, Coulomb, Damper, Drift, Drifting, Flat, Flight, Flying, Hooke, Impact, Law,
-    NoGround, Sticking, Stiffening, Stops, Terrain, Underfoot,
+    Bar, BarForce, Bend, Contact, Coulomb, Damper, Drift, Drifting, Flat, Flight, Flying, Hooke,
+    Impact, Law, MovingTension, NoGround, Sticking, Stiffening, Stops, Tension, Terrain, Underfoot,
 };
-
-use cosmic::laws::{Bar, BarForce, MovingTension, Tension};
 
 const DT: f64 = 0.002;
 

@@ -6,12 +6,10 @@ use autodiff::Real;
 use cosmic::geometry::Vector;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Contact, Impact, Law};
-use cosmic::scene::{Setting, TrussFile};
+use cosmic::scene::{Scene, Setting, TrussFile};
 use cosmic::{Registry, laws};
 use std::collections::HashSet;
 use std::sync::Arc;
-
-use cosmic::scene::Scene;
 
 /// Settings that switch off every departure of the paper's scenes.
 const WITHOUT: &str = "

@@ -1,8 +1,7 @@
+use crate::small::short_run;
 use cosmic::design::Material;
 use cosmic_lab::report::gait::Gait;
 use cosmic_lab::report::motion::Motion;
-
-use crate::small::short_run;
 
 /// Tests the short three-legged robot of the paper's scene after one iteration. Its rollout lasts 0.3 s.
 #[test]

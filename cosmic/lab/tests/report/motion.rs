@@ -2,7 +2,6 @@ use crate::small::short_run;
 use cosmic::design::Material;
 use cosmic::geometry::{Bounds, Profile, Range, Vector};
 use cosmic::scene::GroundSettings;
-
 use cosmic_lab::report::RunFiles;
 use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
 

@@ -1,9 +1,8 @@
+use super::plan::plan;
 use cosmic::Registry;
 use cosmic::scene::Scene;
 use cosmic_lab::sweep::{PLAN, PlannedScene, SweepPlan};
 use std::fs;
-
-use super::plan::plan;
 
 #[test]
 fn a_frozen_plan_reads_back_and_a_study_may_replace_it() {

@@ -1,11 +1,10 @@
+use crate::small::small;
 use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::scene::Integrator;
 use cosmic_lab::table::{Cell, Standing};
 use cosmic_lab::verify::accuracy::{Accuracy, DOUBLE, FINER, Method, Reference, Run, errors};
 use cosmic_lab::verify::probe::Probe;
-
-use crate::small::small;
 
 /// A robot of 2x2 nodes that falls without touching the ground, and whose controller does nothing.
 fn falling() -> Case {

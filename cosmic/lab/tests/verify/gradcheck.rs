@@ -1,11 +1,10 @@
+use crate::small::small;
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use cosmic::case::Case;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene};
 use cosmic_lab::verify::gradcheck::is_rounding;
 use cosmic_lab::verify::{GradientCheck, check_gradients};
-
-use crate::small::small;
 
 /// Checks the gradients of a case, and asserts that there are no failures.
 fn passed(case: &Case, steps: usize) -> GradientCheck {

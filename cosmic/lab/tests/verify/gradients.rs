@@ -1,8 +1,7 @@
+use crate::small::small;
 use cosmic_lab::table::Standing;
 use cosmic_lab::verify::gradients::{DRIVER, Gradients, Limit, Row, WAYS, angle};
 use cosmic_lab::verify::probe::relative_error;
-
-use crate::small::small;
 
 #[test]
 fn every_way_is_as_good_as_it_can_be_and_a_wrong_one_fails() {

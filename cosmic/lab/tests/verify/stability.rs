@@ -1,11 +1,10 @@
+use crate::small::small;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
 use cosmic_lab::verify::stability::{
     Found, Outcome, Trial, case_trials, extreme_trials, stable_steps,
 };
-
-use crate::small::small;
 use rayon::prelude::*;
 
 /// Odd robots that are tried only in tests. Each has the number of trials that [`case_trials`] must make for it.

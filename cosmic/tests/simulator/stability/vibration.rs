@@ -3,9 +3,8 @@ use cosmic::design::{Design, Material};
 use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, Lattice};
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
-use nalgebra::{DMatrix, DVector};
-
 use cosmic::simulator::stability::Vibration;
+use nalgebra::{DMatrix, DVector};
 
 /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.
 fn of_dense_matrix(vibration: &Vibration, body: &Body<f64>) -> f64 {
