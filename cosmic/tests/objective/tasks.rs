@@ -17,6 +17,7 @@ fn objective_every(task: TaskKind, every: usize) -> Objective {
         energy_price = 0.25
         [loss]
         window = 2
+        every = 1
         [physics]
         dt = 0.5
         damping = 2.0
