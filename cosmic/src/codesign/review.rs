@@ -16,8 +16,8 @@ pub struct Review {
 }
 
 impl Review {
-    /// Does the checks of [`CoDesign::begin`] for a seed, but draws no controller. An unstable time step is reported
-    /// in `refusals`.
+    /// Checks the scene as [`CoDesign::begin`] does for a seed, but draws no controller. An unstable time step is
+    /// reported in `refusals`.
     ///
     /// # Errors
     /// The errors of [`CoDesign::new`]; [`Error::Usage`](crate::Error::Usage) if the initial design is a layout for

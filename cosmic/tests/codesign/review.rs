@@ -41,7 +41,7 @@ fn probable_mistakes_give_warnings_with_their_values() {
             "the rough ground ends within eight lengths of the robot",
         ),
         ("lattice.drop=-0.1", "below the ground"),
-        ("controller.omega=0", "the clock stands still"),
+        ("controller.omega=0", "the clock does not advance"),
         ("controller.omega=2000", "half a period"),
         ("selection.perturbation=0", "all perturbed starts are equal"),
     ] {

@@ -60,7 +60,7 @@ fn invalid_trusses_are_refused_with_their_place() {
         (
             "\"keep\"",
             "\"given_numbers\": [0, 1, 2, 3, 3], \"keep\"",
-            "`given_numbers`: expected every number below 5 once",
+            "`given_numbers`: expected each whole number from 0 to 4 exactly once",
         ),
         (
             "\"node\": 0",

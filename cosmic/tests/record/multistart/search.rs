@@ -101,7 +101,7 @@ fn another_run_in_the_folder_of_a_start_is_refused() {
     let error = resume(folder.path(), &Registry::default(), &mut ()).unwrap_err();
     let says = error.to_string();
     assert!(
-        says.contains("holds another run") && error.exit_code() == 2,
+        says.contains("is expected") && error.exit_code() == 2,
         "{says}"
     );
     assert_eq!(fs::read(start.join(SNAPSHOT)).unwrap(), before);
