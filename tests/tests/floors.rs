@@ -127,10 +127,11 @@ impl SourceTree {
         let mut path = path;
         // Chains of re-exports are short; the limit is needed in case they are circular.
         for _ in 0..8 {
-            let Some(further) = (0..=path.len())
-                .rev()
-                .find_map(|length| reexports.get(&path[..length]))
-            else {
+            let Some(further) = (0..=path.len()).rev().find_map(|length| {
+                // In `laws::contact::Impact`, `laws::contact` is the module, not the re-exported function.
+                let is_module = length < path.len() && self.files.contains_key(&path[..length]);
+                reexports.get(&path[..length]).filter(|_| !is_module)
+            }) else {
                 break;
             };
             path = further;
