@@ -59,7 +59,8 @@ pub struct Task {
     pub sharpness: ProjectionSettings,
     /// The restrictions on the mixtures of edges.
     holds: Holds,
-    pub(crate) simulator: Simulator,
+    /// The simulator of the robot.
+    pub simulator: Simulator,
     /// True if the weight of a node in means and observations depends on how solid its edges are.
     one_piece: bool,
     /// The factors by which the simulated robot differs from its design; `None` for the nominal robot.

@@ -66,11 +66,6 @@ pub use version::VERSION;
 
 use crate::settings;
 
-#[cfg(test)]
-mod departures_tests;
-#[cfg(test)]
-mod tests;
-
 settings! {
     /// A complete experiment. The default is the built-in scene `earth`.
     scene Scene over Base {

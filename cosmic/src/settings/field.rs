@@ -44,7 +44,7 @@ impl Field<'_> {
     ///
     /// # Errors
     /// The middle part of the error message, which goes between the key and the value.
-    pub(crate) fn read_text(self, text: &str) -> Result<(), String> {
+    pub fn read_text(self, text: &str) -> Result<(), String> {
         let text = format!("value = {text}");
         let table = DeTable::parse(&text).ok();
         let value = table
@@ -57,7 +57,7 @@ impl Field<'_> {
 
     /// Gives the key the value that it has in scenes that are older than the key. Returns false if that value cannot be
     /// read.
-    pub(crate) fn take_before(self) -> bool {
+    pub fn take_before(self) -> bool {
         let before = self.before;
         before.is_empty() || self.read_text(before).is_ok()
     }
