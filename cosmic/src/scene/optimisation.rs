@@ -14,7 +14,7 @@ settings! {
         iterations: usize = 300, allowed within(1.0, 1e5),
             source "paper: 300, and 200 for the baseline";
         /// Number of steps that carry the gradient, at the start and at the end of the run.
-        horizon: [usize; 2] = [2048, 4096], allowed STEPS, source "paper: 2048 to 4096";
+        horizon: [usize; 2] = [2048, 4096], allowed STEPS, auto "a quarter and a half of `physics.steps`", source "paper: 2048 to 4096";
         /// First and last iteration in which the horizon grows.
         horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS,
             read "with two horizons that differ" if |s: &Scene| s.schedule.horizon[0] != s.schedule.horizon[1],
@@ -120,7 +120,7 @@ settings! {
     /// Bounds on gradients.
     struct GradientSettings {
         /// Bound on the norm of the displacement's design gradient, or "off".
-        design_norm: Option<f64> = Some(0.3), allowed POSITIVE,
+        design_norm: Option<f64> = Some(0.3), allowed POSITIVE, auto "0.3 times `l / 0.5 m`",
             read "with a start other than a layout" if Scene::designs,
             source "found by experiment";
         /// Weight of the earlier design gradients in the running mean that moves the design. Each gradient is bounded
@@ -132,7 +132,7 @@ settings! {
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
         /// Number of steps from one check of the cotangent to the next.
-        cotangent_every: usize = 16, allowed STEPS,
+        cotangent_every: usize = 16, allowed STEPS, auto "the window divided by 128",
             read "with a `cotangent_bound`" if |s: &Scene| s.gradient.cotangent_bound.is_some(),
             source "found by experiment";
         /// Memory for the states that a gradient keeps of its rollout, or of all rollouts that a thread runs together;
@@ -170,7 +170,7 @@ settings! {
         /// Payload's position at the horizon's end, or its mean over the last steps.
         kind: LossKind = LossKind::Mean, source "found by experiment; paper: final";
         /// Number of steps at the horizon's end that the mean covers.
-        window: usize = 2048, allowed STEPS,
+        window: usize = 2048, allowed STEPS, auto "a quarter of `physics.steps`, but not above the first horizon",
             read "with the kind `mean`" if |s: &Scene| s.loss.kind == LossKind::Mean,
             source "found by experiment";
         /// Steps from one position in the mean to the next.
