@@ -8,6 +8,7 @@ mod property_files;
 #[cfg(feature = "files")]
 mod record_files;
 mod scene_builtin;
+mod scene_follow;
 mod scene_reader;
 mod scene_unread;
 mod scene_values;

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 /// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
 /// state at rest; stretched and compressed bars vibrate a little faster.
-const MARGIN: f64 = 0.9;
+const MARGIN: f64 = 0.97;
 
 /// The largest number of substeps that a scene allows.
 const MOST_SUBSTEPS: f64 = 64.0;

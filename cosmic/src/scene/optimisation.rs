@@ -132,7 +132,7 @@ settings! {
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
         /// Number of steps from one check of the cotangent to the next.
-        cotangent_every: usize = 16, allowed STEPS, auto "the window divided by 128",
+        cotangent_every: usize = 16, allowed STEPS,
             read "with a `cotangent_bound`" if |s: &Scene| s.gradient.cotangent_bound.is_some(),
             source "found by experiment";
         /// Memory for the states that a gradient keeps of its rollout, or of all rollouts that a thread runs together;
@@ -174,7 +174,7 @@ settings! {
             read "with the kind `mean`" if |s: &Scene| s.loss.kind == LossKind::Mean,
             source "found by experiment";
         /// Steps from one position in the mean to the next.
-        every: usize = 16, allowed STEPS,
+        every: usize = 16, allowed STEPS, auto "the window divided by 128",
             read "with the kind `mean` or the task `economy`" if Scene::sees_several_states,
             source "found by experiment";
     }

@@ -109,7 +109,7 @@ settings! {
         /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
         /// output is constant during them.
         substeps: usize = 1, allowed within(1.0, 64.0),
-            auto "the smallest number with which a substep is at most 0.9 of the step that is stable for every design",
+            auto "the smallest number with which a substep is at most 0.97 of the step that is stable for every design",
             since 1, source "paper: 1";
         /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
