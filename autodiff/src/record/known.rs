@@ -21,9 +21,10 @@ pub(super) enum Range {
     Bounded,
     /// Finite, but not bounded by constants, like inputs and results.
     Finite,
-    /// May be infinite or NaN because a product overflows, even if the results are finite.
+    /// The number may be infinite or NaN because a product overflows, even if the results are finite.
     Overflow,
-    /// May be infinite or NaN for another reason: an exponential, a power, or a function at the edge of its domain.
+    /// The number may be infinite or NaN for another reason: an exponential, a power, or a function at the edge of its
+    /// domain.
     Singular,
 }
 

@@ -6,8 +6,8 @@ use super::sweep::{Recorded, Starts};
 use crate::real::Real;
 
 impl<M: Model> Rollout<M> {
-    /// Returns the indices of the numbers that the rollout returns of an observed state. The state has `len` numbers,
-    /// in which `starts` starts are interleaved.
+    /// Returns the positions, within an observed state, of the numbers that the rollout returns. The state has `len`
+    /// numbers, in which `starts` starts are interleaved.
     fn places(&self, starts: usize, len: usize) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
@@ -46,7 +46,7 @@ impl<M: Model> Rollout<M> {
         (seen, recorded)
     }
 
-    /// Returns the cotangents of the (interleaved) starts, then the cotangents of each parameter.
+    /// Returns the cotangents of the starts, then the cotangents of each parameter. Several starts are interleaved.
     pub(super) fn reversed<R: Real>(
         &self,
         starts: usize,

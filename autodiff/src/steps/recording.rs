@@ -147,7 +147,7 @@ impl<R: Real> Program<R> {
         let rows = places.iter().filter(|row| **row).count();
         assert_eq!(
             rows, matrix.rows,
-            "dense: `places` must be true as often as the matrix has rows"
+            "dense: the number of true items in `places` must be the number of rows of the matrix"
         );
         let output = self.output(places.len());
         // The last register of a spread output is written whole, so no other array may begin in it.

@@ -45,7 +45,7 @@ impl Tokens<'_> {
     }
 }
 
-/// Reads a whole file, whose tokens `content` converts.
+/// Reads a whole file. `content` converts the tokens of the file to the result.
 fn read<T>(path: &Path, content: impl FnOnce(&mut Tokens) -> Read<T>) -> Result<T, Error> {
     let wrong = Error::file(path);
     let text = Error::read(path)?;

@@ -34,10 +34,9 @@ impl Truss {
     }
 
     /// Renumbers the nodes. The first payload becomes node 0, and the former node 0 gets its number. The other nodes
-    /// may be renumbered to save memory. Each edge has a difference between the numbers of its two nodes, and the
-    /// simulator needs one slot per node for each distinct difference. If numbering the nodes along the longer side of
-    /// the truss gives fewer distinct differences, they are numbered that way. Renumbering a truss twice changes
-    /// nothing.
+    /// may be renumbered to save memory: the simulator needs one slot per node for each distinct difference between the
+    /// numbers of an edge's two nodes. If numbering the nodes along the longer side of the truss gives fewer distinct
+    /// differences, they are numbered that way. Renumbering a truss twice changes nothing.
     fn renumber(&mut self) {
         let nodes = self.nodes.len();
         let first = self.payload[0].node;

@@ -16,7 +16,8 @@ use crate::simulator::Trajectory;
 pub struct Objective {
     /// The settings of the task.
     pub settings: ObjectiveSettings,
-    /// The loss of the task "far". It also has the ground and the settings that choose the states of the other losses.
+    /// The loss of the task "far". It also has the ground, and the settings that decide which states all of these
+    /// losses read.
     pub far: Displacement,
     /// The damping rate, in 1/s.
     pub damping: f64,
@@ -25,7 +26,7 @@ pub struct Objective {
 }
 
 impl Objective {
-    /// Makes the loss from these sections of a scene.
+    /// Makes the loss from three sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,
@@ -72,7 +73,7 @@ impl Objective {
         R::sum_of(&weighed) * R::lit(self.damping * self.dt)
     }
 
-    /// The mean of the values of `of` in the states that the loss reads.
+    /// The mean of `of` over the states that the loss reads.
     fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
         let observed = self.observed(trajectory.last_step());
         let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();

@@ -79,8 +79,8 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     picture.to_svg(SIZE, title)
 }
 
-/// Returns the places in the picture where the paths of solid edges end. With each place come the number of edges that
-/// end there and their material.
+/// Returns the places in the picture where the paths of solid edges end. For each place, also returns the number of
+/// edges that end there and their material.
 fn ends(robot: &RobotFiles) -> Vec<(Place, usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);
