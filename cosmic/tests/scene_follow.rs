@@ -4,7 +4,7 @@ use cosmic::scene::{Following, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
-const KEYS: [(&str, &str, f64); 14] = [
+const KEYS: [(&str, &str, f64); 13] = [
     ("physics.dt", "0.0123", 0.5),
     ("physics.substeps", "33", 0.0),
     ("physics.steps", "777", 0.0),
@@ -16,7 +16,6 @@ const KEYS: [(&str, &str, f64); 14] = [
     ("controller.velocity_scale", "7.7", -0.5),
     ("controller.gain", "[7.0, 7.0]", 0.0),
     ("schedule.horizon", "[77, 99]", 0.0),
-    ("gradient.design_norm", "7.7", 1.0),
     ("loss.window", "33", 0.0),
     ("loss.every", "7", 0.0),
 ];

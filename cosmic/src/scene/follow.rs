@@ -71,7 +71,7 @@ impl Scales {
 type Rule = (&'static str, fn(&mut Scene, &Scales));
 
 /// Every rule. The declarations of the keys state them in words.
-const RULES: [Rule; 14] = [
+const RULES: [Rule; 13] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -124,9 +124,6 @@ const RULES: [Rule; 14] = [
         let of_clocks = (observed + hidden) / 188.0 * (10.0 / clocks);
         let of_hidden = (hidden + world.edges) / 142.0 * (32.0 / hidden);
         controller.gain = [of_clocks, of_hidden].map(|variance| 2.0 * variance.sqrt());
-    }),
-    ("gradient.design_norm", |scene, world| {
-        scene.gradient.design_norm = Some(0.3 * world.length);
     }),
 ];
 

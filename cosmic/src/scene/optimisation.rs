@@ -120,7 +120,7 @@ settings! {
     /// Bounds on gradients.
     struct GradientSettings {
         /// Bound on the norm of the displacement's design gradient, or "off".
-        design_norm: Option<f64> = Some(0.3), allowed POSITIVE, auto "0.3 times `l / 0.5 m`",
+        design_norm: Option<f64> = Some(0.3), allowed POSITIVE,
             read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Weight of the earlier design gradients in the running mean that moves the design. Each gradient is bounded
