@@ -18,7 +18,7 @@ pub enum Error {
         line: usize,
         /// The column of the first problem in characters, from 1.
         column: usize,
-        /// The first problem in a sentence.
+        /// A sentence about the first problem.
         message: String,
         /// Every problem, with the source line and a caret under it.
         report: String,

@@ -16,9 +16,9 @@ use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEd
 pub enum Projection {
     /// The softmax of each design vector, `softmax(beta z)`.
     Performance,
-    /// The softmax of each design vector minus the mean of all design vectors. It is so sharp that its mixtures
-    /// resemble the layout after a snap. Its derivative is replaced by the derivative of a softer projection
-    /// (straight-through).
+    /// Subtracts the mean of all design vectors from each design vector, and then applies a softmax. This softmax is so
+    /// sharp that nearly every mixture is a single material, as in the final layout. Its derivative is replaced by that
+    /// of a softer projection (straight-through).
     Stability,
 }
 

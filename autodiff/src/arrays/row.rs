@@ -72,7 +72,7 @@ impl Reach {
         let fits = self.parameters <= parameters.len() && self.row <= row.len();
         assert!(
             fits,
-            "an array reaches past the end of the parameters or of the row (too few numbers were given)"
+            "too few numbers were given: an array reaches past the end of the parameters or of the row of inputs"
         );
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct Known {
 pub(super) enum Range {
     /// Between two constants.
     Bounded,
-    /// Finite, but not bounded by constants, like inputs and results.
+    /// Finite, but without constant bounds. Inputs and results are of this kind.
     Finite,
     /// The number may be infinite or NaN because a product overflows, even if the results are finite.
     Overflow,

@@ -14,7 +14,7 @@ impl<M: Model> Rollout<M> {
         };
         assert!(
             entries.iter().all(|entry| *entry < len / starts),
-            "entries {entries:?} are out of range: each must be less than {}, the length of a state",
+            "the entries are {entries:?}; each must be less than {}, the length of a state",
             len / starts
         );
         let interleaved = |&entry: &usize| entry * starts..(entry + 1) * starts;
@@ -46,7 +46,8 @@ impl<M: Model> Rollout<M> {
         (seen, recorded)
     }
 
-    /// Returns the cotangents of the starts, then the cotangents of each parameter. Several starts are interleaved.
+    /// Returns the cotangents of the initial states, then the cotangents of each parameter. The numbers of several initial
+    /// states are interleaved.
     pub(super) fn reversed<R: Real>(
         &self,
         starts: usize,

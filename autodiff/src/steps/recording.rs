@@ -88,7 +88,7 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined to one vector.
+    /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined into one vector.
     ///
     /// # Panics
     /// If the total length of the arrays of `x` is not the number of columns of the matrix, if the length of `bias` is

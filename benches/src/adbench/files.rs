@@ -26,7 +26,7 @@ impl Tokens<'_> {
         number.map_err(|_| format!("token {place} cannot be read: '{token}'"))
     }
 
-    /// Reads the next token as a count of at least one. Counts are limited, so that a wrong file does not use up all
+    /// Reads the next token as a count of at least one. Counts are limited, so that a damaged file does not use up all
     /// memory.
     fn count(&mut self) -> Read<usize> {
         const MOST: usize = 1 << 24;

@@ -98,8 +98,8 @@ impl Function for Determinant {
     }
 }
 
-/// Returns the determinant of a matrix. `expansion` is the sum for determinants of one order; for larger matrices,
-/// nested calls reduce the order until it is reached.
+/// Returns the determinant of a matrix. `expansion` is a recorded sum that computes determinants of one fixed order. For
+/// a larger matrix, this function calls itself on smaller matrices until they have that order.
 fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>>) -> R {
     if order == 1 {
         return matrix[0];

@@ -268,7 +268,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let mut progress = codesign.begin(0).unwrap();
     codesign.iterate(&mut progress);
     let said = optimise_with(&bench.path("d"), plan, codesign, progress, observer).unwrap_err();
-    let says = "must have no iterations done, found 1";
+    let says = "must be at iteration 0, but 1 iterations are done";
     assert!(said.to_string().contains(says), "{said}");
     let many = RunPlan {
         starts: NonZeroUsize::new(2).unwrap(),

@@ -251,7 +251,7 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
     }
     let place = |node: usize| {
         live.binary_search(&node)
-            .expect("both nodes of a bar are in `live`")
+            .expect("`live` has both nodes of every bar")
     };
     let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {

@@ -77,8 +77,8 @@ impl Truss {
         given.sort_unstable();
         if !given.is_empty() && !given.iter().copied().eq(0..self.nodes.len()) {
             return Err(format!(
-                "`given_numbers`: expected every number below {} once, or no numbers",
-                self.nodes.len()
+                "`given_numbers`: expected each whole number from 0 to {} exactly once, or no numbers",
+                self.nodes.len().saturating_sub(1)
             ));
         }
         for (node, x) in self.nodes.iter().enumerate() {
@@ -262,7 +262,7 @@ mod tests {
             (
                 "\"keep\"",
                 "\"given_numbers\": [0, 1, 2, 3, 3], \"keep\"",
-                "`given_numbers`: expected every number below 5 once",
+                "`given_numbers`: expected each whole number from 0 to 4 exactly once",
             ),
             (
                 "\"node\": 0",

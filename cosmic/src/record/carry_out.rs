@@ -56,13 +56,13 @@ pub fn optimise_with(
     let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
     if !is_of_plan || progress.own_loss != first.own_loss {
         return Err(Error::Usage(
-            "the optimisation and its progress must have the scene, the seed and the loss of the plan".into(),
+            "the scene, the seed and the loss of the optimisation and of its progress must be those of the plan".into(),
         ));
     }
     progress.fits(&first, "the initial progress")?;
     if progress.iteration != progress.before_first() {
         return Err(Error::Usage(format!(
-            "the initial progress must have no iterations done, found {}; to continue a run, use `resume_with`",
+            "the initial progress must be at iteration 0, but {} iterations are done; to continue a run, use `resume_with`",
             progress.iteration - progress.before_first()
         )));
     }

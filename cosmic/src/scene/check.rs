@@ -169,7 +169,7 @@ fn volumes(scene: &Scene, found: &mut Conflicts) {
     found.require(
         least <= most,
         ["volume.actuator", "volume.solid"],
-        format!("the smallest share of actuators ({least}) is above the largest share of solids ({most})"),
+        format!("the smallest allowed share of actuators ({least}) is above the largest allowed share of solids ({most})"),
     );
 }
 

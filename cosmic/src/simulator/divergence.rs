@@ -89,9 +89,9 @@ impl Simulator {
         }
     }
 
-    /// The limit on the absolute value of each number of a state in a watched rollout. Positions (m) and velocities
-    /// (m/s) share this limit. If there is a bound on speeds, a position may exceed the limit although nothing is
-    /// wrong. In that case, the exact check of every state that follows finds nothing.
+    /// A limit for the cheap watch of a rollout. If the absolute value of a number of some state exceeds it, every state
+    /// is checked exactly. Positions (m) and velocities (m/s) share the limit. With a bound on speeds, a valid position
+    /// may exceed it; the exact check then finds no error.
     pub(super) fn watched(&self) -> f64 {
         // If both components of a velocity are below this number, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();

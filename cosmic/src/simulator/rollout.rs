@@ -478,7 +478,7 @@ fn run_together<M: Model, R: Real>(
     rollout.run_batch(starts, &given.collect::<Vec<_>>())
 }
 
-/// A robot that is prepared for rollouts, with the numbers of its parameters.
+/// A robot that is prepared for rollouts, and the values of its parameters.
 pub(super) struct Planned<R> {
     pub(super) model: Robot,
     pub(super) parameters: Vec<Vec<R>>,

@@ -174,7 +174,8 @@ impl<R: Real> DenseLayer<R> {
         }
     }
 
-    /// Stores this step's inputs for the outer product. When the batch is full, adds it to `weights_bar`.
+    /// Stores this step's inputs for the outer product. When the batch is full, adds the
+    /// outer products of the batch to `weights_bar`.
     fn reverse_weights(&mut self, values: StepValues<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
         if self.batch.keep(x) {

@@ -37,8 +37,8 @@ pub struct MujocoSettings {
     /// Coefficient of friction. `None` takes the scene's coefficient, but at most [`MOST_FRICTION`]. Ground without
     /// slipping gets [`MOST_FRICTION`].
     pub friction: Option<f64>,
-    /// The number of mechanical steps in each step of the controller. The model uses the scene's number if that is
-    /// larger.
+    /// The number of mechanical steps in each step of the controller. If the scene
+    /// has more, the model has as many as the scene.
     pub substeps: usize,
     /// The time constant of a contact, in seconds. MuJoCo uses two mechanical steps if that is longer.
     pub contact_time: f64,

@@ -89,7 +89,7 @@ pub fn player_page(run: &RunFiles) -> String {
     html(&run.title(), &body.concat())
 }
 
-/// Returns the page of a design alone, without a run: the robot at rest.
+/// Returns the page of a design that has no run. It shows the robot at rest.
 pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     let at_rest = TrajectoryFile {
         dt: robot.scene.physics.dt,

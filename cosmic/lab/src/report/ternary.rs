@@ -69,7 +69,9 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     let ends = [run.designs.first(), run.designs.last()].map(|row| row.map(iteration));
     let caption = match ends {
         [Some(first), Some(last)] => {
-            format!("iterations {first} to {last}; rings count the edges that end there")
+            format!(
+                "iterations {first} to {last}; the size of a ring shows how many edges end at its place"
+            )
         }
         _ => "the designs of the iterations were not recorded".to_owned(),
     };

@@ -85,8 +85,8 @@ impl SweepPlan {
     /// Reads the plan in the folder of a sweep.
     ///
     /// # Errors
-    /// The errors of [`read_whole`] and [`parse_json`]; [`Error::Usage`] for a plan that was edited, or
-    /// frozen by another version of the program.
+    /// The errors of [`read_whole`] and [`parse_json`]; [`Error::Usage`] for a plan that was edited after
+    /// it was written, or that another version of the program wrote.
     pub fn read(folder: &Path) -> Result<Self> {
         let [path, copy] = [PLAN, COPY].map(|name| folder.join(name));
         let refuse = |what: String| Err(Error::Usage(format!("{}: {what}", path.display())));
