@@ -13,8 +13,9 @@ use crate::policy::Controller;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
+    bound_of_any_design,
 };
-use crate::simulator::stability::{Vibration, bound_of_any_design};
+use crate::simulator::stability::Vibration;
 use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
 
 /// The steps of a rollout that carry the gradient (D11).

@@ -31,7 +31,6 @@ mod design {
 }
 mod domain;
 mod error;
-mod generator;
 mod geometry {
     mod ground;
     mod profile;
@@ -92,6 +91,8 @@ mod record_files;
 mod scene {
     mod declarations;
     mod departures;
+    mod follow;
+    mod generator;
     mod toml_file;
 }
 mod scene_builtin;

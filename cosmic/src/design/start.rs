@@ -4,9 +4,9 @@ use super::tilt::tilted;
 use super::vectors::vectors_of_mixture;
 use super::{Design, Material, Mixture};
 use crate::error::{Error, Result};
-use crate::generator::edges;
 use crate::geometry::{Vector, mean};
 use crate::lattice::{EdgeRules, Lattice};
+use crate::scene::edges;
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
 /// The initial design that the settings describe. `beta` is the sharpness of the performance projection. The seed has

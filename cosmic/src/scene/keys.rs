@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::registry::Registry;
-use crate::settings::{Field, Settings};
+use crate::settings::{AUTO, Field, Settings};
 use serde::Serialize;
 
 impl Scene {
@@ -104,7 +104,13 @@ pub fn reference() -> String {
         for field in settings.fields() {
             let (key, unit, source, doc) = (field.key, field.unit, field.source, field.doc);
             let (default, allowed) = (field.value.toml(), field.allowed());
-            text += &format!("| `{key}` | `{default}` | {unit} | {allowed} | {source} | {doc} |\n");
+            let auto = match field.auto {
+                "" => String::new(),
+                auto => format!(" With {AUTO:?}: {auto}."),
+            };
+            text += &format!(
+                "| `{key}` | `{default}` | {unit} | {allowed} | {source} | {doc}{auto} |\n"
+            );
         }
         text + "\n"
     });

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::stability::{Vibration, stable_step};
+use super::stability::Vibration;
 use crate::error::{Error, Result};
 use crate::keys::keys;
-use crate::scene::{PhysicsSettings, UnstableStep};
+use crate::scene::{PhysicsSettings, UnstableStep, stable_step};
 
 /// The largest number of substeps that a message advises: the largest number that a scene allows.
 const SUBSTEPS: f64 = 64.0;

@@ -12,8 +12,7 @@ use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
-use cosmic::scene::{Integrator, Named};
-use cosmic::simulator::stability::stable_step;
+use cosmic::scene::{Integrator, Named, stable_step};
 use std::ops::Range;
 
 /// Positions are compared at four times, called the marks. This is the number of the scene's steps before the last

@@ -5,7 +5,7 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeVector, State};
 use cosmic::random::{Purpose, stream, symmetric};
-use cosmic::simulator::stability::stable_step;
+use cosmic::scene::stable_step;
 use cosmic::simulator::{Divergence, Grade, Span, Store};
 
 /// At the start, the nodes of a free robot are moved by this fraction of its shortest edge. The move is so small that

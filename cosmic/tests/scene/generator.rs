@@ -1,8 +1,7 @@
 use crate::small::lattice;
-use cosmic::generator::edges;
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::Lattice;
-use cosmic::scene::{LatticeKind, LatticeSettings};
+use cosmic::scene::{LatticeKind, LatticeSettings, edges};
 
 #[test]
 fn edge_counts_are_those_of_the_paper() {

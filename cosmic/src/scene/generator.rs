@@ -1,9 +1,9 @@
 //! Generates lattices. The nodes are on a grid of squares or triangles, with edges between neighbours, or they come
 //! from a truss. All other modules use only nodes and edges, not columns and rows.
 
+use super::robot::{LatticeKind, LatticeSettings};
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
-use crate::scene::{LatticeKind, LatticeSettings};
 
 impl Lattice {
     /// Generates the lattice that `settings` describe. It stands on `ground` and is rotated with it (D1). The rest

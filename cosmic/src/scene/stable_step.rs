@@ -5,7 +5,7 @@
 //! forces of a step also dampen the oscillation at a rate `eta`, `(dt omega)^2 + 2 dt eta` takes the place of `(dt
 //! omega)^2`. With substeps, `dt` is the length of a substep.
 
-use crate::scene::{Integrator, PhysicsSettings};
+use super::robot::{Integrator, PhysicsSettings};
 
 /// The largest number of iterations for the limit of leapfrog. Far fewer are almost always enough.
 const ITERATIONS: usize = 20_000;

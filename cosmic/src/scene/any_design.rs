@@ -2,20 +2,22 @@
 
 use std::sync::Arc;
 
-use crate::design::Material;
+use super::robot::{MaterialSettings, PhysicsSettings};
 use crate::lattice::{Body, Lattice};
 use crate::laws::{Force, Pose, Stiffness};
-use crate::scene::{MaterialSettings, PhysicsSettings};
 
 /// The number of intervals into which the range of a share is divided: the share of the actuator material in a mixture,
 /// from 0 to 1.
 const PARTS: usize = 16;
 
+/// The place of the actuator material in [`MaterialSettings`].
+const ACTUATOR: usize = 2;
+
 /// A bound on the angular frequencies, 1/s, with which a lattice at rest vibrates. It holds for every design of the
 /// lattice, whether a layout or mixtures.
 ///
 /// A node carries half of the mass of each of its edges. So `mu_i` of
-/// [`Vibration::edge_bound`](super::Vibration::edge_bound) is at most the largest `2 k / (density l)` of the edges at
+/// [`Vibration::edge_bound`](crate::simulator::stability::Vibration::edge_bound) is at most the largest `2 k / (density l)` of the edges at
 /// node `i`, and at most the sum of their stiffnesses divided by `physics.node_mass`. Other forces add [their own
 /// bound](Force::any_design).
 pub fn bound_of_any_design(
@@ -79,16 +81,16 @@ fn most_of_any_mixture(
     forces: &[Arc<dyn Force>],
     length: f64,
 ) -> Most {
-    let stroke = Material::Actuator.of(&materials.max_strain) * length;
+    let stroke = materials.max_strain[ACTUATOR] * length;
     let mut most = Most::default();
-    for other in Material::ALL {
+    for other in 0..materials.stiffness.len() {
         // If the share of actuator is between two values, the ratio of stiffness and density is between the ratios at
         // these values, and a spring is at most as stiff as at the larger value.
         for part in 1..=PARTS {
             let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
             for share in [less, more] {
                 let mean = |property: &[f64; 3]| {
-                    (1.0 - share) * other.of(property) + share * Material::Actuator.of(property)
+                    (1.0 - share) * property[other] + share * property[ACTUATOR]
                 };
                 let k = mean(&materials.stiffness);
                 let of = |force: &Arc<dyn Force>| force.bar_stiffness(k, length, more * stroke);
