@@ -2,7 +2,7 @@
 //! from a truss. Only this module knows columns and rows.
 
 use crate::geometry::{Ground, Vector};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Payload};
 use crate::scene::{LatticeKind, LatticeSettings};
 
 impl Lattice {
@@ -27,6 +27,7 @@ impl Lattice {
         Self {
             places,
             spacing: settings.spacing,
+            payload: Payload::at(settings.payload),
             ..Self::between(positions, edges)
         }
     }

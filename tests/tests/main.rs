@@ -15,6 +15,7 @@ mod mma;
 mod mma_subproblem;
 mod model_gradients;
 mod motion;
+mod moved;
 mod one_piece;
 mod optimisers;
 mod outside;

@@ -15,7 +15,7 @@ use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges,
+    Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, MovedBody, Scene, VoidEdges,
 };
 
 /// The key `format` of the cases that the program writes.
@@ -133,6 +133,8 @@ keys! {
     spacing: f64 = lattice.spacing,
     origin_x: f64 = lattice.origin_x,
     drop: f64 = lattice.drop,
+    #[serde(default, skip_serializing_if = "is_default")]
+    payload: usize = lattice.payload,
     ground_height: f64 = physics.ground_height,
     alpha_deg: f64 = physics.incline_deg,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -182,6 +184,8 @@ keys! {
     hold_materials: f64 = projection.hold_materials,
     #[serde(default, skip_serializing_if = "is_default")]
     one_piece: bool = design.one_piece,
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    body: MovedBody = objective.body,
     ; library: RawLibrary
 }
 

@@ -12,7 +12,7 @@ use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::policy::Weights;
 use crate::projection::Projection;
-use crate::scene::Scene;
+use crate::scene::{ObjectiveSettings, Scene};
 use crate::simulator::Divergence;
 
 /// The keys of a case file, in the order in which they are written. [`Case::parse`] reads them back.
@@ -103,6 +103,10 @@ impl Case {
             projection: self.sharpness.clone(),
             design: self.rules.clone(),
             controller: self.observation.clone(),
+            objective: ObjectiveSettings {
+                body: self.moved,
+                ..ObjectiveSettings::default()
+            },
             ..Scene::paper()
         }
     }

@@ -216,8 +216,7 @@ impl Evaluator {
             let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
             let lost = |seen: &Trajectory<R>| {
                 let loss = self.loss.loss_of(seen);
-                let last = seen.at(seen.last_step()).map(R::primal);
-                let moved = self.between(start, &last);
+                let moved = self.between(start, seen);
                 (loss, self.reached_by(moved, || loss.primal()))
             };
             seen.iter().map(lost).collect()
@@ -230,53 +229,114 @@ impl Evaluator {
 
 #[cfg(test)]
 mod tests {
-    use super::{At, Slope, Sought};
+    use autodiff::Real;
+
+    use super::{At, Evaluator, Slope, Sought};
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::{begun, tiny};
     use crate::codesign::{CoDesign, Progress};
     use crate::inputs::{CONTROLLER, DESIGN, Inputs};
+    use crate::objective::{AnyLoss, LossOf};
     use crate::projection::Projection;
-    use crate::scene::{GradientPrecision, HorizonMode, Scene};
+    use crate::scene::{GradientPrecision, HorizonMode, MovedBody, Named, Scene, TaskKind};
     use crate::simulator::stability::Vibration;
     use crate::task::{Horizon, Task};
 
-    /// With two goals, the gradients of the loss with respect to design and controller agree with finite differences.
-    /// The robot falls freely, so that the loss has no kinks.
-    #[test]
-    fn the_gradient_for_two_goals_agrees_with_differences() {
-        let mut scene = tiny();
-        (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
-        scene.controller.goal_scale = 1.0;
-        let (evaluator, progress) = begun(&scene);
-        let inputs = evaluator.inputs(&progress);
-        let horizon = Horizon::head(24);
-        let start = &evaluator.start;
-        let sought = Sought::Design(Projection::Performance);
-        let value = |inputs: &Inputs<f64>| {
-            let design = sought.design(&evaluator.task, &inputs.z);
-            evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
-        };
-        for blocks in [DESIGN, CONTROLLER] {
-            let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let design = sought.design(&evaluator.task, &inputs.z);
-                evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
-            });
+    /// The loss of the robot with which the optimisation of a scene begins, as a function of its inputs.
+    fn loss_at<R: Real>(evaluator: &Evaluator, inputs: &Inputs<R>, horizon: &Horizon) -> R
+    where
+        dyn AnyLoss: LossOf<R>,
+    {
+        let (task, start) = (&evaluator.task, &evaluator.start);
+        let design = Sought::Design(Projection::Performance).design(task, &inputs.z);
+        evaluator.losses_of(task, &[design], inputs, start, horizon)[0].0
+    }
+
+    /// The slopes of the loss over 24 steps along a direction in the design and along one in the controller. Each must
+    /// agree with a finite difference.
+    fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
+        let (evaluator, progress) = begun(scene);
+        let (inputs, horizon) = (evaluator.inputs(&progress), Horizon::head(24));
+        [DESIGN, CONTROLLER].map(|blocks| {
+            let loss = |inputs: &Inputs<_>| loss_at(&evaluator, inputs, &horizon);
+            let (_, gradient) = inputs.differentiate(blocks, loss);
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
             let at = |h: f64| {
                 let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
                 let mut inputs = inputs.clone();
                 inputs.set(blocks, &moved.collect::<Vec<_>>());
-                value(&inputs)
+                loss_at(&evaluator, &inputs, &horizon)
             };
             let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
             let h = 1e-5;
             let difference = (at(h) - at(-h)) / (2.0 * h);
             // The absolute error is 1e-12: positions of 0.1 m are rounded at 1e-17, and differences are divided by
             // h. The relative truncation error is h^2 beta^2 = 4e-8.
-            assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
-            assert!(slope != 0.0);
+            let off = (difference - slope).abs();
+            assert!(off < 1e-7 * slope.abs() + 1e-11, "{difference} {slope}");
+            slope
+        })
+    }
+
+    /// The robot falls freely, so that the loss has no kinks.
+    #[test]
+    fn the_gradient_for_two_goals_agrees_with_differences() {
+        let mut scene = tiny();
+        (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
+        scene.controller.goal_scale = 1.0;
+        let slopes = slopes_agree_with_differences(&scene);
+        assert!(slopes.iter().all(|slope| *slope != 0.0));
+    }
+
+    /// The weights of the centre of mass and of the nodes in use depend on the design, and the gradients contain that.
+    /// The lowest nodes stand on the ground, so that the centre of mass can move.
+    #[test]
+    fn gradients_for_every_body_agree_with_differences() {
+        for &(name, body) in MovedBody::ALL {
+            for task in [TaskKind::Far, TaskKind::Reach, TaskKind::Climb] {
+                let mut scene = tiny();
+                (scene.objective.body, scene.objective.task) = (body, task);
+                scene.start.tilt = 0.2;
+                let slopes = slopes_agree_with_differences(&scene);
+                assert!(slopes.iter().all(|slope| *slope != 0.0), "{name}");
+            }
         }
+    }
+
+    /// Bars pull equally on both of their ends. So in free fall no design and no controller moves the centre of mass
+    /// along the ground, but they move the payload and the mean of the nodes.
+    #[test]
+    fn bars_do_not_move_the_centre_of_mass() {
+        let slope = |body| {
+            let mut scene = tiny();
+            (scene.lattice.drop, scene.objective.body) = (1.0, body);
+            scene.start.tilt = 0.2;
+            let slope = slope_in_domains(&scene, 24);
+            slope.gradient.iter().map(|g| g.abs()).fold(0.0, f64::max)
+        };
+        assert!(slope(MovedBody::Payload) > 1e-5 && slope(MovedBody::Nodes) > 1e-5);
+        // The gradient is a sum of numbers below 1 that are rounded at 1e-16, over 24 steps.
+        assert!(slope(MovedBody::Mass) < 1e-14);
+    }
+
+    /// In the mode "tail" a displacement counts from the start of the whole rollout.
+    #[test]
+    fn a_tail_counts_from_the_start() {
+        let mut scene = tiny();
+        scene.objective.body = MovedBody::Nodes;
+        let (evaluator, progress) = begun(&scene);
+        let inputs = evaluator.inputs(&progress);
+        let loss = |steps, mode| {
+            let horizon = Horizon {
+                mode,
+                ..Horizon::head(steps)
+            };
+            loss_at::<f64>(&evaluator, &inputs, &horizon)
+        };
+        let whole = loss(24, HorizonMode::Head);
+        assert_eq!(loss(8, HorizonMode::Tail), whole);
+        assert_ne!(loss(8, HorizonMode::Head), whole);
     }
 
     /// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.

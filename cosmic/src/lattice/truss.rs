@@ -6,7 +6,7 @@ use super::State;
 use super::own::{EdgeRules, Payload, Truss};
 use crate::geometry::{Bounds, Segment, Vector};
 
-/// The nodes and edges of a robot. Node 0 always carries payload. Other nodes may carry payload too.
+/// The nodes and edges of a robot. One or several nodes carry payload.
 ///
 /// A lattice is constant: no derivative flows through the rest lengths or the masses computed from them, even if the
 /// initial positions are variables.
@@ -23,7 +23,7 @@ pub struct Lattice<const D: usize = 2> {
     pub places: Vec<Vector<f64, D>>,
     /// The distance between neighbouring nodes, in metres. For a truss, it is the median length of the edges.
     pub spacing: f64,
-    /// The nodes with extra mass. Node 0 is the first one.
+    /// The nodes with extra mass, at least one. In reports and losses, the payload is the first one.
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,

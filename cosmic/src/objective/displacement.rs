@@ -1,4 +1,5 @@
-//! The loss for robots that should get far: the displacement of the payload along the ground.
+//! The loss for robots that should get far: the displacement along the ground of the payload, or of the body that the
+//! scene names.
 
 use autodiff::Real;
 
@@ -7,8 +8,8 @@ use crate::geometry::Ground;
 use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
-/// The loss that rewards distance: minus the position of the payload along the ground, `-(s . x_0)`. The position is
-/// taken at the end, as in the paper, or averaged over the last part of the rollout.
+/// The loss that rewards distance: minus the [position](Trajectory::position) of the payload, or of the body that the
+/// scene names, along the ground, `-(s . x_0)`. The position is taken at the end, as in the paper, or averaged over the last part of the rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
     /// The ground along which the position is measured.
@@ -48,7 +49,7 @@ impl Loss for Displacement {
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let observed = self.observed(trajectory.last_step());
-        let along = |&step: &usize| self.ground.along(trajectory.at(step).x[0]);
+        let along = |&step: &usize| self.ground.along(trajectory.position(step));
         let positions: Vec<R> = observed.iter().map(along).collect();
         R::sum_of(&positions) * R::lit(-1.0 / positions.len() as f64)
     }
@@ -95,10 +96,8 @@ mod tests {
             x: vec![ground.vector_to_world(Vector::new([along, 0.4]))],
             v: vec![Vector::zero()],
         };
-        let trajectory = Trajectory {
-            steps: vec![0, 8, 24, 40],
-            states: [9.0, 1.0, 2.0, 6.0].map(state).to_vec(),
-        };
+        let states = [9.0, 1.0, 2.0, 6.0].map(state).to_vec();
+        let trajectory = Trajectory::new(vec![0, 8, 24, 40], states);
         // Rotating vectors with entries below 10 has rounding errors of 1e-15.
         let last = displacement(LossKind::Final).loss(&trajectory);
         assert!((last + 6.0).abs() < 1e-14);

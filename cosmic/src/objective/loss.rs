@@ -15,8 +15,8 @@ pub trait Loss: Send + Sync {
     /// that were done when it is reached. The numbers must ascend, and the last one must be `steps`.
     fn observed(&self, steps: usize) -> Vec<usize>;
 
-    /// The number of nodes that the loss reads: it reads the first ones, of which node 0 carries the payload. When a
-    /// gradient is computed, states hold only these nodes. By default the loss reads all nodes.
+    /// The number of nodes that the loss reads: it reads the first ones. When a gradient is computed, states hold only
+    /// these nodes, and those that [`Trajectory::position`] needs. By default the loss reads all nodes.
     fn nodes(&self) -> usize {
         usize::MAX
     }

@@ -69,6 +69,7 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("loss.kind", &["\"final\""]),
     ("selection.kind", &["\"last\""]),
     ("objective.task", &["\"far\""]),
+    ("objective.body", &["\"payload\""]),
     ("objective.own_loss", &["\"off\""]),
 ];
 

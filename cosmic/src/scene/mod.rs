@@ -34,7 +34,7 @@ mod write;
 mod builtin;
 
 pub use base::Base;
-pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
+pub use beyond::{MovedBody, ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
 pub use chosen::Chosen;
 pub use departures::Departure;

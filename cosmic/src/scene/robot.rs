@@ -41,6 +41,11 @@ settings! {
         kind: LatticeKind = LatticeKind::Rectangular, since 1,
             read "without a `file`" if Scene::is_generated,
             source "D1";
+        /// Number of the node that carries `physics.payload_mass`. It is row * columns + column, counted from 0 at the
+        /// lower left. A truss file names its own payload.
+        payload: usize = 0, allowed within(0.0, 4095.0), since 3,
+            read "without a `file`" if Scene::is_generated,
+            source "paper: 0";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file, or the
         /// name of a lattice that the program adds.
         file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
@@ -111,7 +116,7 @@ settings! {
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
         /// Mass of a node without its edges.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
-        /// Extra mass of the payload, which is node 0 unless a truss file names other nodes.
+        /// Extra mass of the payload, whose node is `lattice.payload`, or the nodes that a truss file names.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
         /// Height of the ground line at x = 0. `[ground]` has the profile above this line.
         ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";

@@ -196,7 +196,7 @@ impl Simulator {
             position: after.x[node],
             velocity: after.v[node],
             term: bound.unwrap_or_else(|| self.blame(body, controller, before, step, node)),
-            last: Trajectory { steps, states },
+            last: Trajectory::new(steps, states),
         }
     }
 }

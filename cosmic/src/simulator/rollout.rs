@@ -176,7 +176,7 @@ impl Simulator {
         let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.run(&self.flatten(start), &slices(&parameters));
-        self.trajectory(&seen, span, &Still::of(body, start))
+        self.trajectory(&seen, span, body, start)
     }
 
     /// Simulates robots with one controller from several starts. `bodies` has one body for all starts, or one for each
@@ -230,17 +230,17 @@ impl Simulator {
         starts: &[&State<R>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let still = |k: usize| Still::of(&bodies[k % bodies.len()], starts[k]);
+        let body = |k: usize| &bodies[k % bodies.len()];
         if let [start] = starts {
             let parameters = numbers.iter().flatten().cloned().collect();
             let seen = Planned { model, parameters }.run(&self.flatten(start), self, span);
-            return vec![self.trajectory(&seen, span, &still(0))];
+            return vec![self.trajectory(&seen, span, body(0), start)];
         }
         let flat: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
         let rollout = self.plan(model, span);
         let seen = run_together(&rollout, &slices(&flat), numbers);
         let seen = seen.iter().enumerate();
-        seen.map(|(k, seen)| self.trajectory(seen, span, &still(k)))
+        seen.map(|(k, seen)| self.trajectory(seen, span, body(k), starts[k]))
             .collect()
     }
 
@@ -290,7 +290,7 @@ impl Simulator {
         let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.unrolled(&self.flatten(start), &slices(&parameters));
-        self.trajectory(&seen, span, &Still::of(body, start))
+        self.trajectory(&seen, span, body, start)
     }
 
     /// Panics unless bodies and starts fit this lattice. Without this check, arrays for a larger lattice would be
@@ -413,11 +413,23 @@ impl Simulator {
     }
 
     /// Converts the observed states to a trajectory. `seen` has the states as flat arrays, one after the other.
-    fn trajectory<R: Real>(&self, seen: &[R], span: &Span, still: &Still<R>) -> Trajectory<R> {
+    fn trajectory<R: Real>(
+        &self,
+        seen: &[R],
+        span: &Span,
+        body: &Body<R>,
+        start: &State<R>,
+    ) -> Trajectory<R> {
+        let still = Still::of(body, start);
         let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
         Trajectory {
             steps: span.observed.clone(),
             states: states.map(|s| still.held(self.unflatten(s))).collect(),
+            marker: body.marker.clone(),
+            start: match body.marker.weights.is_empty() {
+                true => Vec::new(),
+                false => start.x.clone(),
+            },
         }
     }
 

@@ -1,7 +1,9 @@
 //! The type [`Trajectory`], which has the observed states of a rollout, and the test whether a state is absurd.
 
+use autodiff::Real;
+
 use crate::geometry::Vector;
-use crate::lattice::State;
+use crate::lattice::{Marker, State};
 
 /// The smallest absurd value: a state is absurd if a component of a position (m) or of a velocity (m/s) has this
 /// absolute value or more.
@@ -17,9 +19,27 @@ pub struct Trajectory<R> {
     pub steps: Vec<usize>,
     /// The states: one for each entry of `steps`.
     pub states: Vec<State<R>>,
+    /// The point whose displacement counts.
+    pub marker: Marker<R>,
+    /// The positions of the nodes at the start of the rollout. Empty if the marker is the payload, which does not need
+    /// them.
+    pub start: Vec<Vector<R>>,
 }
 
 impl<R> Trajectory<R> {
+    /// A trajectory whose marker is node 0. `steps` has the number of steps before each state.
+    pub fn new(steps: Vec<usize>, states: Vec<State<R>>) -> Self {
+        Self {
+            steps,
+            states,
+            marker: Marker {
+                payload: 0,
+                weights: Vec::new(),
+            },
+            start: Vec::new(),
+        }
+    }
+
     /// The number of steps before the last state.
     ///
     /// # Panics
@@ -43,6 +63,37 @@ impl<R> Trajectory<R> {
                 self.steps
             ),
         }
+    }
+}
+
+impl<R: Copy> Trajectory<R> {
+    /// This trajectory with `f` applied to every number.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Trajectory<S> {
+        Trajectory {
+            steps: self.steps.clone(),
+            states: self.states.iter().map(|state| state.map(&f)).collect(),
+            marker: self.marker.map(&f),
+            start: self.start.iter().map(|x| x.map(&f)).collect(),
+        }
+    }
+}
+
+impl<R: Real> Trajectory<R> {
+    /// The position of the [marker](Marker) after this number of steps, in metres: the position that losses for distance
+    /// read.
+    ///
+    /// # Panics
+    /// If that state was not observed.
+    pub fn position(&self, step: usize) -> Vector<R> {
+        self.marker.place(&self.start, self.at(step))
+    }
+
+    /// The velocity of the [marker](Marker) after this number of steps, in m/s.
+    ///
+    /// # Panics
+    /// If that state was not observed.
+    pub fn velocity(&self, step: usize) -> Vector<R> {
+        self.marker.velocity(self.at(step))
     }
 }
 

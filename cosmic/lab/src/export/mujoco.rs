@@ -8,7 +8,7 @@ use crate::files::write_text;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector, flat};
-use cosmic::lattice::{Body, SOFTENING};
+use cosmic::lattice::{Body, Marker, SOFTENING};
 use cosmic::laws::{Damper, Law, Stops};
 use cosmic::policy::{Layer, Network, Weights};
 use cosmic::record::files::{Format, make_folder, write_json};
@@ -154,8 +154,9 @@ impl<'c> Robot<'c> {
             let mut rows = folded.first.weights.chunks_exact(4 * count + 2);
             rows.any(|row| (0..4).any(|part| row[part * count + node] != 0.0))
         };
-        // Node 0 always stays in the model, because its displacement is measured.
-        let is_there = |&node: &usize| node == 0 || is_joined(node) || is_observed(node);
+        // The payload always stays in the model, because its displacement is measured.
+        let payload = body.marker.payload;
+        let is_there = |&node: &usize| node == payload || is_joined(node) || is_observed(node);
         let nodes: Vec<usize> = (0..count).filter(is_there).collect();
         Self {
             controller: reordered(&folded, &nodes, &actuators, count),
@@ -352,10 +353,23 @@ impl<'c> Robot<'c> {
             .collect()
     }
 
+    /// Returns the weight of each node of the model in the displacement that counts. The weights sum to 1.
+    fn weights_of_marker(&self) -> Vec<f64> {
+        let Marker { payload, weights } = &self.body.marker;
+        let own = self.nodes.iter().map(|&node| match weights.get(node) {
+            Some(weight) => *weight,
+            None => f64::from(u8::from(node == *payload)),
+        });
+        let own: Vec<f64> = own.collect();
+        let sum: f64 = own.iter().sum();
+        own.iter().map(|weight| weight / sum).collect()
+    }
+
     /// Returns the content of `controller.json`.
     fn weights(&self) -> ControllerFile {
         ControllerFile {
             nodes: self.nodes.clone(),
+            weights: self.weights_of_marker(),
             actuators: self.actuators.clone(),
             network: Weights::from(&self.controller),
             strain: self.strain(),
@@ -367,11 +381,12 @@ impl<'c> Robot<'c> {
     }
 }
 
-/// The content of `controller.json`. The target strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is
+/// The content of `controller.json`. `weights` has the weight of each node in the displacement that counts. The target strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is
 /// `qpos`, `qvel`, `sin(omega t)` and `cos(omega t)`.
 #[derive(Serialize)]
 struct ControllerFile {
     nodes: Vec<usize>,
+    weights: Vec<f64>,
     actuators: Vec<usize>,
     #[serde(flatten)]
     network: Weights,

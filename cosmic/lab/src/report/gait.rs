@@ -45,10 +45,8 @@ impl<'r> Gait<'r> {
         }
         let file = run.folder.join(DESIGN).display().to_string();
         let case = run.robot.design.case(&run.robot.scene, &file)?;
-        let trajectory = Trajectory {
-            steps: run.trajectory.steps.clone(),
-            states: run.trajectory.states.clone(),
-        };
+        let kept = &run.trajectory;
+        let trajectory = Trajectory::new(kept.steps.clone(), kept.states.clone());
         let (task, design) = (case.task(), case.own_design());
         let moments = task.moments(&design, &case.controller, &trajectory);
         let kept = &run.trajectory.bars;

@@ -48,7 +48,7 @@ impl View<'_> {
         let motion = self.motion;
         let per_metre = 10f64.powf((MOST_MARKS / across.size()).log10().floor().min(1.0));
         let cos = motion.ground().tangent().forward();
-        let start = motion.states()[0].x[0].forward();
+        let start = motion.payload(&motion.states()[0]).forward();
         let Range { low, high } = across.map(|x| per_metre * (x - start) / cos);
         for k in low.ceil() as i64..=high.floor() as i64 {
             let x = start + cos * k as f64 / per_metre;

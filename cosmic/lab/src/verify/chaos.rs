@@ -50,9 +50,11 @@ impl Chaos {
         let starts = probe.moved_starts(STARTS);
         let groups = starts.par_chunks(together(STARTS));
         let moved = groups.map(run).collect::<Vec<_>>().concat();
+        let marker = case.body().marker;
         let reach = |states: &Vec<State<f64>>| {
-            let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
-            probe.task.ground().along(last - first)
+            let (first, last) = (&states[0], &states[states.len() - 1]);
+            let moved = marker.place(&first.x, last) - first.x[marker.payload];
+            probe.task.ground().along(moved)
         };
         let distances = |states: &Vec<State<f64>>| {
             let pairs = states.iter().zip(&unmoved);

@@ -240,7 +240,7 @@ mod tests {
     use super::Vibration;
     use crate::design::{Design, Material};
     use crate::geometry::Vector;
-    use crate::lattice::{Body, Lattice};
+    use crate::lattice::{Body, Lattice, Marker};
     use crate::scene::{MaterialSettings, PhysicsSettings};
 
     /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.
@@ -292,6 +292,7 @@ mod tests {
                 strain: vec![0.0; 2],
                 mass: vec![0.01; 4],
                 presence: Vec::new(),
+                marker: Marker::default(),
             };
             let physics = PhysicsSettings::default();
             let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);

@@ -63,8 +63,8 @@ impl<'a> Subject<'a> {
         let span = Span::from_start(steps.to_vec());
         let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
         let ground = task.ground();
-        let states = seen.states.iter();
-        states.map(|state| -ground.along(state.x[0])).collect()
+        let along = |&step: &usize| -ground.along(seen.position(step));
+        steps.iter().map(along).collect()
     }
 
     /// Converts the inputs to another number type. `step` computes each converted number from the original number and
@@ -130,7 +130,7 @@ impl<'a> Subject<'a> {
             let span = Span::from_start(vec![steps]);
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
             let seen = simulator.rollout_in_full(&body, &inputs.controller, &inputs.start, &span);
-            -task.ground().along(seen.states[0].x[0])
+            -task.ground().along(seen.position(steps))
         })
     }
 
