@@ -24,6 +24,7 @@ mod plan;
 mod policies;
 mod reference_rollouts;
 mod rollout_gradients;
+mod scale;
 mod stability;
 mod surroundings;
 mod time_step;

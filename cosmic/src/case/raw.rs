@@ -37,6 +37,9 @@ pub(super) struct RawCase {
     /// The payload and the edge rules of a truss. Present only in cases with a truss.
     pub(super) truss: Option<RawMarks>,
     pub(super) l0: Vec<f64>,
+    /// The scale of the lattice, m. A case without this key has the scale of the paper's lattice.
+    #[serde(default = "one")]
+    pub(super) scale: f64,
     pub(super) x0: Vec<Vec<f64>>,
     pub(super) v0: Vec<Vec<f64>>,
     pub(super) z: Vec<Vec<f64>>,

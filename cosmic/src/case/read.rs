@@ -247,6 +247,12 @@ impl Shapes<'_> {
         } = raw.scene;
         let nodes = columns.saturating_mul(rows);
         some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
+        if !(raw.scale > 0.0 && raw.scale.is_finite()) {
+            let scale = raw.scale;
+            return self.refuse(format!(
+                "`scale`: expected a length above 0 m, found {scale}"
+            ));
+        }
         if payload >= nodes {
             let says = format!("`scene.payload`: expected a node below {nodes}, found {payload}");
             return self.refuse(says);
@@ -273,6 +279,7 @@ impl Shapes<'_> {
             marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;
             return Ok(Lattice {
                 rest_length: raw.l0.clone(),
+                scale: raw.scale,
                 ..Lattice::of_truss(&truss, positions)
             });
         }
@@ -286,6 +293,7 @@ impl Shapes<'_> {
             rest_length: raw.l0.clone(),
             places: places(&layout),
             spacing: raw.scene.spacing,
+            scale: raw.scale,
             payload: Payload::at(payload),
             ..Lattice::between(positions, edges)
         })

@@ -27,6 +27,8 @@ struct File<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     truss: Option<RawMarks>,
     l0: &'a [f64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scale: Option<f64>,
     x0: &'a [Vector<f64>],
     v0: &'a [Vector<f64>],
     z: Cow<'a, [[f64; 3]]>,
@@ -78,6 +80,7 @@ impl Case {
             edges: &self.lattice.edges,
             truss: RawMarks::of(&self.layout, &self.lattice),
             l0: &self.lattice.rest_length,
+            scale: Some(self.lattice.scale).filter(|scale| *scale != 1.0),
             x0: &self.start.x,
             v0: &self.start.v,
             z: self.design.vectors(),

@@ -139,10 +139,11 @@ impl Evaluator {
 
     /// The kind of merit that robots of this scene are ranked by.
     pub(super) fn merit(&self) -> Merit {
+        let scale = self.task.lattice.scale;
         match (self.loss.is_far(), self.scene.controller.two_goals) {
             (false, _) => Merit::MinusLoss,
-            (true, true) => Merit::ShorterWay,
-            (true, false) => Merit::Distance,
+            (true, true) => Merit::ShorterWay { scale },
+            (true, false) => Merit::Distance { scale },
         }
     }
 

@@ -11,7 +11,7 @@ use super::quantiles::Quantiles;
 /// - the result of its unperturbed rollout differs from the median by more than the tolerance;
 /// - one of these three numbers is not finite, because rollouts diverged.
 ///
-/// The tolerance for distances is at least 5 mm, so that a robot that does not move is not called unreliable. The
+/// The tolerance for distances is at least a twentieth of a spacing (5 mm in the paper's scenes), so that a robot that does not move is not called unreliable. The
 /// tolerance for losses has no minimum.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
@@ -25,16 +25,17 @@ pub enum Reliability {
     },
 }
 
-/// A median distance with a smaller absolute value counts as this distance, in metres.
+/// A median distance with a smaller absolute value counts as this share of the lattice's scale: 1 cm in the paper's
+/// scenes.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Merit {
-    /// The displacement along the ground, in metres.
-    Distance,
+    /// The displacement along the ground, in metres. `scale` is that of the [lattice](crate::lattice::Lattice::scale).
+    Distance { scale: f64 },
     /// With two goals: the robot walks one distance towards each goal; this is the shorter of the two, in metres.
-    ShorterWay,
+    ShorterWay { scale: f64 },
     /// Minus the loss.
     MinusLoss,
 }
@@ -57,8 +58,10 @@ impl Merit {
             return unreliable("rollouts diverge".to_owned());
         }
         let (least, of_which) = match self {
-            Self::Distance => (LEAST_DISTANCE, ""),
-            Self::ShorterWay => (LEAST_DISTANCE, " of the shorter of the two ways"),
+            Self::Distance { scale } => (LEAST_DISTANCE * scale, ""),
+            Self::ShorterWay { scale } => {
+                (LEAST_DISTANCE * scale, " of the shorter of the two ways")
+            }
             Self::MinusLoss => (0.0, ""),
         };
         let tolerance = 0.5 * p50.abs().max(least);
@@ -112,6 +115,8 @@ mod tests {
     use super::{Merit, Reliability};
     use crate::codesign::Quantiles;
 
+    const FAR: Merit = Merit::Distance { scale: 1.0 };
+
     fn spread(p10: f64, p50: f64) -> Quantiles {
         let p90 = p50 + 1.0;
         Quantiles { p10, p50, p90 }
@@ -125,7 +130,7 @@ mod tests {
 
     #[test]
     fn an_unreliable_robot_has_a_reason() {
-        let far = |numbers| reason(Merit::Distance, numbers);
+        let far = |numbers| reason(FAR, numbers);
         assert_eq!(far([1.6, 3.0, 4.4]), "");
         assert_eq!(
             far([-1.537, 3.093, 3.0]),
@@ -142,7 +147,7 @@ mod tests {
     /// A robot that walks backwards is as reliable as one that walks forwards.
     #[test]
     fn negative_medians_are_compared_by_their_absolute_value() {
-        let far = |numbers| reason(Merit::Distance, numbers);
+        let far = |numbers| reason(FAR, numbers);
         assert_eq!(far([-2.9, -2.0, -1.1]), "");
         assert!(far([-3.1, -2.0, -2.0]).contains("-3.100 m"));
         // For a robot that barely moves, the numbers may differ by at most 5 mm.
@@ -160,8 +165,7 @@ mod tests {
 
     #[test]
     fn the_score_of_an_unreliable_robot_is_its_lower_quantile() {
-        let score =
-            |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
+        let score = |numbers: [f64; 3]| FAR.score(&spread(numbers[0], numbers[1]), numbers[2]);
         let reliable = score([1.9, 2.0, 2.0]);
         assert_eq!(reliable, 2.0);
         // Two unreliable robots: the first because of its quantile, the second because of its unperturbed rollout.
@@ -175,7 +179,7 @@ mod tests {
     fn files_have_the_verdict_and_the_reason() {
         let json = |found: &Reliability| serde_json::to_string(found).unwrap();
         assert_eq!(json(&Reliability::Reliable), r#"{"verdict":"reliable"}"#);
-        let found = Merit::Distance.reliability(&spread(0.0, 3.0), 3.0);
+        let found = FAR.reliability(&spread(0.0, 3.0), 3.0);
         let text = json(&found);
         assert!(
             text.starts_with(r#"{"verdict":"unreliable","reason":"the 10 %"#),

@@ -87,12 +87,22 @@ impl Evaluator {
     fn horizon(&self, now: &Schedule) -> Horizon {
         let gradient = &self.scene.gradient;
         let every = gradient.cotangent_every;
-        let bound = |norm| CotangentBound { norm, every };
+        // The cotangent of a position is a loss per length.
+        let per_length = self.unit() / self.task.lattice.scale;
+        let bound = |norm: f64| CotangentBound {
+            norm: norm * per_length,
+            every,
+        };
         Horizon {
             steps: now.horizon(),
             mode: self.scene.schedule.horizon_mode,
             cotangent_bound: gradient.cotangent_bound.map(bound),
         }
+    }
+
+    /// The [unit of the loss](crate::objective::Loss::unit).
+    fn unit(&self) -> f64 {
+        self.loss.unit(self.task.lattice.scale)
     }
 
     /// The gradients with respect to the design, through the performance projection and through the stability
@@ -187,7 +197,8 @@ impl Evaluator {
         });
         std::array::from_fn(|k| {
             let loss: f64 = found[k].0.into();
-            let usable = |g: f64| if loss.is_finite() { g } else { f64::NAN };
+            let unit = self.unit();
+            let usable = |g: f64| if loss.is_finite() { g / unit } else { f64::NAN };
             let Reached { moved, merit, .. } = reached[k].expect("the losses were computed");
             Slope {
                 gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),

@@ -10,4 +10,4 @@ mod body;
 pub use body::{Body, Marker};
 pub use own::{EdgeRules, Payload, Truss};
 pub use state::State;
-pub use truss::{EdgeVector, Lattice, SOFTENING};
+pub use truss::{EdgeVector, Lattice};

@@ -401,7 +401,7 @@ impl Tension<Hooke> {
         let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1, x2, x3, x4, x5] = x;
         let [_, _] = y;
-        let t9 = R::lit(1e-12);
+        let t9 = R::lit(self.softening);
         let t10 = x1.fma(x1, t9);
         let t11 = R::lit(1.0);
         let t12 = x1 + x1;
@@ -453,7 +453,7 @@ impl Tension<Stiffening> {
         let [x0, x1, x2, x3, x4, x5] = x;
         let [_, _] = y;
         let t9 = uniforms[0];
-        let t10 = R::lit(1e-12);
+        let t10 = R::lit(self.softening);
         let t11 = x1.fma(x1, t10);
         let t12 = R::lit(1.0);
         let t13 = x1 + x1;
@@ -514,7 +514,7 @@ impl Bend {
         let [_, _, _, _, _, _] = y;
         let t15 = x2 - x0;
         let t18 = x3 - x1;
-        let t19 = R::lit(1e-12);
+        let t19 = R::lit(self.softening);
         let t20 = t18.fma(t18, t19);
         let t21 = t18 + t18;
         let t22 = t15.fma(t15, t20);

@@ -15,6 +15,8 @@ use super::{
 use crate::geometry::{Profile, Vector};
 
 const DT: f64 = 0.002;
+/// The softening of lengths, m^2.
+const SOFTENING: f64 = 1e-12;
 
 /// Computes the cotangents of a kernel's inputs at `x` from the cotangents `y_bar` of its outputs.
 fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
@@ -78,7 +80,11 @@ fn values(law: &impl Law) -> Vec<f64> {
 fn tension<L: BarForce>(law: L) -> Fixed<Tension<L>> {
     Fixed {
         uniforms: values(&law),
-        kernel: Tension { law, dt: DT },
+        kernel: Tension {
+            law,
+            dt: DT,
+            softening: SOFTENING,
+        },
     }
 }
 
@@ -163,6 +169,7 @@ const TURNS: [[f64; 6]; 5] = [
 
 const BEND: Bend = Bend {
     section: 2e-4,
+    softening: SOFTENING,
     dt: DT,
 };
 

@@ -47,6 +47,10 @@ impl Loss for Displacement {
         true
     }
 
+    fn unit(&self, scale: f64) -> f64 {
+        scale
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let observed = self.observed(trajectory.last_step());
         let along = |&step: &usize| self.ground.along(trajectory.position(step));

@@ -27,6 +27,13 @@ pub trait Loss: Send + Sync {
         false
     }
 
+    /// The loss that counts as 1 in the bounds on gradients and in the comparison with the constraints, for a lattice of
+    /// this [scale](crate::lattice::Lattice::scale) (m). The losses of the tasks are lengths, so their unit is the
+    /// scale. By default it is 1.
+    fn unit(&self, _scale: f64) -> f64 {
+        1.0
+    }
+
     /// Computes the loss of a trajectory. The trajectory holds at least the states and nodes that the loss reads.
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R
     where

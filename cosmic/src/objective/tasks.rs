@@ -104,6 +104,14 @@ impl Loss for Objective {
         self.settings.task == TaskKind::Far
     }
 
+    fn unit(&self, scale: f64) -> f64 {
+        match self.settings.task {
+            // The loss is the square of a length.
+            TaskKind::Reach => scale * scale,
+            _ => scale,
+        }
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         match self.settings.task {
             TaskKind::Far => self.far.loss(trajectory),

@@ -56,7 +56,7 @@ pub use pass::Pass;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
-    PhysicsSettings, Senses, UnstableStep, VoidEdges,
+    PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
 };
 
 pub use terrain::{GroundSettings, ProfileKind};

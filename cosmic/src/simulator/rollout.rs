@@ -27,7 +27,8 @@ pub struct Span {
     /// If true, a cheap check of every state after the start finds out whether it is absurd or too fast, or nearly so.
     /// If the check finds such a state, all observations become NaN. [`Simulator::guarded`] relies on this.
     pub watched: bool,
-    /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact.
+    /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact. Its norm counts
+    /// cotangents of velocities in units of the [time scale](Lattice::time_scale).
     pub cotangent_bound: Option<CotangentBound>,
 }
 
@@ -358,8 +359,22 @@ impl Simulator {
             entries: (span.nodes < nodes).then(|| entries.collect()),
             state_bound: span.watched.then(|| self.watched()),
             cotangent_bound: span.cotangent_bound,
+            cotangent_units: self.cotangent_units(),
             memory: self.memory,
         }
+    }
+
+    /// The units in which the norm of a state's cotangent is compared with its bound: the cotangents of velocities are
+    /// divided by the [time scale](Lattice::time_scale) of the lattice. `None` if that is 1 s.
+    fn cotangent_units(&self) -> Option<Arc<[f64]>> {
+        let time = self.lattice.time_scale();
+        let half = 2 * self.lattice.nodes();
+        (time != 1.0).then(|| {
+            let units = [1.0, time].into_iter();
+            units
+                .flat_map(|unit| std::iter::repeat_n(unit, half))
+                .collect()
+        })
     }
 
     /// Prepares a robot for a body: leaves out the parts that the body does not need, and collects the numbers of the

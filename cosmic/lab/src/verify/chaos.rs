@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::probe::{MOVED, Probe, distance};
+use super::probe::{Probe, distance};
 use crate::table::{Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
@@ -12,7 +12,8 @@ use cosmic::task::together;
 
 /// The number of perturbed starts. The motion from each is compared with the motion from the unperturbed start.
 const STARTS: usize = 16;
-/// Two motions that are farther apart than this, in metres, no longer differ by a small perturbation.
+/// Two motions that are farther apart than this, as a share of the lattice's scale, no longer differ by a small
+/// perturbation.
 const PARTED: f64 = 1e-4;
 /// The number of steps between two measurements of the distance.
 const EVERY: usize = 8;
@@ -33,6 +34,8 @@ pub(super) struct Chaos {
     /// The list ends when a perturbation is no longer small.
     grown: Vec<(usize, f64)>,
     steps: usize,
+    /// The distance by which every coordinate of a perturbed start is moved, in metres.
+    moved_by: f64,
     /// The quantiles of the displacement along the ground after all steps, over the perturbed starts, in metres.
     spread: Quantiles,
     /// The displacement from the unperturbed start, in metres.
@@ -58,7 +61,9 @@ impl Chaos {
         };
         let distances = |states: &Vec<State<f64>>| {
             let pairs = states.iter().zip(&unmoved);
-            pairs.map(|(a, b)| distance(a, b)).collect()
+            pairs
+                .map(|(a, b)| distance(a, b) / case.lattice.scale)
+                .collect()
         };
         let parting: Vec<Vec<f64>> = moved.iter().map(distances).collect();
         let rates: Vec<f64> = parting.iter().map(|d| growth_rate(&observed, d)).collect();
@@ -70,6 +75,7 @@ impl Chaos {
             dt: case.physics.dt,
             grown: largest_growth(&observed, &parting),
             steps,
+            moved_by: probe.moved_by(),
             spread: Quantiles::of(&reached),
             unmoved: reach(&unmoved),
         }
@@ -108,8 +114,9 @@ impl Chaos {
 
     /// The table with the displacement from the unperturbed start and the quantiles over the perturbed starts.
     pub(super) fn table(&self) -> Table {
+        let moved = self.moved_by;
         let title =
-            format!("Displacement along the ground over {STARTS} starts moved by {MOVED:e} m");
+            format!("Displacement along the ground over {STARTS} starts moved by {moved:e} m");
         let Quantiles { p10, p50, p90 } = self.spread;
         let is_finite = p10.is_finite() && self.unmoved.is_finite();
         Table::of("spread", &title, &[()])

@@ -23,7 +23,7 @@ pub(super) type Slopes = [f64; DIRECTIONS];
 /// A case, and random directions in the space of its inputs. The inputs are the design vectors and the controller's
 /// weights; if the design is a layout, only the weights.
 pub(super) struct Subject<'a> {
-    probe: Probe<'a>,
+    pub(super) probe: Probe<'a>,
     blocks: Vec<Block>,
     /// The directions, as vectors of length 1.
     directions: [Vec<f64>; DIRECTIONS],
