@@ -326,9 +326,11 @@ mod tests {
             let slope = slope_in_domains(&scene, 24);
             slope.gradient.iter().map(|g| g.abs()).fold(0.0, f64::max)
         };
-        assert!(slope(MovedBody::Payload) > 1e-5 && slope(MovedBody::Nodes) > 1e-5);
-        // The gradient is a sum of numbers below 1 that are rounded at 1e-16, over 24 steps.
-        assert!(slope(MovedBody::Mass) < 1e-14);
+        let [payload, mass, nodes] =
+            [MovedBody::Payload, MovedBody::Mass, MovedBody::Nodes].map(slope);
+        assert!(payload > 1e-5 && nodes > 1e-5, "{payload} {nodes}");
+        // The gradient is a sum of numbers as large as the gradient for the payload, which cancel up to rounding.
+        assert!(mass < 1e-9 * payload, "{mass} {payload}");
     }
 
     /// In the mode "tail" a displacement counts from the start of the whole rollout.

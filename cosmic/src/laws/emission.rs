@@ -77,7 +77,7 @@ fn of_bars<L: BarForce>(name: &str) -> String {
         },
         uniforms: v[..L::COUNT].to_vec(),
     };
-    let fields = [&UNIFORMS[..L::COUNT], &["self.dt", "self.softening"]].concat();
+    let fields = [&UNIFORMS[..L::COUNT], &["self.dt", "self.softening > 0"]].concat();
     adjoint(&format!("Tension<{name}>"), &fields, tension)
 }
 
@@ -93,7 +93,7 @@ fn adjoints_are_fresh() {
         of_bars::<Stiffening>("Stiffening"),
         adjoint(
             "Bend",
-            &["self.section", "self.softening", "self.dt"],
+            &["self.section", "self.softening > 0", "self.dt"],
             |v| Bend {
                 section: v[0],
                 softening: v[1],
