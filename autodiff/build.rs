@@ -1,4 +1,4 @@
-//! Says to the crate which registers its SIMD lanes have, and whether it is built without optimisation.
+//! Tells the crate which SIMD registers the target has, and whether the crate is built without optimisation.
 
 use std::env::var;
 

@@ -176,8 +176,8 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
             tangent: soft.tangent,
         }
     }
-    /// Treats the value and each tangent of the cotangent separately. A part that is zero passes zero, even if another
-    /// part is not zero.
+    /// Applies the chain rule to the value and to each tangent of the cotangent separately. A part that is zero stays
+    /// zero, even if another part is not zero.
     #[inline(always)]
     fn chain(partial: Self, cotangent: Self) -> Self {
         let mut tangent = cotangent.tangent;

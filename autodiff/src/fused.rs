@@ -1,4 +1,4 @@
-//! Functions that are a single entry on the reverse tape.
+//! Functions that take a single entry on the reverse tape, however many operations they do.
 
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Fused, Real};
@@ -76,7 +76,7 @@ impl Fused for Dense {
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let &[weights, x, biases] = inputs else {
-            unreachable!("a dense layer has three slices")
+            unreachable!("a dense layer has three input slices")
         };
         let (rows, vectors) = (biases.len(), self.vectors);
         if weights.is_empty() {

@@ -72,8 +72,8 @@ macro_rules! operators {
     };
 }
 
-/// Implements the operators whose right operand is a literal: `number op literal`. Multiplication may have an
-/// expression of its own, because a literal has no tangents to multiply.
+/// Implements the operators whose right operand is a literal: `number op literal`. Multiplication may have a separate
+/// expression, because a literal has no tangents to multiply.
 macro_rules! literal_operators {
     ($generics:tt $number:ty) => {
         $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
@@ -318,7 +318,7 @@ macro_rules! constants_by_f64 {
     };
 }
 
-/// Implements comparison and display for a number type over `R`. Only the primal counts, which is the field `value`.
+/// Implements comparison and display for a number type over `R`. Both use only the primal, which is the field `value`.
 macro_rules! by_primal {
     ([$($generics:tt)*] $number:ty) => {
         impl<R: PartialEq $($generics)*> PartialEq for $number {

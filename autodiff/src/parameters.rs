@@ -157,7 +157,7 @@ fn name(path: &[Step<'_>]) -> String {
     name
 }
 
-/// Walks through a structure and replaces numbers of type `R` by numbers of type `S`.
+/// Walks through a structure of numbers of type `R` and builds the same structure with numbers of type `S`.
 pub struct Walk<'a, R, S> {
     path: Vec<Step<'a>>,
     visit: &'a mut dyn FnMut(&[Step<'a>], R) -> S,
@@ -169,12 +169,12 @@ impl<'a, R: Real, S: Real> Walk<'a, R, S> {
         Self { path, visit }
     }
 
-    /// Returns a field with its numbers replaced. `name` is the name of the field.
+    /// Returns a field in which each number is replaced. `name` is the name of the field.
     pub fn field<P: Parameters<R>>(&mut self, name: &'a str, part: &P) -> P::With<S> {
         self.part(Step::Field(name), part)
     }
 
-    /// Returns an element of a list with its numbers replaced. `index` is its place in the list.
+    /// Returns an element of a list in which each number is replaced. `index` is the element's index.
     pub fn element<P: Parameters<R>>(&mut self, index: usize, part: &P) -> P::With<S> {
         self.part(Step::Index(index), part)
     }

@@ -69,7 +69,7 @@ pub(crate) fn keep<T: Pooled>(buffer: Box<T>) {
     let _ = POOL.try_with(|pool| pool.borrow_mut().keep(buffer));
 }
 
-/// The number of buffers that the thread keeps.
+/// The number of buffers in the thread's pool.
 #[cfg(test)]
 pub(crate) fn count() -> usize {
     POOL.with_borrow(|pool| pool.buffers.len())

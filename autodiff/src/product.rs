@@ -109,8 +109,8 @@ impl<R: Real> Product<'_, R> {
         );
     }
 
-    /// Computes some columns of the product, as many as fit into `H` registers, for all rows. Adds them to the result.
-    /// The last register holds only `last` columns.
+    /// Computes the columns of the product that fit into `H` registers, from column `column` on, for all rows. Adds
+    /// them to the result. Only the first `last` lanes of the last register are used.
     ///
     /// # Safety
     /// The slices were checked and have these columns.
@@ -136,7 +136,7 @@ impl<R: Real> Product<'_, R> {
         }
     }
 
-    /// Computes some columns of the product, as many as fit into `H` registers, for `T` rows. Adds them to the result.
+    /// Computes the columns of the product that fit into `H` registers, for `T` rows. Adds them to the result.
     ///
     /// # Safety
     /// Like [`add_columns`](Self::add_columns), and the matrix must have these rows.
@@ -173,7 +173,7 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// Two matrices to be multiplied. Their method [`sums`](Self::sums) is the core of every product.
+/// Two matrices to be multiplied. The method [`sums`](Self::sums) is used by every product of matrices.
 pub(crate) struct Factors<'a, R> {
     pub(crate) a: Strided<'a, R>,
     /// The second matrix. The numbers of each row are adjacent.
@@ -185,9 +185,9 @@ pub(crate) struct Factors<'a, R> {
 }
 
 impl<R: Real> Factors<'_, R> {
-    /// Returns the product of `T` rows of `a` with some columns of `b`, as many as fit into `H` registers. The last
-    /// register holds only `last` columns. Each number of the product is returned as `P` partial sums, each of every
-    /// `P`-th term, so that an addition need not wait for the one before.
+    /// Returns the product of `T` rows of `a` with the columns of `b` that fit into `H` registers. Only the first
+    /// `last` lanes of the last register are used. Each number of the product is returned as `P` partial sums. Each
+    /// partial sum adds every `P`-th term, so that consecutive additions do not wait for each other.
     ///
     /// # Safety
     /// The slices have these rows and columns.

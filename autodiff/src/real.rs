@@ -225,7 +225,7 @@ pub trait Real:
     fn powi(self, exponent: i32) -> Self;
     /// Returns the power with a real exponent. The base must not be negative.
     fn powf(self, exponent: Self) -> Self;
-    /// Returns the value of an [`Elementary`] function. Each of these functions also has a method of its own.
+    /// Returns the value of an [`Elementary`] function. There is also a separate method for each of these functions.
     fn elementary(self, function: Elementary) -> Self;
     /// Returns the inverse tangent, which is between `-pi/2` and `pi/2`.
     #[inline(always)]
@@ -413,8 +413,8 @@ pub trait Lane<S>: Real {
     fn expand(self, bits: u16) -> Self;
     /// Moves the lanes whose bits are set, in order, to the first lanes. The other lanes become zero.
     fn compress(self, bits: u16) -> Self;
-    /// Interleaves the lanes of two registers: `self[0], other[0], self[1], ...`. Returns the first `N` and the last
-    /// `N` of these lanes.
+    /// Interleaves the lanes of two registers: `self[0], other[0], self[1], ...`. The result is two registers with the
+    /// first half and the second half of these lanes.
     fn zip(self, other: Self) -> [Self; 2];
 
     /// Returns the [`layer_tanh`](Real::layer_tanh) of each number. With SIMD lanes the computations overlap in the

@@ -200,9 +200,9 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     (value, [by_x, by_y])
 }
 
-/// Returns the cosine and the sine of the angle of `(x, y)`. Only their derivatives are used. They are computed from
-/// the ratio of the shorter side to the longer side. The derivative of `x / sqrt(x^2 + y^2)` along the longer side
-/// would be a small difference, which loses digits.
+/// Returns the cosine and the sine of the angle of `(x, y)`, of which only the derivatives are used. They are computed
+/// from the ratio of the shorter side to the longer side. The formula `x / sqrt(x^2 + y^2)` would lose digits: its
+/// derivative along the longer side is a small difference.
 #[inline(always)]
 fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());
@@ -222,8 +222,8 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     [cosine * rest, sine * rest]
 }
 
-/// Returns `x / scale` for a constant scale above 0. Its derivative is always finite, so that a factor of zero makes it
-/// zero and not NaN. For this, the derivative lacks the factor `small / scale` if the scale is below [`small`].
+/// Returns `x / scale` for a constant scale above 0. The derivative is always finite, so that a factor of zero makes it
+/// zero and not NaN. To keep it finite, the derivative is `1 / small` if the scale is below [`small`].
 #[inline(always)]
 fn divided<R: Real>(x: R, scale: R) -> R {
     (x.detach() / scale).straight_through(x * inverse(scale))
@@ -235,8 +235,7 @@ fn inverse<R: Real>(scale: R) -> R {
     scale.max(small::<R>()).recip()
 }
 
-/// Returns a power of two near the smallest normal number of the type: `2^-1000`, or `2^-120` for `f32`, where
-/// `2^-1000` is zero.
+/// Returns a power of two near the smallest normal number of the type. It is `2^-1000` or, for `f32`, `2^-120`.
 #[inline(always)]
 fn small<R: Real>() -> R {
     let small = R::lit(2f64.powi(-1000));

@@ -71,7 +71,7 @@ fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
         }
     }
     let unit = SIZES.iter().position(|&size| size == UNIT);
-    let unit = least[unit.expect("it is one of the sizes")];
+    let unit = least[unit.expect("UNIT is one of SIZES")];
     let mut table = String::from(
         "| nodes | edges | rollout | | with the design gradient | | with the controller gradient | | MB |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",

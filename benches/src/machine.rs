@@ -1,4 +1,4 @@
-//! Helpers that the benches share: the description of the machine, built-in robots, timing, and sections of
+//! Helpers that the benches share: a description of the machine, built-in robots, time measurements, and sections of
 //! `RESULTS.md`.
 
 use std::fmt::Write as _;
@@ -39,8 +39,8 @@ pub fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// The default duration of one measurement in seconds. This is long compared with the time in which caches and branch
-/// predictors warm up, and short compared with a time slice of the operating system.
+/// The default duration of one measurement, in seconds. It is long enough for caches and branch predictors to warm up,
+/// and short compared with a time slice of the operating system.
 pub const SPAN: f64 = 2e-3;
 
 /// Measures the times of several pieces of work, which take turns. Returns for each one the minimum over `rounds`

@@ -1,4 +1,4 @@
-//! A task of one's own without an adjoint: `cargo run --release -p cosmic-codesign --example tray`
+//! An objective of the user, written without an adjoint: `cargo run --release -p cosmic-codesign --example tray`
 
 use autodiff::Real;
 use cosmic::codesign::CoDesign;

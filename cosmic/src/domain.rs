@@ -64,7 +64,7 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
     }
 }
 
-/// Moves every coordinate of the positions in `start` by `distance` (m). The sign of each move is random.
+/// Moves every coordinate of the positions in `start` up or down at random, by `distance` (m).
 pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> State<f64> {
     let mut moved = |x: f64| x + distance.copysign(symmetric(stream, 1.0));
     State {

@@ -18,12 +18,12 @@ pub enum Error {
         line: usize,
         /// The column of the first problem in characters, from 1.
         column: usize,
-        /// The first problem in a sentence.
+        /// A sentence about the first problem.
         message: String,
         /// Every problem, with the source line and a caret under it.
         report: String,
     },
-    /// Two things that belong together, such as a design and its lattice, but have different sizes.
+    /// Two things that must have the same size but do not, such as a design and its lattice.
     #[error("{file}: expected {expected} {what}, found {found}")]
     Misfit {
         /// The file's name as the user gave it.
@@ -35,7 +35,7 @@ pub enum Error {
         /// The count that was found.
         found: usize,
     },
-    /// A request that cannot be carried out.
+    /// A request that cannot be carried out; the text says why.
     #[error("{0}")]
     Usage(String),
     /// A run whose loss is code of the program that began it. Only that program can continue the run.
@@ -46,7 +46,7 @@ pub enum Error {
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// What the user can do in that program, as the end of a sentence that begins with "that program".
+        /// What the user can do in that program. The text continues a sentence that begins with "that program".
         remedy: &'static str,
     },
     /// There is no built-in scene and no file of this name.
@@ -62,7 +62,7 @@ pub enum Error {
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// The error of the operating system. If the file is missing, it may also say why and what to do.
+        /// The error of the operating system. For a missing file, its text may also give the reason and a remedy.
         source: io::Error,
     },
     /// A file or folder that cannot be written.
@@ -87,7 +87,7 @@ pub enum Error {
         position: Vector<f64>,
         /// The velocity of this node, in m/s.
         velocity: Vector<f64>,
-        /// What caused the divergence, or the bound that is exceeded.
+        /// The cause of the divergence, or the bound that was exceeded, as text.
         cause: String,
     },
     /// The time step is so long that the vibrations of the robot grow.
@@ -119,7 +119,7 @@ pub enum Error {
         /// The error about the time step of the changed robot: an [`Error::UnstableStep`].
         step: Box<Error>,
     },
-    /// A run in use: another process, or another thread of this process, is running it.
+    /// A run in use: another process, or another thread of this process, is running it. The value is the run's folder.
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
     /// Some results are not finite although no simulated state diverged.
@@ -130,7 +130,7 @@ pub enum Error {
         /// The place where a gradient overflowed in the reverse sweep, if it did.
         cause: Option<String>,
     },
-    /// A number cannot be computed, because the rollouts that it needs diverged.
+    /// A number that cannot be computed, because the rollouts that determine it diverged.
     #[error("{0}")]
     NoFigure(String),
     /// Some checks of a group failed.
@@ -166,7 +166,7 @@ pub enum Error {
     Interrupted {
         /// The run's folder.
         run: PathBuf,
-        /// The number of iterations done.
+        /// The number of iterations that the run has done.
         iteration: usize,
         /// True if the loss of the run is code of the program that began it. No command can resume such a run.
         own_loss: bool,
@@ -195,8 +195,8 @@ impl Error {
         matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
     }
 
-    /// The end of the message about an unstable time step: how to make the step stable, or how to allow it. `None` for
-    /// other errors.
+    /// The advice at the end of the message about an unstable time step: how to make the step stable, or how to allow
+    /// it. `None` for other errors.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::UnstableStep { remedy, .. } => Some(remedy.clone()),
@@ -273,12 +273,12 @@ pub(crate) fn some(file: &str, what: &str, found: usize) -> Result<()> {
     }
 }
 
-/// The part of a message that names the cause of the error; empty without a cause.
+/// The end of a message: the cause of the error. Empty if the cause is not known.
 fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// The part of a message that advises to free disk space. It is empty unless the disk or the quota is full.
+/// The end of a message: the advice to free disk space. Empty unless the disk or the quota is full.
 fn make_room(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -288,7 +288,7 @@ fn make_room(source: &io::Error) -> &'static str {
     }
 }
 
-/// The part of a message that counts the failed runs of a sweep other than the first one.
+/// The end of a message: the number of failed runs of a sweep other than the first one.
 fn and_others(others: usize) -> String {
     match others {
         0 => String::new(),
@@ -310,20 +310,20 @@ pub fn in_shell(path: &Path) -> String {
     }
 }
 
-/// The advice how to continue an unfinished run, for the end of a message.
+/// The end of a message: how to continue an unfinished run.
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         format!(
-            "go on with record::resume_with and the loss of the run in {}",
+            "continue with record::resume_with and the loss of the run in {}",
             run.display()
         )
     } else {
-        format!("go on with: cosmic resume {}", in_shell(run))
+        format!("continue with: cosmic resume {}", in_shell(run))
     }
 }
 
-/// The advice to begin a new run or to continue this one, for a message about an unstable time step. It follows the
-/// advice about the time step.
+/// The end of a message about an unstable time step: to begin a new run or to continue this one. The advice about the
+/// time step comes before it.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         ", and begin a new run; to keep the time step, set physics.unstable_step = \"warn\" in its scene".into()

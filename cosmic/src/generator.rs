@@ -1,5 +1,5 @@
 //! Generates lattices. The nodes are on a grid of squares or triangles, with edges between neighbours, or they come
-//! from a truss. Only this module knows columns and rows.
+//! from a truss. All other modules use only nodes and edges, not columns and rows.
 
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Lattice, Payload};

@@ -1,7 +1,8 @@
 //! The inputs of a rollout, and derivatives of functions with respect to these inputs.
 //!
-//! [`Inputs`] has all numbers with respect to which a rollout can be differentiated. A loss is written once, for any
-//! number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a tape.
+//! [`Inputs`] has all numbers with respect to which a rollout can be differentiated, in blocks. A loss is written once,
+//! for any number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a
+//! tape.
 
 use crate::geometry::{fill, flat};
 use crate::lattice::State;
@@ -21,7 +22,7 @@ pub struct Inputs<R> {
     pub start: State<R>,
 }
 
-/// One of the groups into which the numbers of [`Inputs`] are divided.
+/// One of the groups (blocks) into which the numbers of [`Inputs`] are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
     /// Design vectors.
@@ -34,16 +35,17 @@ pub enum Block {
     V0,
 }
 
-/// Only the design vectors, as a list of blocks.
+/// A list of blocks that has only the design vectors.
 pub const DESIGN: &[Block] = &[Block::Z];
-/// Only the numbers of the controller, as a list of blocks.
+/// A list of blocks that has only the numbers of the controller.
 pub const CONTROLLER: &[Block] = &[Block::Controller];
-/// The empty list of blocks: nothing is differentiated.
+/// The empty list of blocks, for functions that differentiate nothing.
 pub const NOTHING: &[Block] = &[];
 /// All blocks, in the order in which files and tables list them.
 pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
 
-/// The numbers that files store under one key: a whole [`Block`], or one named block of the controller's parameters.
+/// The numbers that files store under one key. They are a whole [`Block`], or one named block of the controller's
+/// parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// The key under which files store the numbers.
@@ -82,12 +84,12 @@ impl<R: Real> Inputs<R> {
         }
         assert!(
             numbers.is_empty(),
-            "{} numbers are left over",
+            "`numbers` has {} entries more than the blocks need",
             numbers.len()
         );
     }
 
-    /// Lists the parts of these inputs, in the order of [`ALL`]. Together they contain every number once.
+    /// Lists the parts of these inputs, in the order of [`ALL`]. Every number belongs to exactly one part.
     pub fn parts(&self) -> Vec<Part> {
         let part = |name: &str, block: Block, range: Range<usize>| Part {
             name: name.to_owned(),
@@ -127,7 +129,7 @@ impl<R: Real> Inputs<R> {
         numbers
     }
 
-    /// These inputs with `f` applied to every number.
+    /// A copy of the inputs with `f` applied to every number.
     fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
         Inputs {
             z: self.z.iter().map(|z| z.map(&f)).collect(),
@@ -147,7 +149,7 @@ impl<R: Real> Inputs<R> {
         result
     }
 
-    /// Evaluates `N` functions, each on its own copy of the inputs. For each function, returns its value and its
+    /// Evaluates `N` functions, each on its own copy of the inputs. Returns the value of each function, and its
     /// gradient with respect to the numbers of `blocks` in its copy. All functions share one recording and one reverse
     /// sweep.
     pub fn differentiate_copies<const N: usize>(
@@ -170,7 +172,7 @@ impl<R: Real> Inputs<R> {
         })
     }
 
-    /// These inputs with `variables` as the numbers of `blocks`. All other numbers are constants.
+    /// A copy of the inputs in which `variables` are the numbers of `blocks`. All other numbers are constants.
     fn with_variables(&self, blocks: &[Block], variables: &[Var<R>]) -> Inputs<Var<R>> {
         let mut inputs = self.map(Var::constant);
         inputs.set(blocks, variables);
@@ -236,7 +238,7 @@ impl<R: Real> Inputs<R> {
 }
 
 impl Inputs<f64> {
-    /// These inputs with every number converted to a constant of the number type `R`.
+    /// A copy of the inputs with every number converted to a constant of the number type `R`.
     pub fn lift<R: Real>(&self) -> Inputs<R> {
         self.map(R::lit)
     }

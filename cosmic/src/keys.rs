@@ -14,16 +14,16 @@ pub struct Key {
     pub doc: &'static str,
     /// The names of the table columns that show the key.
     pub columns: Vec<&'static str>,
-    /// The keys of the object, or of each object in the list, that is the value. Empty for any other value.
+    /// The keys inside the value, if the value is an object or a list of objects. Empty for any other value.
     pub parts: Vec<Key>,
 }
 
-/// A struct whose fields are the keys of a file.
+/// A struct whose fields are the keys of a JSON object in a file.
 pub trait Keyed {
     /// Every key, in the order in which the file lists them.
     fn keys() -> Vec<Key>;
 
-    /// The value of every column, in the order of [`columns`].
+    /// The values of all columns that show this struct, in the order of [`columns`].
     fn cells(&self) -> Vec<Cell>;
 }
 
@@ -32,10 +32,10 @@ pub fn columns(keys: &[Key]) -> Vec<&'static str> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
 }
 
-/// The value in a column of a table.
+/// The content of a cell in a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell {
-    /// A word.
+    /// Text that is a fixed word.
     Word(&'static str),
     /// A whole number.
     Count(usize),

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// How jobs are shared out to threads: the number of jobs that run at the same time, and the number of threads of each
+/// How jobs are divided among threads: the number of jobs that run at the same time, and the number of threads of each
 /// job.
 #[derive(Clone, Copy, Debug)]
 pub struct Crew {
@@ -16,8 +16,8 @@ pub struct Crew {
 }
 
 impl Crew {
-    /// A crew that runs `threads` jobs at the same time, or one job per core for `None`. Each job has a single thread.
-    /// Parallel code within a job runs on this thread too.
+    /// A crew that runs `threads` jobs at the same time, each on a single thread. `None` runs one job per core.
+    /// Parallel code within a job runs on the job's thread too.
     pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {
@@ -43,7 +43,8 @@ impl Crew {
     }
 }
 
-/// Why the lock on the results is never poisoned.
+/// The message of an `expect`: the lock on the results cannot be poisoned, because no thread panics while it holds the
+/// lock.
 const NO_PANIC: &str = "no push panics";
 
 /// Calls `job` with the numbers 0 to `jobs - 1`, lower numbers first, and returns the results in the order of the

@@ -1,4 +1,4 @@
-//! The projections from design vectors to mixtures of materials. Also computes the body that belongs to a design.
+//! The projections from design vectors to mixtures of materials, and the body of a design.
 
 use std::borrow::Cow;
 
@@ -16,13 +16,14 @@ use crate::scene::{MaterialSettings, MovedBody, PhysicsSettings, ProjectionSetti
 pub enum Projection {
     /// The softmax of each design vector, `softmax(beta z)`.
     Performance,
-    /// The softmax of each design vector minus the mean of all design vectors. It is so sharp that its mixtures
-    /// resemble the layout after a snap. Its derivative is replaced by the derivative of a softer projection
-    /// (straight-through).
+    /// Subtracts the mean of all design vectors from each design vector, and then applies a softmax. This softmax is so
+    /// sharp that nearly every mixture is a single material, as in the final layout. Its derivative is replaced by that
+    /// of a softer projection (straight-through).
     Stability,
 }
 
-/// Projects the vectors of a design to mixtures. A layout stays as it is (D7).
+/// Projects the design vectors of a design to mixtures of materials. A layout (one material per edge) does not change
+/// (D7).
 pub fn projected(
     projection: Projection,
     design: &Design<[f64; 3]>,
@@ -70,7 +71,7 @@ pub fn mixtures<R: Real>(
     }
 }
 
-/// Restrictions on the mixtures of edges. By default there are no restrictions.
+/// Restrictions on the mixtures of materials that edges may have. By default there are no restrictions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holds {
     /// For each edge, the amount that is subtracted from each entry of its design vector. The list is empty if all
@@ -81,9 +82,9 @@ pub struct Holds {
 }
 
 impl Holds {
-    /// The restrictions of a scene. With `hold_materials`, each edge keeps the solid material that it has in the filled
-    /// layout: the value of the setting is subtracted from the entry of the other solid material. An edge that the
-    /// rules keep has no share of void. An edge that they forbid has no share of solid materials.
+    /// The restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that it has in the
+    /// filled layout: the value of that setting is subtracted from the entry of the other solid material. An edge that
+    /// must be solid has no share of void. An edge that must be void has no share of solid materials.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
@@ -146,7 +147,7 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     e.map(|e| e / sum)
 }
 
-/// The factors by which a robot, as it is built, differs from its design.
+/// The random factors by which a built robot differs from its design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     /// The factor on the stiffness of each edge.
@@ -156,8 +157,9 @@ pub struct Variation {
 }
 
 impl<R: Real> Body<R> {
-    /// The body of a design. The properties of an edge are those of its material. For a mixture, they are the means
-    /// over its materials. If `physics.void_edges` is "drop", the void edges of a layout have no stiffness.
+    /// The body of a design. In a layout, an edge has the properties of its material. Otherwise, it has the means of
+    /// the properties over the materials in its mixture. If `physics.void_edges` is "drop", the void edges of a layout
+    /// have no stiffness.
     pub fn new(
         design: &Design<Mixture<R>>,
         lattice: &Lattice,

@@ -1,21 +1,22 @@
-//! Random numbers. Every seed and purpose has its own independent stream.
+//! Random numbers. There is an independent stream for every seed and purpose.
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// What random numbers are used for. Each purpose has its own stream. So drawing more numbers for one purpose does not
+/// The purpose of random numbers. Each purpose has its own stream. So drawing more numbers for one purpose does not
 /// change the numbers for others. The number of a purpose selects its stream and must never be reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Initial weights of a controller.
     Weights = 0,
-    /// Perturbed initial states for choosing the result of a run.
+    /// Perturbed initial states by which the result of a run is chosen.
     Selection = 1,
-    /// Perturbed initial states for judging the result of a run. They are not the states that chose the result.
+    /// Perturbed initial states by which the result of a run is judged. They differ from the states by which it was
+    /// chosen.
     Judgement = 2,
     /// Perturbed initial states, directions and random lattices for the command `verify`.
     Verification = 3,
-    /// The side towards which a tilted initial design becomes thinner.
+    /// The side of a tilted initial design that gets less material.
     Tilt = 5,
     /// Random variations of the robot and its surroundings, for gradients and for choosing controllers.
     DomainRandomisation = 6,
@@ -32,7 +33,7 @@ pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
     stream_of(seed, purpose, 0)
 }
 
-/// The stream with this number among the many streams for a seed and a purpose. Number 0 is the stream of [`stream`].
+/// One of the many streams for a seed and a purpose, given by its number. Number 0 is the stream of [`stream`].
 pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());

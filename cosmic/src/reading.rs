@@ -100,8 +100,8 @@ fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, Strin
     }
 }
 
-/// If the word at `place` means a number that is not finite, such as `-Infinity`: the column of its first letter, and
-/// the word.
+/// If the word at `place` stands for a number that is not finite, such as `-Infinity`, returns the column of its first
+/// letter, and the word.
 fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
     let line = json
         .split(|&byte| byte == b'\n')
@@ -118,7 +118,8 @@ fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
     known.then_some((start + 1, word))
 }
 
-/// Replaces the decimal comma of a number by a decimal point: `9,81` becomes `9.81`. `None` for any other text.
+/// Replaces a decimal comma in a number by a decimal point: `9,81` becomes `9.81`. Returns `None` for text that is not
+/// such a number.
 pub fn with_decimal_point(text: &str) -> Option<String> {
     let text = text.trim().trim_matches(['"', '\'']);
     let (whole, rest) = text.split_once(',')?;
@@ -128,9 +129,9 @@ pub fn with_decimal_point(text: &str) -> Option<String> {
     (is_number && number.parse::<f64>().is_ok()).then_some(number)
 }
 
-/// Adds a line and a column to an error about a JSON text. The first words in backquotes in its message, such as
-/// `z[3]`, are taken as the path of a value, and the place is where this value begins. If there is no such value, the
-/// error is returned unchanged.
+/// Adds a line and a column to an error about a JSON text. The place is the beginning of a value: the first words in
+/// backquotes in the error's message, such as `z[3]`, are taken as its path. If there is no such value, the error is
+/// returned unchanged.
 pub fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
@@ -185,7 +186,7 @@ fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
 /// The path by which `serde_path_to_error` refers to the whole value.
 const ROOT: &str = ".";
 
-/// The message of an error. The path of the value comes first. The place that serde_json puts at the end is removed.
+/// Makes the message of an error: the path of the value, then the text of serde_json without the place at its end.
 fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// The word by which a scene says that it chooses no item.
+/// The word in a scene file that means: no item is chosen.
 pub(crate) const OFF: &str = "off";
 
 /// The laws, losses, policies, lattices and scenes that a program adds to the built-in ones. Functions that read
@@ -29,7 +29,7 @@ struct Item {
 }
 
 impl Registry {
-    /// Adds an item. `kind` is the noun by which messages call such an item, such as "policy".
+    /// Adds an item. `kind` is the noun for such an item in messages, such as "policy".
     ///
     /// # Panics
     /// If the name is `off`, is in `built_in`, or belongs to another item of that kind.

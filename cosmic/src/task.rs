@@ -23,7 +23,7 @@ use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Traject
 pub struct Horizon {
     /// The number of steps that carry the gradient.
     pub steps: usize,
-    /// Whether these are the first steps of a rollout or its last steps.
+    /// The part of a rollout that carries the gradient: its first steps or its last steps.
     pub mode: HorizonMode,
     /// The bound on the state's cotangent in the reverse sweep. With `None` the gradient is exact.
     pub cotangent_bound: Option<CotangentBound>,
@@ -61,7 +61,7 @@ pub struct Task {
     /// The restrictions on the mixtures of edges.
     holds: Holds,
     pub(crate) simulator: Simulator,
-    /// True if the presence of a node depends on how solid its edges are.
+    /// True if the weight of a node in means and observations depends on how solid its edges are.
     one_piece: bool,
     /// The part of the robot whose displacement counts.
     moved: MovedBody,
@@ -91,7 +91,7 @@ impl Task {
         }
     }
 
-    /// This task with a [memory budget](Simulator::with_memory) for gradients.
+    /// A copy of the task with a [memory budget](Simulator::with_memory) for gradients.
     #[must_use]
     pub fn with_memory(self, memory: Memory) -> Self {
         Self {
@@ -100,21 +100,21 @@ impl Task {
         }
     }
 
-    /// This task with or without the presence of nodes. If `one_piece` is true, the presence of a node [depends on how
-    /// solid its edges are](Body::with_one_piece). Otherwise all nodes are present.
+    /// This task with weighted or equal nodes. If `one_piece` is true, the weight of a node (its presence) [depends on
+    /// how solid its edges are](Body::with_one_piece). Otherwise all weights are 1.
     #[must_use]
     pub fn with_one_piece(self, one_piece: bool) -> Self {
         Self { one_piece, ..self }
     }
 
-    /// This task with another part of the robot whose displacement counts (`objective.body`).
+    /// A copy of the task with another part of the robot whose displacement counts (`objective.body`).
     #[must_use]
     pub fn with_moved(self, moved: MovedBody) -> Self {
         Self { moved, ..self }
     }
 
-    /// This task for a robot as it is built: its stiffnesses and masses are multiplied by the factors in `variation`.
-    /// The coefficient of friction is multiplied by `friction`.
+    /// A copy of the task for a robot as it is built: its stiffnesses and masses are multiplied by the factors in
+    /// `variation`. The coefficient of friction is multiplied by `friction`.
     #[must_use]
     pub fn varied(&self, variation: Variation, friction: f64) -> Self {
         let physics = PhysicsSettings {
@@ -129,8 +129,8 @@ impl Task {
         }
     }
 
-    /// This task without feedback (open loop): the controller observes the state `seen` in every step, so that only its
-    /// clock changes.
+    /// A copy of the task without feedback (open loop): the controller observes the state `seen` in every step, so that
+    /// only its clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         Self {
@@ -139,7 +139,7 @@ impl Task {
         }
     }
 
-    /// This task with the goal on the other side of the origin.
+    /// A copy of the task with the goal on the other side of the origin.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         Self {
@@ -183,7 +183,8 @@ impl Task {
         projection::mixtures(projection, z, &self.sharpness, &self.holds)
     }
 
-    /// Projects the vectors of a design to mixtures with `projection`. A layout stays as it is.
+    /// Projects the design vectors of a design to mixtures with `projection`. A layout (one material per edge) does not
+    /// change.
     pub fn projected(
         &self,
         projection: Projection,

@@ -1,4 +1,5 @@
-//! Properties of projections, measures and the snap that hold for every design.
+//! Properties that hold for every design: of projections, of measures, and of the snap, which gives every edge one
+//! material.
 
 use cosmic::design::{LayoutRules, Material, Mixture, Structure, VolumeBounds, snap};
 use cosmic::lattice::Lattice;

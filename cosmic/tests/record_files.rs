@@ -142,8 +142,8 @@ fn links_and_pipes_are_kept() {
     assert_eq!(names(folder.path()).len(), 5);
 }
 
-/// The environment variable that makes a run of this test the victim: a copy of the test that is killed in the middle
-/// of a write. Its value is the folder in which the copy writes.
+/// The name of an environment variable. If it is set, this test is the victim: a process that the test has started and
+/// kills in the middle of a write. The value is the folder in which the victim writes.
 const VICTIM: &str = "COSMIC_TEST_VICTIM";
 
 #[test]

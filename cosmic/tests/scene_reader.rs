@@ -6,7 +6,7 @@ use cosmic::{Error, error};
 use proptest::prelude::*;
 use std::fs;
 
-/// Parses a scene in which `^` marks the place of a fault, asserts that the error is at that place, and returns its
+/// Parses a scene in which `^` marks the place of an error. Asserts that the error is at that place, and returns its
 /// message and its report.
 fn refusal(text: &str) -> (String, String) {
     let (before, after) = text.split_once('^').unwrap();

@@ -1,4 +1,5 @@
-//! Warnings about settings that have no effect. The tests change these settings to check that they really have none.
+//! Tests of the warnings about settings without effect. The tests change these settings to check that they really have
+//! none.
 
 use autodiff::Real;
 use cosmic::Registry;
@@ -103,7 +104,7 @@ const OTHERS: [&[&str]; 20] = [
     &["lattice.file=square", "lattice.drop=0"],
 ];
 
-/// Further values to try for some keys: names, and numbers that are far from those in the scenes.
+/// More values to try for some keys: names, and numbers that differ much from those in the scenes.
 const NAMES: [&str; 14] = [
     "design.feet=3",
     "mma.asymin=0.2",
@@ -166,8 +167,9 @@ fn warning(scene: &Scene, key: &str) -> Option<String> {
     doubts.find(of_key).map(|doubt| doubt.to_string())
 }
 
-/// If a scene has a warning about a key, changing the key does not change a single bit of the result. Every such key
-/// has an effect in some other scene, which has no warning about it, so no condition for a warning is too wide.
+/// If a scene warns that a key has no effect, changing the key does not change a bit of the result. Conversely, every
+/// key with such a warning has an effect in another scene, which does not have the warning. So no warning is given too
+/// often.
 #[test]
 fn exactly_the_settings_without_effect_have_a_warning() {
     let square: Truss = serde_json::from_str(TRUSS).unwrap();

@@ -44,8 +44,8 @@ fn missing_keys_come_from_the_base() {
     assert_eq!(scene.physics.gravity, 5.0);
 }
 
-/// The scene file of a run must have every key that existed in its version. Keys that are newer than the file get the
-/// values that reproduce the old behaviour.
+/// The scene file of a run must have every key of its version. Keys that are newer than the file get the values that
+/// reproduce the behaviour of older programs.
 #[test]
 fn the_scene_of_a_run_is_complete() {
     let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
@@ -146,7 +146,7 @@ fn departures_are_named_and_can_be_switched_off() {
     assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
-/// The text of the error report if `--set` applies these settings to the paper's scene.
+/// The text of the error report after `--set` has applied settings to the paper's scene.
 fn refused_setting(settings: &[&str]) -> String {
     Scene::paper().set(settings).unwrap_err().to_string()
 }
@@ -188,8 +188,7 @@ fn single_settings_replace_those_of_a_scene() {
     assert_eq!((set.physics.dt, set.physics.steps), (0.001, 5000));
 }
 
-/// Settings that are refused. For each: the setting, words of the message, and the option `--set` as the report shows
-/// it.
+/// Settings that are refused. Each comes with words of the message, and with the option `--set` as the report shows it.
 const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     (
         "base=stability",

@@ -105,7 +105,7 @@ class Simulator:
             return [*range(0, last, whole("observed", observed, 1)), last]
         if steps is not None:
             raise InputError(
-                "`steps` cannot be given with a list of steps; end the list `observed` with the last step"
+                "`steps` cannot be used if `observed` is a list; end the list with the last step"
             )
         given = observed.tolist() if isinstance(observed, np.ndarray) else observed
         try:

@@ -190,7 +190,7 @@ impl Driven {
         let states = self.states(x, v)?;
         if done.len() != states.len() {
             return Err(refused(format!(
-                "expected the steps of {} robots",
+                "done: expected {} numbers of steps, one per robot",
                 states.len()
             )));
         }

@@ -201,7 +201,7 @@ impl Simulator {
             .is_some_and(|size| Some(size) != asked.batch.size)
         {
             return Err(refused(
-                "tangents: this is a batch, but the inputs are not a batch of the same size"
+                "tangents: inputs and tangents must have the same batch size"
                     .to_owned(),
             ));
         }

@@ -183,7 +183,7 @@ def test_messages_name_python_calls_instead_of_commands(run: cosmic.Run, tmp_pat
 @pytest.mark.parametrize(
     ("command", "call"),
     [
-        ("go on with: cosmic resume runs/a", "go on with: cosmic.resume('runs/a')"),
+        ("continue with: cosmic resume runs/a", "continue with: cosmic.resume('runs/a')"),
         ("cosmic resume 'my runs/a' --allow-unstable", "cosmic.resume('my runs/a', allow_unstable=True)"),
         ("cosmic resume 'it'\\''s'; and so on", 'cosmic.resume("it\'s"); and so on'),
         ("by `cosmic resume`, or name another", "by cosmic.resume(folder), or name another"),

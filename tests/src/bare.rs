@@ -1,4 +1,4 @@
-//! Robots without a design: the caller gives stiffnesses and masses directly, and the controller does nothing.
+//! Robots without a design: the test states stiffnesses and masses directly. They have no actuators.
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
@@ -7,7 +7,7 @@ use cosmic::policy::Controller;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 
-/// A robot without a design: nodes, springs between them, and the physics of its world.
+/// A robot without a design. It consists of nodes, springs between them, and the physics of its world.
 #[derive(Clone, Debug)]
 pub struct Bare {
     /// The edges and rest lengths. The lattice's positions are not used.
@@ -19,8 +19,8 @@ pub struct Bare {
 }
 
 impl Bare {
-    /// Creates nodes with these masses. Each spring between them is given as `(edge, rest length, stiffness)`. The
-    /// world has no gravity and no damping, and its ground is a metre below zero.
+    /// Creates a robot from nodes with these masses. Each spring is `(edge, rest length, stiffness)`. The world has no
+    /// gravity and no damping, and the ground is a metre below zero.
     pub fn new(springs: &[([usize; 2], f64, f64)], masses: &[f64]) -> Self {
         let edges = springs.iter().map(|spring| spring.0).collect();
         let lattice = Lattice {
@@ -47,7 +47,7 @@ impl Bare {
         }
     }
 
-    /// Creates two nodes of equal mass that move freely, because the spring between them has no stiffness.
+    /// Creates two nodes of equal mass that do not affect each other, because the spring between them has no stiffness.
     pub fn free_node(physics: PhysicsSettings) -> Self {
         let bare = Self::new(&[([0, 1], 1.0, 0.0)], &[0.01, 0.01]);
         Self { physics, ..bare }

@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use cosmic::case::Case;
 use serde_json::Value;
 
-/// The folder of reference cases: the folder in the environment variable `REFERENCE_DIR` if it is set, otherwise the
-/// folder of this project.
+/// The folder of reference cases. The environment variable `REFERENCE_DIR` names it; by default it is the folder of
+/// this project.
 pub fn reference_folder() -> PathBuf {
     std::env::var_os("REFERENCE_DIR").map_or_else(own_reference_folder, PathBuf::from)
 }
@@ -24,7 +24,8 @@ pub fn own_reference_folder() -> PathBuf {
     workspace().join("tests/data/reference")
 }
 
-/// The subfolder `name` of the folder of reference cases. If it does not exist there, the subfolder of this project.
+/// The subfolder `name` of the folder of reference cases, or, if it does not exist, the subfolder of this project's own
+/// cases.
 pub fn reference_subfolder(name: &str) -> PathBuf {
     let given = reference_folder().join(name);
     match given.is_dir() {
@@ -97,8 +98,8 @@ impl Reference {
         Case::parse(&self.name(), &self.text).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Asserts that `got` agrees with `expected`. The bound is the tolerance of the file that has the name `tolerance`.
-    /// If the assertion fails, the message calls the result `result`.
+    /// Asserts that `got` agrees with `expected`. The file states the tolerance under the name `tolerance`. A failure
+    /// message calls the compared numbers `result`.
     ///
     /// # Panics
     /// If they do not agree, or the file does not have that tolerance.

@@ -1,7 +1,7 @@
-//! Checks of the functions that read files. For any bytes, a reader must return a value or a clear error. If it returns
-//! a value, the value is written, read again and compared.
+//! Tests of the functions that read files. For any bytes, such a function must return a value or a clear error. A value
+//! is written, read again and compared.
 //!
-//! The fuzz targets call these checks. A test also runs the checks over the corpus: the files that fuzzing has found.
+//! The fuzz targets call these tests. One test runs them over the corpus: the files that fuzzing has found.
 
 use std::path::Path;
 
@@ -11,11 +11,12 @@ use cosmic::error::Error;
 use cosmic::record::{DesignFile, RunPlan, snapshot};
 use cosmic::scene::Scene;
 
-/// The check of a reader. It reads the bytes as a file, returns the reader's error if there is one, and panics if the
-/// reader is wrong.
+/// The test of a function that reads files. It reads the bytes as a file, returns the error if there is one, and panics
+/// if it finds a mistake in the function.
 pub type Reader = fn(&[u8]) -> Result<()>;
 
-/// The check of every reader with its name, which is also the name of the reader's corpus and fuzz target.
+/// The tests of all functions that read files. Each has a name, which is also the name of its corpus and its fuzz
+/// target.
 pub const READERS: [(&str, Reader); 4] = [
     ("scene", scene),
     ("case", case),

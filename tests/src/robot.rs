@@ -53,7 +53,7 @@ pub fn states(case: &Case) -> Vec<State<f64>> {
     seen.states
 }
 
-/// The smallest height of any node above the terrain in any of these states, m.
+/// The smallest height of any node above the terrain in any of the states, m.
 pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     let (profile, ground) = (physics.ground.resolved(), Ground::from(physics));
     let nodes = states.iter().flat_map(|state| &state.x);

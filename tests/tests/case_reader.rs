@@ -9,14 +9,14 @@ fn some_case() -> Reference {
     references(&own_reference_folder()).remove(0)
 }
 
-/// Changes the JSON of a valid case and reads the result as a case.
+/// Changes the JSON of a valid case, then reads it as a case.
 fn parse(change: impl FnOnce(&mut Value)) -> Result<Case, Error> {
     let mut json = some_case().json;
     change(&mut json);
     Case::parse("case.json", &json.to_string())
 }
 
-/// The message of the error when a case is read whose JSON the change has made wrong.
+/// Changes the JSON of a valid case, which must make it invalid, and returns the message of the error.
 fn message(change: impl FnOnce(&mut Value)) -> String {
     let error = parse(change).expect_err("the change makes the case wrong");
     assert_eq!(error.exit_code(), 2, "{error}");
@@ -57,7 +57,7 @@ fn some_keys_are_read_if_they_are_there() {
     assert_eq!(case.listed_steps, [2]);
 }
 
-/// Replaces a value of a case, or adds it to an object.
+/// Sets a value in the JSON of a case. The key may be new.
 fn set(json: &mut Value, pointer: &str, value: Value) {
     let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
     let parent = json.pointer_mut(parent).expect("the parent is there");

@@ -31,7 +31,7 @@ struct SourceTree {
     files: BTreeMap<ItemPath, SourceFile>,
 }
 
-/// A path in the code of a file, from the root of the file's crate.
+/// A path that a file's code contains, from the root of the crate.
 struct Mention {
     path: ItemPath,
     /// True if the file re-exports this item with `pub use`.
@@ -64,7 +64,7 @@ impl SourceTree {
             .collect()
     }
 
-    /// Every path in the code of a file that leads to a module or an item of the same crate.
+    /// The paths in the code of a file that lead to modules or items of the same crate.
     fn mentions(&self, module: &ItemPath) -> Vec<Mention> {
         let code = &self.files[module].code;
         let mut mentions = Vec::new();
@@ -92,7 +92,8 @@ impl SourceTree {
         mentions
     }
 
-    /// Resolves a path that `module` uses to a path from the crate's root. Returns `None` if it leaves the crate.
+    /// Resolves a path in the code of `module` to a path from the crate's root. Returns `None` for paths out of the
+    /// crate.
     fn path_from_root(&self, module: &ItemPath, path: &str) -> Option<ItemPath> {
         let mut segments = path.split("::").map(str::trim).peekable();
         let mut base = module.clone();
@@ -120,7 +121,8 @@ impl SourceTree {
         Some(base)
     }
 
-    /// The module whose file defines the item at a path. Follows re-exports.
+    /// The module whose file defines the item at a path. If a file re-exports the item, the search continues from
+    /// there.
     fn defining(&self, path: &ItemPath, reexports: &BTreeMap<ItemPath, ItemPath>) -> ItemPath {
         let mut path = path;
         // Chains of re-exports are short; the limit is needed in case they are circular.
@@ -166,8 +168,8 @@ impl SourceTree {
         mentions.into_iter().map(of_file).collect()
     }
 
-    /// The files that import one another in circles, with their imports. Files on a chain of imports between two
-    /// circles are included.
+    /// The files that are part of a circle of imports, with their imports. If a chain of imports leads from one circle
+    /// to another, the files of the chain are included.
     fn circles(&self) -> Vec<String> {
         let mut imports = self.imports();
         // A file that imports no file, or that no file imports, is not in a circle. Remove such files until only files
@@ -238,7 +240,8 @@ fn without_comments_and_tests(text: &str) -> String {
     code.lines().map(line).collect()
 }
 
-/// Splits a statement into the parts before and after `use `, without the semicolon; `None` if it is no import.
+/// Splits a statement into the parts before and after `use `, without the semicolon. Returns `None` for a statement
+/// that is not an import.
 fn split_at_use(statement: &str) -> Option<(&str, &str)> {
     let begins_word =
         |at: &usize| !statement[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -306,7 +309,7 @@ fn every_module_imports_only_modules_above_it() {
     );
 }
 
-/// The test above can fail: with the modules in reversed order, it finds imports of modules that are further down.
+/// Tests the test above: with the modules in reversed order, it must find imports of modules that are further down.
 #[test]
 fn upward_imports_are_found() {
     for source in ["autodiff/src", "cosmic/src", "cosmic/lab/src"] {
@@ -368,7 +371,8 @@ fn no_files_import_one_another_in_a_circle() {
     }
 }
 
-/// The search finds circles of imports, even through a re-export, and does not report files beside a circle.
+/// Tests the search for circles of imports: it finds circles through a re-export, and does not report files beside a
+/// circle.
 #[test]
 fn circles_are_found() {
     let file = |module: &str, code: &str| {
@@ -425,7 +429,7 @@ fn application() -> impl Iterator<Item = SourceFile> {
     sources.flat_map(|source| SourceTree::read(source).files.into_values())
 }
 
-/// The lines of the application's code that contain any of these words, each as a text `file: line`.
+/// The lines of the application's code that contain any of `words`, each as a text `file: line`.
 fn lines_with(words: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     for SourceFile { path, code } in application() {
@@ -459,8 +463,8 @@ fn nothing_is_differentiated_by_hand() {
     assert_eq!(adjoints_by_hand(), Vec::<String>::new());
 }
 
-/// The adjoints of kernels that are written by hand. An adjoint counts as written by hand unless its body calls
-/// generated code, the default with dual numbers, or the adjoint function of a law.
+/// The hand-written adjoints of kernels. An adjoint is not hand-written if its body is a call: of generated code, of
+/// the default with dual numbers, or of the adjoint function of a law.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
     for SourceFile { path, code } in application() {

@@ -15,7 +15,8 @@ fn profile(points: &[[f64; 2]]) -> GroundSettings {
         .into()
 }
 
-/// A robot with mixtures on the default lattice. It falls to the ground while it moves forward.
+/// A robot whose edges are mixtures of materials, on the default lattice. It falls to the ground while it moves
+/// forward.
 fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     scene.physics.steps = 256;
@@ -120,8 +121,7 @@ fn no_node_is_below_the_ground() {
     assert!(low > 250 && high > 100, "{low} {high}");
 }
 
-/// A robot above a stair. The columns of its lowest row are above different steps: every second column is above a new
-/// step.
+/// A robot above a stair. In its lowest row, every second column is above a new step.
 fn on_stairs(contact: ContactLaw) -> Case {
     falling(|scene| {
         scene.physics.contact = contact;

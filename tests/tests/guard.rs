@@ -1,4 +1,5 @@
-//! The guard finds every absurd state of a delivered rollout, even if only a single state is absurd.
+//! The guard checks the states of a rollout for absurd numbers. It finds every absurd state among those that the
+//! rollout returns, even if only a single state is absurd.
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
@@ -9,7 +10,7 @@ use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
 use cosmic::simulator::{Guarded, Span};
 
-/// A robot of 2x2 nodes that does not diverge, changed by `change`.
+/// A robot of 2x2 nodes. `change` changes its scene; without a change, the robot does not diverge.
 fn case(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
@@ -20,9 +21,8 @@ fn case(change: impl FnOnce(&mut Scene)) -> Case {
     Case::of_scene(&scene, 0).expect("any lattice starts so")
 }
 
-/// A test of the guard: a change of the scene, a change of the case, and what the guard must find. This is the step and
-/// the node of the first state that is absurd or too fast, and the end of the message; or `None` if the guard must find
-/// nothing.
+/// A test of the guard: a change of the scene, a change of the case, and the expected result. The result is the step
+/// and the node of the first state that is absurd or too fast, and the end of the message; `None` if no state is.
 type Watched = (
     fn(&mut Scene),
     fn(&mut Case),
@@ -41,7 +41,7 @@ fn soft(scene: &mut Scene) {
     scene.materials.stiffness = [1e-3; 3];
 }
 
-/// Moves the robot and the ground up. The guard's first search measures distances from the ground's origin, but a state
+/// Moves the robot and the ground up. The guard's first check measures distances from the ground's origin, but a state
 /// is absurd if it is too far from the world's origin.
 fn raise(case: &mut Case, height: f64) {
     case.physics.ground_height = height;
@@ -157,7 +157,8 @@ fn guarded(case: &Case, span: &Span) -> Guarded {
     guarded
 }
 
-/// The guard finds and names every absurd state, and a file replays it. All other states are delivered unchanged.
+/// The guard finds every absurd state and names its cause, and the saved file reproduces it. The states of other
+/// rollouts do not change.
 #[test]
 fn every_absurd_state_is_found_and_replayed() {
     let (mut wrong, mut replayed) = (Vec::new(), 0);
@@ -209,7 +210,7 @@ fn every_absurd_state_is_found_and_replayed() {
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }
 
-/// If a rollout begins at a later time, the search for a divergence uses the clock of that rollout.
+/// If a rollout begins at a later time, the search for a divergence uses the same time.
 #[test]
 fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     let case = case(|scene| {
@@ -240,7 +241,8 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     assert!(found > 0, "no part diverges");
 }
 
-/// The guard refuses a controller or a start that belongs to another lattice, even if it is long enough to be misread.
+/// The guard refuses a controller or a start of another lattice, even if its arrays are long enough to be read by
+/// mistake.
 #[test]
 fn parts_of_another_lattice_are_refused() {
     let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
@@ -272,8 +274,8 @@ fn parts_of_another_lattice_are_refused() {
     }
 }
 
-/// Asserts that robots that run together have the same bits as in single runs. Also asserts that if one start diverges,
-/// only this one is reported.
+/// Robots that run together have the same bits as in single runs. If one of several starts diverges, only this start is
+/// reported.
 fn hold_together(
     case: &Case,
     designs: &[Design<Mixture<f64>>],

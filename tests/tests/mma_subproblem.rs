@@ -181,9 +181,10 @@ impl Models<'_> {
     }
 }
 
-/// The tolerance of an optimality condition, relative to the size of its terms. In the textbook form, terms of the size
-/// of a slope times the distance of an asymptote cancel. That distance is at least 0.005, and the rounding of x changes
-/// a slope by 1e-15 divided by it, which is about 1e-12. Ten terms and multipliers up to 1e3 amplify this error.
+/// The tolerance of an optimality condition, relative to the size of its terms. In the textbook form of the conditions,
+/// terms cancel whose size is a slope times the distance of an asymptote. That distance is at least 0.005. The rounding
+/// of x changes a slope by 1e-15 divided by the distance, which is about 1e-12. Ten terms and multipliers up to 1e3
+/// amplify this error.
 const TOLERANCE: f64 = 1e-8;
 
 /// Describes the first optimality condition that an update violates; `None` if it violates none.

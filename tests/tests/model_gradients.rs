@@ -14,7 +14,8 @@ trait Values {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
 }
 
-/// A vector function as a scalar function: the sum of its results, multiplied by fixed weights of both signs.
+/// Converts a vector function to a scalar function: the sum of its results, each multiplied by a fixed weight. Weights
+/// have both signs.
 struct Weighted<F>(F);
 
 impl<F: Values> Function for Weighted<F> {
@@ -68,7 +69,7 @@ fn performance_projections() {
     }
 }
 
-/// The derivatives of projections are right if some edges have held materials, whose share is almost zero.
+/// The derivatives of projections are right for edges with held materials: materials whose share is almost zero.
 #[test]
 fn projections_with_held_materials() {
     for mut case in cases() {
@@ -85,9 +86,10 @@ fn projections_with_held_materials() {
     }
 }
 
-/// The derivatives of the stability projection are right. The projection is a straight-through estimator: its value is
-/// sharper than its derivative, so differences of its value do not agree with the derivative. The test compares with
-/// differences after making both equally sharp. It compares reverse mode with forward mode in both cases.
+/// The derivatives of the stability projection are right. The projection is a straight-through estimator: its value
+/// comes from a sharper function than its derivative, so differences of the value disagree with the derivative. For the
+/// comparison with differences, the test makes both equally sharp. Reverse mode is compared with forward mode in both
+/// cases.
 #[test]
 fn stability_projections() {
     for mut case in cases() {
@@ -136,7 +138,7 @@ fn objectives() {
     }
 }
 
-/// Terms with a wrong derivative, which the check must find.
+/// Terms with a derivative that is wrong on purpose. The check must find it.
 struct Wrong<'a>(Objectives<'a>);
 
 impl Values for Wrong<'_> {

@@ -40,7 +40,7 @@ fn robot() -> Case {
     case
 }
 
-/// The state of a robot with this design at the end of a rollout.
+/// Simulates a robot with this design and returns its last state.
 fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<f64> {
     let span = Span::from_start(vec![STEPS]);
     let seen = case.task().rollout(design, &case.controller, start, &span);
@@ -90,8 +90,8 @@ fn cell(case: &Case) -> Vec<Material> {
     case.lattice.edges.iter().map(material).collect()
 }
 
-/// The motion does not jump at the snap: as each edge approaches one material, the motion with mixtures converges to
-/// the motion with the layout.
+/// The motion does not jump when every edge gets a single material: as each edge approaches one material, the motion
+/// with mixtures converges to the motion with the layout.
 #[test]
 fn nothing_jumps_at_the_snap() {
     let case = robot();
@@ -114,7 +114,7 @@ fn nothing_jumps_at_the_snap() {
     assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
 }
 
-/// Nodes without a bar stay where they are. Neither the motion of the other nodes nor any gradient depends on them.
+/// Nodes without a bar stay where they are. They affect neither the motion of the other nodes nor any gradient.
 #[test]
 fn nodes_without_a_bar_do_not_belong_to_the_robot() {
     let case = robot();

@@ -9,7 +9,7 @@ use cosmic::scene::MmaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// The lower and the upper bound, which both variables have.
+/// The lower and the upper bound of both variables.
 const BOX: (f64, f64) = (-2.0, 2.0);
 
 /// A test problem: an objective to minimise within bounds, and constraints that must be at most 0.
@@ -104,7 +104,8 @@ impl Moving {
 impl Optimiser for Moving {
     const NAME: &'static str = "moving asymptotes";
     const UPDATES: usize = 1000;
-    /// Five times the smallest distance of the asymptotes. The bounds are 4 apart, so that distance is 4 `asymin`.
+    /// The tolerance of the minimiser: five times the smallest distance of the asymptotes. This distance is 4 `asymin`,
+    /// because the bounds are 4 apart.
     const TOLERANCE: f64 = 2e-4;
     type State = MmaState;
 
@@ -135,8 +136,8 @@ impl Adaptive {
 impl Optimiser for Adaptive {
     const NAME: &'static str = "Adam with an augmented Lagrangian";
     const UPDATES: usize = 4000;
-    /// Two effects cause an error: Adam's steps do not become smaller than its rate, and multipliers never decrease.
-    /// The rate decays, and the error decreases with it.
+    /// The tolerance of the minimiser. Two effects cause an error: Adam's steps do not become smaller than its rate,
+    /// and multipliers never decrease. The rate decays, and the error decreases with it.
     const TOLERANCE: f64 = 1e-3;
     /// The state of Adam, the state of the augmented Lagrangian, and the violations after the last update.
     type State = (AdamState, AugmentedLagrangian, [f64; 4]);
@@ -173,7 +174,7 @@ fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     })
 }
 
-/// The constraints of a problem as a vector function.
+/// The constraints of a problem as a function from a vector to a vector.
 struct Constraints<P>(PhantomData<P>);
 
 impl<P: Problem> Constraints<P> {
@@ -182,8 +183,8 @@ impl<P: Problem> Constraints<P> {
     }
 }
 
-/// Runs an optimiser on a problem and returns the last point. Before each update in `interruptions`, saves the run as
-/// text and reads it back.
+/// Runs an optimiser on a problem and returns the last point. Before each update whose number is in `interruptions`,
+/// the run is saved as text and read back.
 fn run<O: Optimiser, P: Problem>(interruptions: &[usize]) -> Vec<f64> {
     let (mut state, mut x) = (O::init::<P>(), P::START.to_vec());
     for update in 0..O::UPDATES {

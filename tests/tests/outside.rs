@@ -17,8 +17,8 @@ fn done(command: &mut Command) -> String {
     String::from_utf8(stdout).expect("text")
 }
 
-/// Creates a crate in a new folder from its own manifest and from files of the repository. Each entry of `files` has a
-/// source and a destination.
+/// Creates a crate in a new folder. It consists of its own manifest and of files from the repository. Each entry of
+/// `files` has a source and a destination.
 fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")

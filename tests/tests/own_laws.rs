@@ -35,9 +35,9 @@ impl Contact for Glue {
 }
 
 cosmic::settings! {
-    /// A contact law: a node bounces back with a fraction of its speed.
+    /// A contact law: a node bounces back with a fraction of its speed. `restitution` is the fraction.
     struct Bounce<R> {
-        /// The fraction.
+        /// The fraction of the speed that remains.
         restitution: R = 0.5, allowed within(0.0, 1.0), source "a test";
     }
 }
@@ -119,7 +119,7 @@ fn registry() -> Registry {
         .with_law(on_nodes::<Tether>())
 }
 
-/// The paper's scene with these settings changed.
+/// The paper's scene, changed by settings.
 fn scene(settings: &str) -> Scene {
     let scene = registry().load("stability").unwrap().with("own", settings);
     scene.unwrap_or_else(|error| panic!("{error}"))
@@ -168,7 +168,7 @@ fn the_tensions_of_all_laws_add_up() {
     assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
 }
 
-/// A force law for gravity along the vertical has the same effect as the gravity of the scene, even on inclines.
+/// A user's law for gravity along the vertical has the same effect as the scene's gravity, also on inclines.
 #[test]
 fn a_force_on_nodes_knows_the_vertical() {
     for incline in [
@@ -187,8 +187,8 @@ fn a_force_on_nodes_knows_the_vertical() {
     }
 }
 
-/// A law gets the right node, and the time at the beginning of the step. The test makes two steps with nodes that start
-/// at rest, under a pull that oscillates at 30 rad/s.
+/// A law gets the data of the right node, and the time at the beginning of the step. The test makes two steps with
+/// nodes that start at rest, under a pull that oscillates at 30 rad/s.
 #[test]
 fn a_force_knows_the_time_and_the_node() {
     let physics = physics(
@@ -352,9 +352,9 @@ fn wrong_choices_are_refused_with_what_is_known() {
             "`physics.forces` names an unknown law",
         ),
         ("physics.forces = ['gale']", "\"tether\""),
-        ("physics.forces = ['again', 'again']", "has twice"),
+        ("physics.forces = ['again', 'again']", "names a force twice"),
         ("physics.forces = 'again'", "is a string"),
-        ("tether.stiffness = 1.0", "`tether` is not chosen"),
+        ("tether.stiffness = 1.0", "does not choose the law `tether`"),
         ("tether.stiffness = 1.0", "physics.forces = [\"tether\"]"),
         ("bounce.restitution = 1.0", "physics.contact = \"bounce\""),
         (

@@ -32,8 +32,8 @@ fn simulator(case: &Case) -> Simulator {
 /// A positive number that is smaller than the rounding error of any sum to which it is added.
 const TINY: f64 = 1e-150;
 
-/// The body with a tiny strain for every edge whose strain is 0. The controller's outputs for these edges are then
-/// computed.
+/// This body with a tiny strain for every edge whose strain is 0. Steps then compute the controller's outputs for these
+/// edges.
 fn straining(body: &Body<f64>) -> Body<f64> {
     Body {
         strain: body.strain.iter().map(|s| s.max(TINY)).collect(),
@@ -41,7 +41,7 @@ fn straining(body: &Body<f64>) -> Body<f64> {
     }
 }
 
-/// The last state of a rollout of a case with this body.
+/// The last state of a rollout of the case with the given body.
 fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
     let span = Span::from_start(vec![case.physics.steps]);
     let rollout = simulator.rollout(body, &case.controller, &case.start, &span);
@@ -53,7 +53,8 @@ fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
     pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
-/// Leaving out the controller's outputs for edges without strain changes no bit: each output is a separate sum.
+/// Leaving out the controller's outputs for edges without strain does not change a bit, because each output is a
+/// separate sum.
 #[test]
 fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     let case = layout();
@@ -66,11 +67,11 @@ fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     assert!(farthest(&planned, &case.start) > 0.01);
 }
 
-/// No bit changes if a loss declares which nodes it observes: the cotangents of all other nodes are zero in any case.
+/// The bits of gradients do not depend on whether a loss declares which nodes it observes. The cotangents of all other
+/// nodes are zero in any case.
 #[test]
 fn nodes_that_a_loss_does_not_observe_change_no_bit() {
-    /// The loss of the payload's displacement. If the flag is true, the loss declares that it observes only the
-    /// payload.
+    /// The loss of the payload's displacement. If the flag is true, it declares that it observes only the payload.
     struct Far(Displacement, bool);
     impl Loss for Far {
         fn observed(&self, steps: usize) -> Vec<usize> {
@@ -138,8 +139,8 @@ fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     }
 }
 
-/// Leaving out the inputs of the controller whose scale is 0 changes a rollout only by rounding: the sum of a hidden
-/// unit has the same terms in another order.
+/// A rollout changes only by rounding if controller inputs with a scale of 0 are left out: the sum of a hidden unit has
+/// the same terms in another order.
 #[test]
 fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
     let scales: [fn(&mut ControllerSettings) -> &mut f64; 2] =

@@ -13,8 +13,8 @@ use cosmic_lab::verify::{Plan, check_gradients_of};
 /// The policies to test: two from the model, and one that is defined in this file.
 const POLICIES: [&str; 3] = ["mlp", "clock", "reflex"];
 
-/// A policy with a hidden layer that sees the observation. It adds a rhythm that is the same for all edges, multiplied
-/// by a factor for each edge.
+/// A policy with two parts: a hidden layer that reads the observation, and a rhythm. The rhythm is the same for all
+/// edges, multiplied by a factor for each edge.
 #[derive(Debug)]
 struct Reflex;
 
@@ -67,8 +67,8 @@ fn robot(name: &str, settings: &str) -> Case {
     case
 }
 
-/// Gradients are right for two kinds of robots: robots in one piece weight their nodes in every step; for other robots,
-/// the mean of the nodes is included in the weights of the network.
+/// The gradients of policies are right for two kinds of robots. In robots in one piece, every step weights the nodes.
+/// In other robots, the mean of the nodes is folded into the weights of the network.
 #[test]
 fn gradients_are_right_in_every_mode() {
     for name in POLICIES {
@@ -132,8 +132,8 @@ fn explain_shows_hidden_units_only_of_networks() {
     assert!(why.starts_with("`reflex` has "), "{why}");
 }
 
-/// The policy `clock` is open loop: the state of the robot does not affect it. The state does affect a network, unless
-/// the network sees the same state in every step.
+/// The policy `clock` is open loop: the robot's state has no effect on its outputs. The state has an effect on a
+/// network, unless the network sees the same state in every step.
 #[test]
 fn the_clock_is_open_loop() {
     let moved = |name: &str, is_held: bool| {

@@ -5,7 +5,7 @@ use cosmic::generator::edges;
 use cosmic_tests::{Reference, numbers, own_reference_folder, reference_folder, references};
 use serde_json::Value;
 
-/// The name of the tolerance for a result. `path` has the keys that lead to the result in the file.
+/// The name of the tolerance for a result. `path` consists of the keys under which the file has the result.
 fn tolerance(path: &[&str]) -> &'static str {
     match path {
         ["trajectory", step, _] if step.parse::<usize>().is_ok_and(|n| n <= 3) => "early",
@@ -17,7 +17,7 @@ fn tolerance(path: &[&str]) -> &'static str {
     }
 }
 
-/// Compares all results in `expected`, which is a part of the file, and returns the number of compared fields.
+/// Compares all results in `expected`, a part of the file, and returns how many were compared.
 fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) -> usize {
     if let Value::Object(fields) = expected {
         let field = |(key, expected): (&String, &Value)| {
@@ -65,8 +65,8 @@ fn the_steps_that_a_case_lists_are_recorded() {
     }
 }
 
-/// Edges of regular lattices have the same order in files as in the program. All cases of this project have regular
-/// lattices, and the reader takes the edges from the file.
+/// Edges of regular lattices have the same order in files and in the program. The reader takes the edges from the file,
+/// so only this test checks the order.
 #[test]
 fn edges_are_laid_out_in_the_order_of_the_files() {
     for reference in references(&own_reference_folder()) {

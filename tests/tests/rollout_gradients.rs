@@ -52,8 +52,8 @@ fn every_block_in_every_world_and_projection() {
     assert!(touched > 10, "{touched}");
 }
 
-/// A loss as a function of the design vectors. Its derivative is multiplied by a factor; a factor other than 1 makes it
-/// wrong.
+/// A loss as a function of the design vectors. Its derivative is multiplied by a factor. If the factor is not 1, the
+/// derivative is wrong on purpose.
 struct OfDesign<'a> {
     case: &'a Case,
     task: Task,
@@ -102,8 +102,8 @@ fn the_mean_loss_of_a_rollout() {
     }
 }
 
-/// If the first steps of a rollout (the head) are detached, the gradient is that of a rollout of the remaining steps
-/// (the tail) that starts with the state at the end of the head.
+/// A rollout whose first steps (the head) are detached has the gradient of a shorter rollout: of the remaining steps
+/// (the tail), beginning with the state at the end of the head.
 #[test]
 fn the_tail_of_a_rollout() {
     const TAIL: usize = 40;

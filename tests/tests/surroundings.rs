@@ -25,8 +25,8 @@ impl<'a> ByNumber<'a> {
         }
     }
 
-    /// Simulates once for each value in `values`, all in one batch if `together` is true. Returns the last state of
-    /// each rollout as a list of numbers.
+    /// Simulates once for each of `values`, as one batch if `together` is true. Returns the last state of each rollout
+    /// as a list of numbers.
     fn ends<R: Real>(&self, values: &[R], together: bool) -> Vec<Vec<R>> {
         let body = self.case.body().map(R::lit);
         let controller = self.case.controller.map(R::lit);
@@ -53,8 +53,8 @@ impl Function for ByNumber<'_> {
     }
 }
 
-/// Robots with laws that have settings. Each robot comes with the names of numbers in its surroundings that the tests
-/// vary.
+/// Robots with laws that have settings. For each robot, also the numbers of its surroundings that the tests vary, by
+/// name.
 fn with_settings() -> [(Case, &'static [&'static str]); 3] {
     let sliding = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\nstiffening = 50.0\n\

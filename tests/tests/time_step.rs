@@ -107,7 +107,7 @@ fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     (0..edges).map(share).collect()
 }
 
-/// The points, each moved by up to 0.02 m along each axis.
+/// The points, each moved along each axis by up to 0.02 m.
 fn shaken(points: &[Vector<f64>]) -> Vec<Vector<f64>> {
     let off = |n: usize| 0.02 * (2.7 * n as f64).sin();
     let moved = |(i, &x): (usize, &Vector<f64>)| x + Vector::new([off(2 * i), off(2 * i + 1)]);
@@ -177,7 +177,7 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
 }
 
 /// An optimisation refuses an unstable start, unless the scene allows it. If a later design becomes unstable because
-/// its edges become stiff, the record shows it.
+/// its edges become stiff, the record of the iteration shows it.
 #[test]
 fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
     let mut scene = scene(0.05);

@@ -25,7 +25,7 @@ fn case(scene: &str, void_edges: VoidEdges) -> Case {
     Case::of_scene(&scene, 3).unwrap()
 }
 
-/// The same robot in changed physics.
+/// The robot of a case in physics that `change` changes.
 fn with(case: &Case, change: impl FnOnce(&mut PhysicsSettings)) -> Case {
     let mut case = case.clone();
     change(&mut case.physics);
@@ -66,8 +66,8 @@ fn states_of(case: &Case, body: &Body<f64>) -> Vec<State<f64>> {
     seen.states
 }
 
-/// Like [`states`], but also computes the edges without stiffness. They get the smallest number above zero as their
-/// stiffness; its product with a time step is rounded to zero.
+/// Like [`states`], but without leaving out any edge. Edges without stiffness get the smallest number above zero as
+/// their stiffness, whose product with a time step is rounded to zero.
 fn states_with_all_edges(case: &Case) -> Vec<State<f64>> {
     let mut body = case.body();
     let least = f64::from_bits(1);
@@ -157,7 +157,8 @@ fn nothing_is_dropped_in_a_design_gradient() {
     }
 }
 
-/// If a scene drops void edges, the gradient with respect to the weights is that of the robot without these edges.
+/// If a scene drops void edges, the gradient with respect to the controller's weights is the gradient for a robot that
+/// does not have these edges.
 #[test]
 fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
     for mode in MODES {
@@ -180,8 +181,8 @@ fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
     }
 }
 
-/// No edge of a design with mixtures is dropped. The equal mixtures of a start are no layout, and neither are the
-/// mixtures that the softmax gives for one-hot design vectors.
+/// Edges of a design with mixtures are never dropped. The equal mixtures of a start are not a layout, and neither are
+/// the mixtures that the softmax gives for one-hot design vectors.
 #[test]
 fn mixtures_drop_nothing() {
     let mut sharp = case("baseline_tall", VoidEdges::Drop);
@@ -193,8 +194,8 @@ fn mixtures_drop_nothing() {
     }
 }
 
-/// Dropped edges do not affect vibrations, but nodes keep their masses. Robots with scattered stiffness do not get
-/// dropped edges back.
+/// Dropped edges have no effect on vibrations, but nodes keep their masses. If the stiffness of a robot's edges varies
+/// at random, dropped edges stay dropped.
 #[test]
 fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
     let pairs = layouts(VoidEdges::Keep)

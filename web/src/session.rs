@@ -19,7 +19,7 @@ pub(crate) struct Session(Option<Work>);
 struct Work {
     codesign: CoDesign,
     progress: Progress,
-    /// The delivered robot; `None` before the end of the optimisation.
+    /// The robot that the optimisation has delivered; `None` before its end.
     delivered: Option<Robot>,
     /// The delivered robot with the materials that the user has edited, if any.
     edited: Option<Robot>,

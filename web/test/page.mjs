@@ -215,7 +215,7 @@ async function stopping(browser, address) {
   await page.keyboard.press("Enter");
   await page.waitForSelector("#stopped[open]");
   const message = await text(page, "message");
-  check(message.includes("a panic that was asked for"), `a panic is shown: ${message.replaceAll("\n", " ")}`);
+  check(message.includes("a panic for tests"), `a panic is shown: ${message.replaceAll("\n", " ")}`);
   await page.keyboard.press("Enter");
   await page.waitForSelector("#stopped:not([open])");
   await ready(page);

@@ -51,7 +51,7 @@ fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     })
 }
 
-/// Generates the field's value in the struct over the other number type.
+/// Generates the expression that copies a field into the struct with the other number type.
 fn replaced(place: usize, field: &Field, number: &Ident, walk: &Ident) -> Code {
     let (member, text) = match &field.ident {
         Some(ident) => (ident.to_token_stream(), ident.unraw().to_string()),
@@ -80,7 +80,7 @@ fn number(input: &DeriveInput) -> Result<&Ident, Error> {
     }
 }
 
-/// Generates the generic arguments of the struct, with another number type.
+/// Generates the generic arguments of the struct, with another type in place of the number type.
 fn with(generics: &Generics, number: &Ident, other: &Ident) -> Vec<Code> {
     let argument = |parameter: &GenericParam| match parameter {
         GenericParam::Lifetime(lifetime) => lifetime.lifetime.to_token_stream(),
@@ -100,15 +100,14 @@ fn unused(name: &str, input: &DeriveInput) -> Ident {
     unused
 }
 
-/// Whether a type mentions the number type. A lifetime or an item of a module does not count if it only has the same
-/// name.
+/// Whether a type uses the number type. A lifetime or a part of a path with the same name does not count.
 fn mentions(of: Code, number: &Ident) -> bool {
     any(of, &|token, before| {
         *token == *number && !before.ends_with('\'') && !before.ends_with("::")
     })
 }
 
-/// Whether any identifier in the code passes the test. The test also gets the punctuation before the identifier.
+/// Whether `test` is true for any identifier in the code. `test` receives the identifier and the punctuation before it.
 fn any(code: Code, test: &impl Fn(&Ident, &str) -> bool) -> bool {
     let mut before = String::new();
     code.into_iter().any(|token| {

@@ -6,11 +6,11 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Array {
     pub(crate) id: usize,
-    /// True for a parameter; false for an array in a step's row.
+    /// True if the array is a parameter; false if it is in a step's row (the memory for all arrays of a step).
     pub(crate) parameter: bool,
-    /// The index of the first number, among the parameters or in the row.
+    /// The index of the first number: among the parameters, or in the row.
     pub(crate) start: usize,
-    /// How many numbers the array has, for all starts of a batch together.
+    /// How many numbers the array has in total, for all starts (initial states) of a batch.
     pub(crate) len: usize,
     pub(crate) starts: usize,
 }
@@ -26,7 +26,7 @@ impl Array {
         self.len == 0
     }
 
-    /// The index range of the array, among the parameters or in the row.
+    /// The range of the array's indices: among the parameters, or in the row.
     #[inline(always)]
     pub(crate) fn range(self) -> Range<usize> {
         self.start..self.start + self.len
@@ -53,11 +53,11 @@ impl Matrix {
 pub(crate) enum Parameter {
     Array(Array),
     Matrix(Matrix),
-    /// The index of the control in `Program::controls`.
+    /// A control, given by its index in `Program::controls`.
     Control(usize),
 }
 
-/// Adds two positions within a step's row. Panics on overflow, because unchecked reads rely on the sum.
+/// Adds two positions in a step's row. Panics on overflow, because loads without bounds checks rely on the sum.
 pub(crate) fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)

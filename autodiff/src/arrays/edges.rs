@@ -37,9 +37,9 @@ pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
 struct EdgePlan {
     edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
-    /// For each register of nodes, its range in `ends`.
+    /// For each register of nodes, the range of its entries in `ends`.
     at_nodes: Vec<Range<usize>>,
-    /// How many nodes and how many slots registers may touch.
+    /// The numbers of nodes and of slots that accesses of whole registers may reach.
     nodes: usize,
     slots: usize,
     /// The length of each array in `scratch`.
@@ -64,10 +64,12 @@ struct LaneOfEdges {
 /// The edges of one group that begin or end at a register of adjacent nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEnds {
-    /// The position in `scratch` of the edges whose tails are these nodes. `tails` has a bit for each edge that exists.
+    /// The position in `scratch` of the edges whose tail is one of the register's nodes. `tails` has a bit for each
+    /// edge that exists.
     as_tail: usize,
     tails: u16,
-    /// The position in `scratch` of the edges whose heads are these nodes. `heads` has a bit for each edge that exists.
+    /// The position in `scratch` of the edges whose head is one of the register's nodes. `heads` has a bit for each
+    /// edge that exists.
     as_head: usize,
     heads: u16,
 }
@@ -337,9 +339,9 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
     }
 }
 
-/// For each node, sums the values of its edges. A value is added if the node is the edge's tail, and subtracted if it
-/// is the head. `values` holds `N` arrays over the slots. Calls `take(array, first_node, count, sums)` for each of
-/// these arrays and each register of nodes.
+/// For each node, sums the values of its edges: values of edges whose tail is the node are added, values of edges whose
+/// head is the node are subtracted. `values` holds `N` arrays over the slots. Calls `take(array, first_node, count,
+/// sums)` for each of these arrays and each register of nodes.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &EdgePlan,

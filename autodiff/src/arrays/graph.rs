@@ -119,7 +119,7 @@ impl Graph {
         // An edge's slot is the first slot of its group plus its tail.
         let place = |[i, j]: &[usize; 2]| {
             let known = groups.iter_mut().find(|group| group.offset == j - i);
-            let group = known.expect("every offset has a group");
+            let group = known.expect("a group exists for every offset");
             assert!(!group.is_tail.get(*i), "edge [{i}, {j}] is given twice");
             group.is_tail.set(*i);
             group.is_head.set(*j);
@@ -151,7 +151,7 @@ impl Graph {
         let slots = layout.slot_of_edge.iter().zip(marked);
         for (&slot, _) in slots.filter(|(_, marked)| **marked) {
             let group = layout.groups.iter_mut().find(|group| group.has(slot));
-            let group = group.expect("every slot has a group");
+            let group = group.expect("a group exists for every slot");
             let tail = slot - group.first_slot;
             group.is_tail.clear(tail);
             group.is_head.clear(tail + group.offset);
@@ -206,7 +206,7 @@ impl Graph {
         edges
     }
 
-    /// The number of registers that hold at least one edge, for numbers of type `R` on this machine.
+    /// The number of registers that hold at least one edge, on this machine and for numbers of type `R`.
     pub fn lanes<R: Real>(&self) -> usize {
         let in_use = |group: &OffsetGroup| {
             let words = group.is_tail.by_lanes(lanes::<R>());
@@ -215,7 +215,7 @@ impl Graph {
         self.0.groups.iter().map(in_use).sum()
     }
 
-    /// Whether this slot holds an edge.
+    /// Whether this slot holds an edge. A slot without an edge is called a ghost.
     fn holds(&self, slot: usize) -> bool {
         let holds = |group: &OffsetGroup| group.is_tail.get(slot - group.first_slot);
         let mut groups = self.0.groups.iter();
@@ -259,7 +259,7 @@ impl Graph {
         self.0.groups.iter().flat_map(of_group).collect()
     }
 
-    /// The largest offset of a group. A register may begin this many places before the first slot.
+    /// The largest offset of a group. A register may begin this many slots before the first slot.
     #[inline(always)]
     pub(crate) fn lead(&self) -> usize {
         self.0.groups.last().map_or(0, |group| group.offset)

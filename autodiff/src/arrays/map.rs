@@ -117,8 +117,8 @@ trait Lanes<R, L: Lane<R>> {
     /// All arrays must have these elements, and `n` must be at most `N`.
     unsafe fn lane(&mut self, at: usize, n: usize);
 
-    /// Processes all elements. If `TWICE` is true, elements may be processed twice, and the last register overlaps the
-    /// one before it. A later load of that whole register then need not wait for a masked store.
+    /// Processes all elements. If `TWICE` is true, the last register may overlap the one before it, so that some
+    /// elements are processed twice. This avoids a masked store, which would delay a later load of the whole register.
     ///
     /// # Safety
     /// All arrays must have at least `len` elements.
@@ -147,7 +147,7 @@ struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    /// The output arrays, one after the other; each has `len` numbers.
+    /// Pointer to the output arrays, which lie one after the other; each has `len` numbers.
     y: &'a mut [R],
     len: usize,
 }
@@ -175,7 +175,8 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    /// The output arrays, one after the other; each has `len` numbers. `y_bar` points to their cotangents.
+    /// Pointer to the output arrays, which lie one after the other; each has `len` numbers. `y_bar` points to their
+    /// cotangents.
     y: &'a [R],
     y_bar: *const R,
     len: usize,

@@ -5,7 +5,7 @@ use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized};
 
-/// A recorded operation. In the row, its outputs lie after all arrays that it reads.
+/// A recorded operation. Its outputs lie in the step's row, after all arrays that the operation reads.
 pub(crate) trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);

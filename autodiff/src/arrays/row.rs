@@ -42,8 +42,8 @@ impl<'a, R: Copy> StepValues<'a, R> {
     }
 }
 
-/// How far the arrays of an operation reach into the parameters and the row. Checking this once replaces the bounds
-/// checks of all arrays.
+/// The part of the parameters and of the row that an operation may access. It is checked once for all arrays of the
+/// operation, so that single accesses need no bounds checks.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Reach {
     parameters: usize,
@@ -51,8 +51,8 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Takes the arrays of an operation. Each comes with the number of elements that the operation may touch, counted
-    /// from the beginning of the array.
+    /// Creates the reach of an operation from its arrays. Each array comes with the number of elements that the
+    /// operation may access, counted from the beginning of the array.
     pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
         let mut reach = Self::default();
         for (array, len) in arrays {
@@ -72,7 +72,7 @@ impl Reach {
         let fits = self.parameters <= parameters.len() && self.row <= row.len();
         assert!(
             fits,
-            "an array reaches past the end of the parameters or of the row (too few numbers were given)"
+            "too few numbers were given: an array reaches past the end of the parameters or of the row of inputs"
         );
     }
 }
@@ -98,8 +98,8 @@ impl<R> Bars<'_, R> {
     }
 }
 
-/// Pointers to the cotangents of a step, so that a loop looks up each array only once. Several mutable slices of the
-/// cotangents cannot be held at the same time, so with slices every register would have to look up its array again.
+/// Pointers to the cotangents of a step. A loop looks up each array only once, before it starts. Slices would not work:
+/// several mutable slices of the cotangents cannot exist at the same time.
 #[derive(Clone, Copy)]
 pub(super) struct Places<R> {
     parameters: *mut R,
@@ -172,22 +172,23 @@ pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L
 /// How the rows of consecutive steps lie in memory.
 #[derive(Debug, Default)]
 pub(crate) struct RowLayout {
-    /// The distance from the beginning of a row to the beginning of the next row.
+    /// The distance from the beginning of one row to the beginning of the next.
     pub(crate) stride: usize,
-    /// The distance from the beginning of a row to the end of the new state, which lies in the next row.
+    /// The length that a step needs, from the beginning of its row to the end of the new state, which is part of the
+    /// next row.
     pub(crate) reach: usize,
     /// The parts of the state, with adjacent parts joined.
     pub(crate) state: Vec<Array>,
-    /// The copies that bring the new state to the next row: from an array of this row to a part of the state. Empty if
-    /// the operations already write the new state there.
+    /// The copies that move the new state to the next row. Each copy goes from an array of this row to a part of the
+    /// state. The list is empty if the operations already write the new state to the next row.
     pub(crate) moves: Vec<(Array, Array)>,
 }
 
 impl RowLayout {
-    /// Takes the parts of the state, the new value of each part, and the length of a row.
+    /// Computes the layout from the parts of the state, the new value of each part, and the length of a row.
     ///
-    /// Rows overlap if the new state can also serve as the beginning of the next row. For this, its parts must lie at
-    /// the end of the row, in the order of the parts of the state.
+    /// Two rows overlap if the new state can also serve as the beginning of the next row. For this, the new values must
+    /// be at the end of the row, in the order of the parts of the state.
     pub(crate) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);

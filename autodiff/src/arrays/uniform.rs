@@ -165,7 +165,7 @@ where
 /// The uniform inputs of an operation: arrays with one number for each start.
 pub(super) struct UniformInputs {
     arrays: Vec<Array>,
-    /// The indices of the inputs that carry derivatives.
+    /// The indices of the uniform inputs that carry derivatives.
     active: Vec<usize>,
 }
 

@@ -15,15 +15,16 @@ use crate::simd::{Lane, Unchecked, WIDEST};
 /// instance for each number of arrays would need half a megabyte of code.
 pub(crate) struct Weighted {
     weights: Array,
-    /// The arrays that are multiplied by the weights: first those that are centred, then the others.
+    /// The arrays that are multiplied by the weights. The arrays that are centred come first.
     weighed: Vec<Array>,
     /// The number of centred arrays.
     offsets: usize,
     /// Arrays that are appended to the result unchanged.
     others: Vec<Array>,
-    /// Three adjacent arrays: the weighted arrays followed by `others`, the means, and the sum of the weights.
+    /// Three adjacent arrays. The first consists of the weighted arrays, followed by `others`. The second has the
+    /// means, the third the sum of the weights.
     outputs: [Array; 3],
-    /// For each array id, whether the array carries derivatives. If empty, all arrays do.
+    /// For each array id, whether the array carries derivatives. If the list is empty, all arrays do.
     active: Vec<bool>,
     reach: Reach,
 }
@@ -93,8 +94,8 @@ impl<R: Real> LaneOperation<R> for Weighted {
             to += other.len;
         }
     }
-    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of a centred array `x` is `w r`, and
-    /// it adds `(x - mean) r` to the cotangent of `w`.
+    /// The reverse of a centred array `x` with the weights `w`. With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of
+    /// w)`, the cotangent of `x` is `w r`, and `(x - mean) r` is added to the cotangent of `w`.
     #[inline(always)]
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
         self.reach.check(values.parameters, values.row);
@@ -161,7 +162,7 @@ impl<R: Real> LaneOperation<R> for Weighted {
 /// for all of them.
 const PARTS: usize = WIDEST;
 
-/// One number for each start, repeated up to the width of the widest register.
+/// A register of numbers that repeat: one number for each start (initial state).
 type Each<R> = [R; WIDEST];
 
 /// For each start, returns the sum of `weights`, or of the products of `weights` and `x`.
@@ -263,7 +264,7 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
 /// Data for the reverse sweep of one array that is multiplied by the weights.
 struct Weighed<'a, R, L> {
     x: &'a [R],
-    /// The weighted mean of a centred array; zero for other arrays.
+    /// The weighted mean that was subtracted from the array; zero for arrays that are not centred.
     mean: L,
     y_bar: &'a [R],
     /// The number that is subtracted from `y_bar`; zero for arrays that are not centred.
@@ -271,7 +272,7 @@ struct Weighed<'a, R, L> {
     x_bar: *mut R,
 }
 
-/// Loads one number for each start, repeated up to the width of a register.
+/// Loads one number for each start (initial state). The numbers repeat, to fill a register.
 #[inline(always)]
 fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
     if starts == 1 {

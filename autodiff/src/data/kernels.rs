@@ -77,7 +77,7 @@ pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// The values and partials of a kernel at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
-    /// For each result and each input, the partial derivative at the points of all lanes.
+    /// The partial derivative of each result with respect to each input. A lane holds the derivative at one point.
     partials: &'a [[[R; WIDEST]; I]; O],
     values: &'a [[R; WIDEST]; O],
     lane: usize,
@@ -148,8 +148,8 @@ fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     rows
 }
 
-/// A kernel that is to be evaluated at many points. `J` is the number of inputs for which partials are computed: all of
-/// them (`I`) or none (0).
+/// A kernel and the points at which it is evaluated. `J` is the number of inputs with respect to which partials are
+/// computed: all of them (`I`) or none (0).
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
     count: usize,

@@ -64,8 +64,8 @@ struct Terms<S> {
     recorded: Mutex<Option<Recorded>>,
 }
 
-/// The recorded plan of the summand, for the given number of shared parameters. The plan is `None` if the summand
-/// cannot be recorded.
+/// The plan for replaying the summand, with the number of shared parameters for which it was made. The plan is `None`
+/// if the summand cannot be recorded.
 #[derive(Clone, Debug)]
 struct Recorded {
     shared: usize,
@@ -104,7 +104,8 @@ impl<S: Summand> Sum<S> {
         R::fused(self.clone(), &[shared])[0]
     }
 
-    /// Returns the summand's plan. The summand is recorded again only if the number of shared parameters has changed.
+    /// Returns the plan for replaying the summand. The summand is recorded again only if the number of shared
+    /// parameters has changed.
     fn plan(&self, shared: usize) -> Option<Arc<Plan>> {
         let terms = &*self.0;
         let recorded = || {

@@ -93,7 +93,7 @@ impl<R: PartialEq, const M: usize, const N: usize> PartialEq<[[R; N]; M]> for De
     }
 }
 
-/// Copies, because nalgebra stores its matrices by columns.
+/// Copies the entries, because nalgebra stores matrices by columns.
 #[cfg(feature = "nalgebra")]
 impl<R: nalgebra::Scalar> From<Dense<R>> for nalgebra::DMatrix<R> {
     fn from(matrix: Dense<R>) -> Self {

@@ -8,7 +8,8 @@ use crate::reverse::{Var, with_tape};
 /// A scalar function of a vector, generic over its number type. Most drivers take closures. Only code that evaluates a
 /// function in several number types, such as [`check_gradient`](crate::check::check_gradient), needs this trait.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a `Function`, which is generic over its numbers",
+    message = "`{Self}` does not implement `Function`, the trait of functions that are generic over \
+        their number type",
     note = "a closure has only one number type, but several are needed here; implement `Function` for a type"
 )]
 pub trait Function {

@@ -49,7 +49,7 @@ pub fn hessian<R: Real>(
     Dense::of_rows(x.len(), rows.collect())
 }
 
-/// A variable whose value has several tangents.
+/// A variable that carries several tangents: a reverse variable over dual numbers.
 type Nested<R> = Var<Dual<R, CHUNK>>;
 
 /// Returns the rows of the Hessian that one pass computes, beginning with the row `first`.

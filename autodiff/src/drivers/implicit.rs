@@ -49,7 +49,8 @@ pub trait Residual: Clone + Send + 'static {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NoRoot {
-    /// The Jacobian of the residual with respect to the unknowns is singular, so `x` is not a function of `p` there.
+    /// The Jacobian of the equations with respect to the unknowns is singular. So the unknowns `x` are not a function
+    /// of the parameters `p` there.
     Singular {
         /// The first unknown whose column of the Jacobian depends linearly on earlier columns, to within rounding, or
         /// contains NaN.
@@ -179,7 +180,7 @@ fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> R
     Ok(())
 }
 
-/// A residual of numbers with several tangents.
+/// The type of a residual as a function of numbers that carry several tangents.
 type Residuals<'f, R> = dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + 'f;
 
 /// Returns the LU factors of the Jacobian with respect to the unknowns.
@@ -203,8 +204,8 @@ fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {
     numbers.iter().copied().map(Dual::constant).collect()
 }
 
-/// Sets the tangents of the root `x` to those that follow from the tangents of the residual. The residual was evaluated
-/// with `x` as a constant.
+/// Sets the tangents of the root `x`. They follow from the tangents of the residual, which was evaluated with `x` as a
+/// constant.
 fn moved<R: Real, const N: usize>(x: &mut [Dual<R, N>], residual: &[Dual<R, N>], factors: &Lu<R>) {
     for i in 0..N {
         let mut x_dot: Vec<R> = residual.iter().map(|f| -f.tangent[i]).collect();

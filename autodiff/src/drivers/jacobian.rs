@@ -102,7 +102,7 @@ pub fn jacobian_reverse<R: Real>(
     })
 }
 
-/// Assembles a Jacobian from passes that computed [`CHUNK`] columns each.
+/// Assembles a Jacobian from several passes. Each pass has computed [`CHUNK`] columns.
 pub(crate) fn joined_columns<R: Real>(
     passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
     columns: usize,

@@ -87,7 +87,7 @@ pub fn hessian<R: Real>(
     Dense::of_rows(x.len(), rows.concat())
 }
 
-/// Returns the index of the first column of every pass.
+/// Returns, for every pass, the index of its first column.
 fn firsts(columns: usize) -> impl IndexedParallelIterator<Item = usize> {
     (0..columns).into_par_iter().step_by(CHUNK)
 }

@@ -1,4 +1,4 @@
-//! Makes the arguments of forward passes: numbers with tangents.
+//! Makes the arguments of forward passes: dual numbers with tangents.
 
 use crate::dual::Dual;
 use crate::real::Real;
@@ -22,8 +22,8 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     pairs.map(dual).collect()
 }
 
-/// Returns `x` as dual numbers. Each of the [`CHUNK`] arguments that begin with the index `first` gets its own
-/// direction.
+/// Returns `x` as dual numbers. The [`CHUNK`] arguments from index `first` on are variables, each with its own
+/// direction; all other arguments are constants.
 pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
     let seed = |(j, &value): (usize, &R)| {
         if (first..first + CHUNK).contains(&j) {

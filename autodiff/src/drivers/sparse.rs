@@ -167,8 +167,8 @@ impl Pattern {
         self.colors + 1
     }
 
-    /// The place of the test direction among the [`CHUNK`] directions that begin with direction `first`. `None` if it
-    /// is not one of them. The test direction comes after the directions of the colours.
+    /// The index of the test direction among the [`CHUNK`] directions that begin with direction `first`; `None` if it
+    /// is not among them. The test direction comes after the directions of all colours.
     fn test_slot(&self, first: usize) -> Option<usize> {
         let slot = self.colors.checked_sub(first);
         slot.filter(|&slot| slot < CHUNK)
@@ -196,7 +196,8 @@ impl Pattern {
         x.iter().enumerate().map(seed).collect()
     }
 
-    /// Returns the entries of the Jacobian. Each pass has the function's values at [`seeded`](Self::seeded) arguments.
+    /// Returns the entries of the Jacobian. Each item of `passes` is the function's values at the arguments that
+    /// [`seeded`](Self::seeded) returned for that pass.
     pub(crate) fn decompressed<R: Real>(
         &self,
         passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
@@ -271,7 +272,7 @@ impl Pattern {
     }
 }
 
-/// Returns entry `j` of the test direction. The entries are irregular numbers between 1 and 2.
+/// Returns entry `j` of the test direction. The entries are numbers between 1 and 2 without a regular pattern.
 fn test_direction(j: usize) -> f64 {
     1.0 + ((j + 1) as f64 * 0.618033988749895).fract()
 }
@@ -294,7 +295,8 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
             unfit_for[color_of_column[neighbour]] = j;
         }
         let fit = unfit_for.iter().position(|&column| column != j);
-        color_of_column[j] = fit.expect("fewer earlier columns than colours");
+        color_of_column[j] =
+            fit.expect("a colour is free, because there are fewer earlier columns than colours");
     }
     color_of_column
 }

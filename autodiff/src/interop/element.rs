@@ -2,7 +2,7 @@
 
 use crate::real::Real;
 
-/// A [`Real`] with the traits that the generic code of other crates needs. See the [module](super).
+/// Wraps a [`Real`] and implements the traits that the generic code of other crates needs. See the [module](super).
 #[derive(Clone, Copy, Debug)]
 pub struct Element<R>(
     /// The wrapped number.

@@ -31,7 +31,8 @@ impl<R: Real> NumCast for Element<R> {
 }
 
 impl<R: Real> Element<R> {
-    /// Makes a limit of the number range: that of f64, or that of f32 if the inner type cannot hold the f64 limit.
+    /// Makes a limit of the number range, such as the largest number. It is the limit of f64, or the limit of f32 if
+    /// the inner type cannot hold numbers of f64.
     fn widest(double: f64, single: f32) -> Self {
         let wide = R::lit(double);
         let fits = wide.finite() & !wide.less_equal(R::zero());
@@ -93,7 +94,7 @@ impl<R: Real> Float for Element<R> {
             FpCategory::Zero
         }
     }
-    /// Returns the sign. At 0 it is 0, unlike that of `f64::signum`.
+    /// Returns the sign: 1, -1, or 0 at 0. (`f64::signum` returns 1 at 0.)
     fn signum(self) -> Self {
         Self(self.0.signum())
     }

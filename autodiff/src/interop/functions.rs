@@ -1,7 +1,7 @@
 //! The functions that num-traits' `Float` has in common with nalgebra's `ComplexField` and `RealField`.
 
-/// Defines the methods that `Float` and `ComplexField` share. With the argument `of_reals` it defines those that
-/// `Float` and `RealField` share.
+/// Defines the methods that the traits `Float` and `ComplexField` share. With the argument `of_reals`, defines the
+/// methods that `Float` and `RealField` share.
 macro_rules! functions {
     () => {
         $crate::interop::functions::functions! {

@@ -1,4 +1,5 @@
-//! Sums and products of two floats without rounding error. Each function returns the rounded result and the remainder.
+//! Sums and products of two floats without rounding error. Each function returns two numbers: the rounded result, and
+//! the rounding error.
 
 use super::primitive::Primitive;
 

@@ -39,7 +39,7 @@ pub(crate) fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times:
     power
 }
 
-/// A float and its remainder: the exact value is their sum.
+/// A float and a correction, whose sum is a more accurate number.
 #[derive(Clone, Copy)]
 struct Pair(f64, f64);
 

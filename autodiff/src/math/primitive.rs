@@ -26,7 +26,8 @@ pub(crate) trait Primitive:
     const LN_2: [f64; 2] = Self::Scalar::LN_2;
     /// `pi / 2` as a sum of floats, the largest first.
     const PI_2: [f64; 3] = Self::Scalar::PI_2;
-    /// Adding this number and subtracting it again rounds to an integer, with ties to even.
+    /// A large constant. Adding it to a number and subtracting it again rounds the number to an integer, with ties to
+    /// even.
     const ROUNDING: f64 = Self::Scalar::ROUNDING;
     /// Below the first number the exponential is 0, above the second it is infinite.
     const EXP_RANGE: [f64; 2] = Self::Scalar::EXP_RANGE;

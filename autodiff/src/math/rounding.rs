@@ -14,7 +14,7 @@ pub(crate) fn epsilon<R: Real>() -> R {
     (R::lit(3.0) * third - R::one()).abs().detach()
 }
 
-/// Whether the number is negative or a negative zero.
+/// Whether the number is negative or minus zero.
 pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
     let zero = R::zero();
     let at_zero = x.less_equal(zero) & zero.less_equal(x);

@@ -19,11 +19,12 @@ pub(super) struct Known {
 pub(super) enum Range {
     /// Between two constants.
     Bounded,
-    /// Finite, but not bounded by constants, like inputs and results.
+    /// Finite, but without constant bounds. Inputs and results are of this kind.
     Finite,
-    /// May be infinite or NaN because a product overflows, even if the results are finite.
+    /// The number may be infinite or NaN because a product overflows, even if the results are finite.
     Overflow,
-    /// May be infinite or NaN for another reason: an exponential, a power, or a function at the edge of its domain.
+    /// The number may be infinite or NaN for another reason: an exponential, a power, or a function at the edge of its
+    /// domain.
     Singular,
 }
 

@@ -2,12 +2,12 @@
 
 use crate::elementary::{Elementary, functions};
 
-/// Identifies a number of a recording: either a shared argument, which is the same at all points, or the result of an
-/// operation.
+/// Identifies a number of a recording. It is the index either of a shared argument, which is the same at all points, or
+/// of the operation whose result it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Place(u32);
 
-/// This bit is set in places of shared arguments.
+/// This bit is set in the places of shared arguments.
 const SHARED: u32 = 1 << 31;
 
 impl Place {
@@ -25,23 +25,24 @@ impl Place {
     pub(crate) fn is_shared(self) -> bool {
         self.0 & SHARED != 0
     }
-    /// The index among the shared arguments, or among the operations for other places.
+    /// The place's index among the shared arguments if it is a shared argument, otherwise among the operations.
     #[inline(always)]
     pub(crate) fn at(self) -> usize {
         (self.0 & !SHARED) as usize
     }
-    /// The distance to a later place of the same kind. `None` if `later` is not later or of the other kind.
+    /// The distance to the place `later`. `None` unless `later` is larger and both places are shared arguments or both
+    /// are operations.
     pub(super) fn distance(self, later: Self) -> Option<u32> {
         (self.is_shared() == later.is_shared() && self < later).then(|| later.0 - self.0)
     }
-    /// The place whose index is larger by `steps`.
+    /// The place whose index is larger than this place's by `steps`.
     #[inline(always)]
     pub(crate) fn plus(self, steps: usize) -> Self {
         Place(self.0 + steps as u32)
     }
 }
 
-/// A sequence of places with equal distances.
+/// A sequence of places (indices in a recording) at equal distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Run {
     pub(crate) first: Place,
@@ -59,13 +60,13 @@ impl Run {
         self.step == 1
     }
 
-    /// Whether the places are shared arguments and adjacent.
+    /// Whether the run is a row: adjacent shared arguments.
     #[inline(always)]
     pub(crate) fn is_row(self) -> bool {
         self.first.is_shared() && self.is_adjacent()
     }
 
-    /// The run without its first `index` places.
+    /// The rest of the run from its place number `index` on.
     #[inline(always)]
     pub(crate) fn from(self, index: usize) -> Self {
         Self {

@@ -14,20 +14,20 @@ use crate::restored::Restored;
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
     pub(crate) ops: Vec<Op>,
-    /// Whether the code asked for a value or called a function with its own derivative. If so, the operations do not
-    /// represent the code.
+    /// Whether the recording is unfit for a replay: the code has asked for a value, or has called a function with its
+    /// own derivative. The recorded operations then do not represent the code.
     pub(crate) unfit: bool,
     pub(super) is_simplified: bool,
     /// Whether every call is recorded as a separate operation, without simplification. Two recordings of the
     /// same code then have the same operations at the same places.
     is_verbatim: bool,
-    /// The magnitudes of the constants that represent fields of a kernel, with whether the field is promised to be
-    /// positive. Otherwise nothing is known about a field, except that it is finite.
+    /// The magnitudes of the constants that stand for fields of a kernel, and whether the field is promised to be
+    /// positive. About the other constants only one thing is known: they are finite.
     fields: Vec<(f64, bool)>,
     /// Bounds on the result of each operation. Only in a simplified recording.
     known: Vec<Known>,
-    /// The places of operations that are recorded only once (hash-consing): constants, or in a simplified recording all
-    /// operations.
+    /// The places of recorded operations that must not be recorded twice (hash-consing): constants and, in a simplified
+    /// recording, all operations.
     places: HashMap<Op, Place>,
 }
 
@@ -68,7 +68,7 @@ impl Recording {
         }
     }
 
-    /// Records an operation and returns the place of its result.
+    /// Records an operation and returns the place (the index) of its result.
     pub(super) fn push(&mut self, op: Op) -> Place {
         if self.is_verbatim {
             self.expect_room();
@@ -243,8 +243,8 @@ impl Recording {
         }
     }
 
-    /// Assumes that these results are finite. Then every number that would make a result infinite if it were infinite
-    /// is finite, too. This tightens the bounds on such numbers.
+    /// Assumes that these results are finite. Each number whose overflow would make one of these results infinite must
+    /// then be finite too. This tightens the bounds on such numbers.
     pub(super) fn assume_finite(&mut self, results: &[Place]) {
         let mut shown = vec![false; self.ops.len()];
         let mut pending = results.to_vec();

@@ -40,8 +40,8 @@ pub(crate) enum Places {
         edges: Vec<SlotEdge>,
         /// The number of inputs that are differences of node values. They come first.
         differences: usize,
-        /// For each end of each edge: the node, the edge, and whether the node is the edge's tail. The list is ordered
-        /// by node. For each node, the edges have the order in which lanes sum them.
+        /// The ends of all edges. For each end: the node, the edge, and whether the node is the edge's tail. The list
+        /// is ordered by node. The edges of a node have the order in which lanes sum them.
         ends: Vec<(usize, usize, bool)>,
     },
 }

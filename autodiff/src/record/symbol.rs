@@ -48,7 +48,7 @@ fn logic(f: Logic, a: Place, b: Place) -> SymbolMask {
     SymbolMask(push(Op::Logic(f, [a, b])).0)
 }
 
-/// Returns the longest run at the beginning of a slice, and its length.
+/// Returns the longest run with which a slice begins, and the length of this run.
 fn run(slice: &[Symbol]) -> (Run, usize) {
     let first = slice[0].0;
     let step = slice.get(1).and_then(|second| first.distance(second.0));
@@ -73,11 +73,11 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
 /// How many places are compared at once.
 const CHUNK: usize = 32;
 
-/// A run in each of two slices, and their common length.
+/// Two runs of equal length, one in each of two slices, and their length.
 type Stretch = ([Run; 2], u32);
 
-/// Divides two slices of equal length into stretches in which both are runs. Returns `None` in a simplified recording,
-/// or if this would not give fewer operations than terms.
+/// Divides two slices of equal length into stretches. Within a stretch, the places of each slice are at equal
+/// distances. Returns `None` in a simplified recording, and if the stretches have fewer than two terms on average.
 fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[Stretch; 2]>> {
     if current(|recording| recording.is_simplified) {
         return None;
@@ -146,7 +146,7 @@ impl Mask for SymbolMask {
     }
 }
 
-/// Defines methods that record one operation each.
+/// Defines methods that each record one operation.
 macro_rules! recorded {
     (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
         $(

@@ -44,7 +44,7 @@ impl<R: Real> Arena<R> {
         allocated(&self.entries) + self.long.bytes()
     }
 
-    /// How many entries fit into the allocated memory, but not more than 32-bit indices can address.
+    /// How many entries fit into the allocated memory. The number is limited by what 32-bit indices can address.
     pub(super) fn room(&self) -> u32 {
         self.entries.capacity().min(FUSED as usize) as u32
     }
@@ -83,8 +83,8 @@ impl<R: Real> Arena<R> {
         self.push_mark([LINEAR, entry], zero)
     }
 
-    /// Appends a select between two parents, lane by lane. It stores the mask instead of partials of 0 and 1: an
-    /// infinite cotangent times 0 would be NaN in lanes where nothing must pass.
+    /// Appends a select, lane by lane, between two parents. The entry stores the mask and not partials of 0 and 1: in a
+    /// lane that must pass nothing, an infinite cotangent times 0 would be NaN.
     pub(super) fn push_select(&mut self, mask: R::Mask, parents: [u32; 2], zero: R) -> u32 {
         let select = index(self.long.selects.len());
         self.long.selects.push((mask, parents));
@@ -102,8 +102,8 @@ impl<R: Real> Arena<R> {
         first
     }
 
-    /// Calls `visit` with each parent of the entry at index `at`, which must be a mark. Every output of a fused
-    /// function counts as depending on all inputs.
+    /// Calls `visit` with each parent of the entry at index `at`, whose operands are in [`LongEntries`]. Every output
+    /// of a fused function counts as depending on all inputs.
     pub(super) fn each_parent_of_long(&self, at: usize, mut visit: impl FnMut(u32)) {
         let LongEntries {
             stopped,

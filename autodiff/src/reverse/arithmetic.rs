@@ -69,7 +69,7 @@ impl<R: Real> Real for Var<R> {
         let (value, partial) = rule::abs(self.value);
         self.times_constant(partial, value)
     }
-    /// Records no entry: the result is one of the two numbers.
+    /// Records no entry, because the result is one of the two operands.
     #[inline]
     fn max(self, bound: Self) -> Self {
         if rule::is_nan(self.value) {
@@ -142,7 +142,7 @@ impl<R: Real> Real for Var<R> {
 }
 
 impl<R: Real> Var<R> {
-    /// Records `self * factor + term` for a constant `factor`, given its value.
+    /// Records `self * factor + term` for a constant `factor`. `value` is the value of this expression.
     #[inline(always)]
     fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
         let one = R::one();

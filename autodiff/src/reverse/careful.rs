@@ -22,8 +22,8 @@ pub(super) struct Careful<'a, R> {
 }
 
 impl<'a, R: Real> Careful<'a, R> {
-    /// Sweeps back over the entries in `range`. `bars` must hold the complete cotangents of the last entry in the range
-    /// and of all later entries with several parents or outputs.
+    /// Sweeps back over the entries in `range`. Before the call, `bars` must hold complete cotangents: of the last
+    /// entry in the range, and of each later entry that has several parents or outputs.
     #[cold]
     #[inline(never)]
     pub(super) fn sweep(

@@ -54,12 +54,12 @@ pub(super) fn next_generation(name: u32) -> u32 {
     name << COUNT_BITS | count & ((1 << COUNT_BITS) - 1)
 }
 
-/// The recording to which a frame refers.
+/// The recording to which a frame of the stack refers.
 #[derive(Clone, Copy)]
 struct CurrentRecording {
-    /// `CONSTANT` if nothing is being recorded.
+    /// The generation of the running recording; `CONSTANT` if nothing is being recorded.
     generation: u32,
-    /// How many entries fit before the arena must grow.
+    /// How many entries still fit before the arena must grow.
     room: u32,
     /// The entries of the arena, of type `Entry<R>`. The generation identifies `R`.
     entries: *mut (),
@@ -95,7 +95,7 @@ thread_local! {
 }
 
 impl Frame {
-    /// Copies another frame into this one.
+    /// Copies the fields of another frame into this one.
     fn set(&self, other: &Frame) {
         self.recording.set(other.recording.get());
         self.len.set(other.len.get());

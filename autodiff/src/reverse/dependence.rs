@@ -8,7 +8,7 @@ use crate::real::Real;
 pub(super) struct Dependence<'a, R: Real> {
     arena: &'a Arena<R>,
     inputs: usize,
-    /// For each entry, the number of the last search that visited it, counted from 1.
+    /// For each entry, the number of the last search that has visited it. Searches are counted from 1.
     visited: Vec<u32>,
     searches: u32,
     pending: Vec<u32>,

@@ -18,8 +18,8 @@ pub(super) struct LongEntries<R: Real> {
     pub(super) terms: Vec<(R, u32)>,
     /// For each linear entry, the index of its first term.
     pub(super) linear: Vec<usize>,
-    /// Pairs of a linear entry (ascending) and a parent to which it passes no derivative, because the factor is a
-    /// constant zero.
+    /// Pairs of a linear entry (ascending) and one of its parents. The entry passes no derivative to this parent,
+    /// because the factor is a constant zero.
     pub(super) stopped: Vec<(u32, u32)>,
     /// For each select: the mask, the parent where it is true, and the parent where it is false.
     pub(super) selects: Vec<(R::Mask, [u32; 2])>,
@@ -76,13 +76,14 @@ impl<R: Real> LongEntries<R> {
         &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
     }
 
-    /// Whether a mark belongs to a linear entry with a zero cotangent and a partial that is not finite.
+    /// Whether a linear entry has a cotangent of zero and a partial that is not finite.
     pub(super) fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
         let finite = |&(partial, _): &(R, u32)| partial.finite().all();
         kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
     }
 
-    /// Pulls back the cotangent of entry `i`, which is a mark: it has many parents or outputs, or no parents.
+    /// Pulls back the cotangent of entry `i`, whose operands are in this struct because it has many parents or outputs,
+    /// or no parents.
     #[inline(never)]
     pub(super) fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
         match kind {

@@ -47,7 +47,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// Returns the values of a slice of variables. Up to eight need no allocation.
+/// Returns the values of a slice of variables. A slice of up to eight variables needs no allocation.
 pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
     slice.iter().map(|x| x.value).collect()
 }

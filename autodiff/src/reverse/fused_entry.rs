@@ -9,7 +9,7 @@ use crate::real::{Fused, Real};
 pub(super) struct FusedEntry<R> {
     pub(super) call: Box<dyn Call<R>>,
     pub(super) outputs: usize,
-    /// For each input slice, its length (`lengths`) and whether it contains a variable (`wanted`). Functions take few
+    /// The length of each input slice (`lengths`), and whether it contains a variable (`wanted`). Functions take few
     /// slices, so these lists need no allocation.
     pub(super) lengths: SmallVec<[usize; 4]>,
     pub(super) wanted: SmallVec<[bool; 4]>,
@@ -19,7 +19,7 @@ pub(super) struct FusedEntry<R> {
 
 /// The entries of the inputs in a slice.
 pub(super) enum Parents {
-    /// Consecutive indices, beginning with this one, such as the inputs of a recording.
+    /// Consecutive entries, beginning with this index, such as the inputs of a recording.
     Run(u32),
     Each(Vec<u32>),
 }
@@ -47,7 +47,7 @@ impl Parents {
     }
 }
 
-/// A [`Fused`] function together with the numbers that it saved for its reverse. The trait hides their types.
+/// A [`Fused`] function with the numbers that it saved for its reverse rule. This trait hides the types of both.
 pub(super) trait Call<R>: Send {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }
@@ -83,7 +83,7 @@ impl<R: Real> FusedEntry<R> {
             assert_eq!(
                 x_bar.len(),
                 self.lengths[slice],
-                "`Fused::reverse` must return one cotangent for each input of a wanted slice"
+                "`Fused::reverse` must return one cotangent for each input of a slice whose `wanted` is true"
             );
             match &self.parents[slice] {
                 Parents::Run(first) => {

@@ -1,15 +1,18 @@
 //! Converts positions in an arena to 32-bit indices, and defines marks: special values above all indices.
 
-/// In `Entry::parents`: there is no parent.
+/// A value in `Entry::parents` that means: there is no parent.
 pub(super) const NONE: u32 = u32::MAX;
-/// In `Entry::parents[0]`: a linear entry with many parents. `parents[1]` is its index in `LongEntries::linear`.
+/// A value in `Entry::parents[0]` that marks a linear entry with many parents. `parents[1]` is its index in
+/// `LongEntries::linear`.
 pub(super) const LINEAR: u32 = u32::MAX - 1;
-/// In `Entry::parents[0]`: a select, lane by lane. `parents[1]` is its index in `LongEntries::selects`.
+/// A value in `Entry::parents[0]` that marks a select, lane by lane. `parents[1]` is its index in
+/// `LongEntries::selects`.
 pub(super) const SELECT: u32 = u32::MAX - 2;
-/// In `Entry::parents[0]`: a number that depends on `parents[1]` but passes no derivative to it, because of a choice.
+/// A value in `Entry::parents[0]` that marks a number which depends on `parents[1]` but passes no derivative to it,
+/// because of a choice.
 pub(super) const STOPPED: u32 = u32::MAX - 3;
-/// In `Entry::parents[0]`: the first output of `LongEntries::fused[parents[1]]`. This is the smallest mark; every index
-/// of a parent is smaller.
+/// A value in `Entry::parents[0]` that marks the first output of the fused function `LongEntries::fused[parents[1]]`.
+/// It is the smallest of these values; every index of a parent is smaller.
 pub(super) const FUSED: u32 = u32::MAX - 4;
 
 /// Converts a position in an arena to the index of a variable. Panics if the tape is full.

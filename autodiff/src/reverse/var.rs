@@ -19,7 +19,7 @@ use crate::real::{Mask, Real};
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
-    /// The index of the entry; `NONE` for a constant.
+    /// The index of the variable's entry on the tape; `NONE` for a constant.
     pub(super) index: u32,
     /// The generation, which identifies the recording; `CONSTANT` for a constant.
     pub(super) generation: u32,
@@ -181,8 +181,8 @@ impl<R: Real> Var<R> {
     }
 }
 
-/// Whether a constant factor and all derivatives in it are zero. Always false for lanes, because each lane chooses
-/// separately and one entry cannot represent that.
+/// Whether a constant factor and all derivatives that it carries are zero. Always false for lanes: the factor may be
+/// zero in some lanes only, which one entry cannot represent.
 #[inline(always)]
 pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
     R::Mask::IS_SINGLE && factor.is_zero()

@@ -86,14 +86,14 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn load(from: &[$scalar]) -> Self {
-                let from: &[$scalar; $n] = from[..$n].try_into().expect("the length was taken");
+                let from: &[$scalar; $n] = from[..$n].try_into().expect("the slice has the length of the array");
                 // SAFETY: the reference has one number for each lane.
                 Self(unsafe { $load(from.as_ptr()) })
             }
             #[inline(always)]
             fn store(self, to: &mut [$scalar]) {
                 let to: &mut [$scalar; $n] =
-                    (&mut to[..$n]).try_into().expect("the length was taken");
+                    (&mut to[..$n]).try_into().expect("the slice has the length of the array");
                 // SAFETY: the reference has one number for each lane.
                 unsafe { $store(to.as_mut_ptr(), self.0) }
             }

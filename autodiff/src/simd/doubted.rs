@@ -37,7 +37,7 @@ pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<
     if doubt.any() { None } else { Some(x) }
 }
 
-/// Lanes, and a mask of the lanes whose bits may differ from those of fused multiply-adds.
+/// A register of numbers, and a mask of the lanes in which the bits may differ from those of fused multiply-adds.
 #[derive(Clone, Copy)]
 struct Doubted<L: Real> {
     value: L,
@@ -81,8 +81,8 @@ impl<L: Unfused> Doubted<L> {
         Self { value, doubt }
     }
 
-    /// Wraps a value that was computed from `self` and `others`. In each lane the value is doubtful if `self` or any of
-    /// `others` is.
+    /// Wraps a value that was computed from `self` and `others`. A lane of the result is in doubt if that lane of
+    /// `self` or of any of `others` is.
     #[inline(always)]
     fn to<const N: usize>(mut self, value: L, others: [Self; N]) -> Self {
         self.value = value;
@@ -93,7 +93,7 @@ impl<L: Unfused> Doubted<L> {
     }
 }
 
-/// Defines operators. They round only once, so they add no doubt to that of their operands.
+/// Defines operators. They round only once, so the result is in doubt only if an operand is.
 macro_rules! operator {
     ($($operator:ident $method:ident),*) => {$(
         impl<L: Unfused> $operator for Doubted<L> {

@@ -29,7 +29,7 @@ thread_local! {
     static CAP: std::cell::Cell<Level> = const { std::cell::Cell::new(Level::Avx512) };
 }
 
-/// Runs `work` on this thread with registers no wider than `cap`.
+/// Runs `work` on this thread. Meanwhile, lanes use registers that are at most as wide as `cap`.
 #[cfg(test)]
 pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
     let before = CAP.replace(cap);

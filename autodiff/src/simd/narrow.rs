@@ -4,7 +4,7 @@
 use super::places::{RANK, SET_BIT};
 use crate::real::Lane;
 
-/// Returns an array of `N` numbers: first those of `part`, which has fewer than `N`, then zeros.
+/// Copies `part`, which has fewer than `N` numbers, to an array of `N` numbers. The remaining numbers are zero.
 #[inline(always)]
 pub(super) fn padded<S: Copy + Default, const N: usize>(part: &[S]) -> [S; N] {
     let mut numbers = [S::default(); N];
@@ -24,12 +24,12 @@ pub(super) fn store_first<S: Copy + Default, const N: usize>(to: &mut [S], lanes
     }
 }
 
-/// For each mask of four 32-bit lanes, the table of bytes with which `expand` moves lanes. It corresponds to [`RANK`],
-/// which is a table of lanes. The index is 255 where a mask bit is not set. No register has a byte 255, so these lanes
-/// become zero.
+/// For each mask of four 32-bit lanes, the table of bytes with which `expand` moves lanes. It says for bytes what
+/// [`RANK`] says for lanes. Lanes whose mask bit is not set have the index 255. No register has a byte 255, so these
+/// lanes become zero.
 pub(super) static EXPANDED: [[u8; 16]; 16] = bytes(true);
-/// For each mask of four 32-bit lanes, the table of bytes with which `compress` moves lanes. It corresponds to
-/// [`SET_BIT`], which is a table of lanes.
+/// For each mask of four 32-bit lanes, the table of bytes with which `compress` moves lanes. It says for bytes what
+/// [`SET_BIT`] says for lanes.
 pub(super) static COMPRESSED: [[u8; 16]; 16] = bytes(false);
 
 const fn bytes(expand: bool) -> [[u8; 16]; 16] {

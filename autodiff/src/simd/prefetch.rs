@@ -1,6 +1,7 @@
 //! Prefetching: a hint to load memory into the cache.
 
-/// Prefetches `len` numbers from `first` on, which will be read or written soon. The pointer need not be valid.
+/// Prefetches `len` numbers from the pointer `first` on, because they will be read or written soon. The pointer need
+/// not be valid.
 #[inline(always)]
 pub(crate) fn prefetch<T>(first: *const T, len: usize) {
     #[cfg(target_arch = "x86_64")]

@@ -158,8 +158,9 @@ impl Unfused for F64x2 {
 }
 
 impl Unfused for F32x4 {
-    /// Computes the result in double precision, where the product is exact but the sum may be rounded. The doubles just
-    /// above and just below the sum are converted to singles. If these differ, the rounding of the sum may matter.
+    /// Computes the result in double precision, where the product is exact but the sum may be rounded. Then the doubles
+    /// just above and just below the sum are converted to singles. If the two singles differ, the rounding of the sum
+    /// may have changed the result.
     #[inline(always)]
     fn fused(self, b: Self, c: Self) -> (Self, Mask32) {
         let [low, high] = doubles(self.0);
@@ -182,7 +183,7 @@ fn doubles(singles: v128) -> [v128; 2] {
     ]
 }
 
-/// Multiplies four doubles by `share` and converts them to singles.
+/// Multiplies four doubles by `share` and converts the products to singles.
 #[inline(always)]
 fn singles(low: v128, high: v128, share: f64) -> v128 {
     let share = f64x2_splat(share);

@@ -35,7 +35,9 @@ fn first_bits(n: usize) -> u16 {
 fn first_i64(n: usize) -> __m256i {
     const ONES: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
     // The window of four numbers that begins with `n` ones.
-    let window: &[i64; 4] = ONES[4 - n..8 - n].try_into().expect("the length was taken");
+    let window: &[i64; 4] = ONES[4 - n..8 - n]
+        .try_into()
+        .expect("the slice has the length of the array");
     // SAFETY: the reference is as long as a register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
@@ -46,7 +48,7 @@ fn first_i32(n: usize) -> __m256i {
     const ONES: [i32; 16] = [-1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0];
     let window: &[i32; 8] = ONES[8 - n..16 - n]
         .try_into()
-        .expect("the length was taken");
+        .expect("the slice has the length of the array");
     // SAFETY: the reference is as long as a register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }

@@ -184,10 +184,12 @@ impl AnyProgram<'_> {
 
 /// Converts the list of outputs to an array of fixed length. There is one output for each result of the kernel.
 fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
-    outputs.try_into().expect("one array for each result")
+    outputs
+        .try_into()
+        .expect("there is one array for each result")
 }
 
-/// A program whose number type replays kernels. This trait hides the number type.
+/// A program whose number type replays kernels. This trait hides the number type of the program.
 trait Replaying {
     fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array>;
     fn map_edges_recorded(

@@ -121,13 +121,13 @@ impl<M: Model> Rollout<M> {
     }
 }
 
-/// A batch of rollouts as a fused function. Its inputs are the starts, then for each parameter either one shared slice
-/// or one slice for each start. Its outputs are the observed states, one start after the other.
+/// A batch of rollouts as a fused function. The inputs are the starts, followed by each parameter: one slice that all
+/// starts share, or one slice for each start. The outputs are the observed states, one start after the other.
 #[derive(Clone)]
 pub(super) struct Batched<M> {
     pub(super) rollout: Rollout<M>,
     pub(super) starts: usize,
-    /// For each parameter, whether each start has its own values.
+    /// For each parameter, whether each start (initial state) has its own values for it.
     pub(super) own: Vec<bool>,
 }
 
@@ -140,7 +140,7 @@ pub(super) struct StartGroup {
 }
 
 impl StartGroup {
-    /// Interleaves the numbers of all lanes. Lanes with fewer numbers get zeros.
+    /// Interleaves the numbers of all lanes. A lane with fewer numbers than the others is filled with zeros.
     fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
         let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
         for lane in 0..self.lanes {
@@ -152,8 +152,8 @@ impl StartGroup {
         interleaved
     }
 
-    /// Returns the slices that belong to the starts of this group, interleaved. `of_starts` has one slice for each
-    /// start of the batch.
+    /// Takes from `of_starts`, which has one slice for each start of the batch, the slices of this group's starts, and
+    /// interleaves them.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
         let len = of_starts[0].len();
         let of_starts = &of_starts[self.starts.clone()];
@@ -161,8 +161,8 @@ impl StartGroup {
             assert_eq!(
                 own.len(),
                 len,
-                "all starts of a batch must have equally many numbers, and so must their own parameters: \
-                 the first start has {len} numbers, but another has {}",
+                "all starts of a batch must have the same length, and so must a parameter of which each \
+                 start has its own values: the first start has {len} numbers, but another has {}",
                 own.len()
             );
         }
@@ -179,7 +179,7 @@ impl StartGroup {
 }
 
 impl<M: Model> Batched<M> {
-    /// A batch of a single start. All parameters count as shared.
+    /// A batch that has only one start (initial state). All parameters count as shared.
     pub(super) fn of_one(rollout: &Rollout<M>, parameters: usize) -> Self {
         Self {
             rollout: rollout.clone(),
@@ -215,8 +215,8 @@ impl<M: Model> Batched<M> {
         }
     }
 
-    /// Splits a list that has one item for each input. Returns for each parameter its part of the list: one item if the
-    /// parameter is shared, otherwise one item for each start.
+    /// Divides a list with one item for each input into parts, one for each parameter. The part of a shared parameter
+    /// is one item; the part of any other parameter is one item for each start.
     fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
         let mut rest = &of_inputs[self.starts..];
         let mut take = |&own: &bool| {
@@ -227,7 +227,7 @@ impl<M: Model> Batched<M> {
         self.own.iter().map(&mut take).collect()
     }
 
-    /// Calls `run` with the inputs of a group: its interleaved starts, then one slice for each parameter.
+    /// Calls `run` with the inputs of a group of starts: the interleaved starts, then one slice for each parameter.
     fn with_inputs<'a, R: Real, T>(
         &self,
         group: &StartGroup,
@@ -302,7 +302,7 @@ impl<M: Model> Fused for Batched<M> {
             let x_bars = self
                 .rollout
                 .reversed(group.lanes, recorded, &seeds, &wanted);
-            let (start_bar, bars) = x_bars.split_first().expect("a rollout has a start");
+            let (start_bar, bars) = x_bars.split_first().expect("input 0 is the initial state");
             start_bars.extend(group.parted(start_bar));
             for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {
                 match (own, &mut bars[..]) {

@@ -60,14 +60,14 @@ pub enum Memory {
 /// Decides when the forward run and the reverse sweep set checkpoints.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct CheckpointSchedule {
-    /// The number of steps whose rows are kept at once.
+    /// The number of consecutive steps whose rows are kept at once.
     pub(super) leaf: usize,
     /// The number of checkpoints that may be held at once, including the start.
     checkpoints: usize,
 }
 
 impl CheckpointSchedule {
-    /// For runs without a reverse sweep: keeps one row and no checkpoints.
+    /// The schedule for runs without a reverse sweep: one row and no checkpoints.
     pub(super) const NOTHING: Self = Self {
         leaf: 1,
         checkpoints: 0,
@@ -118,7 +118,7 @@ impl CheckpointSchedule {
         Some(steps.start + (leaves - upper) * self.leaf)
     }
 
-    /// Returns the first step of the last leaf in `steps`.
+    /// Returns the first step of the last leaf in `steps`. A leaf is a range of steps whose rows are kept at once.
     pub(super) fn leaf_start(&self, steps: Range<usize>) -> usize {
         steps.end.saturating_sub(self.leaf).max(steps.start)
     }

@@ -82,8 +82,8 @@ impl CotangentBound {
     }
 }
 
-/// Divides `numbers` in place by a unit. Returns the sum of their squares, and the unit. The unit is 1 or the
-/// largest magnitude, so that the squares neither overflow nor underflow noticeably.
+/// Divides `numbers` in place by a unit. Returns the sum of the squares of the quotients, and the unit. The unit is 1
+/// or the largest magnitude. It is chosen so that the squares do not overflow and do not underflow noticeably.
 fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
     let squared = R::dot(numbers, numbers).detach();
     // Squares that underflow, even in single precision, are below 1e-38 and therefore negligible.

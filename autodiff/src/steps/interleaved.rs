@@ -6,15 +6,15 @@ use super::sweep::{Recorded, Starts};
 use crate::real::Real;
 
 impl<M: Model> Rollout<M> {
-    /// Returns the indices of the numbers that the rollout returns of an observed state. The state has `len` numbers,
-    /// in which `starts` starts are interleaved.
+    /// Returns the positions, within an observed state, of the numbers that the rollout returns. The state has `len`
+    /// numbers, in which `starts` starts are interleaved.
     fn places(&self, starts: usize, len: usize) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
         };
         assert!(
             entries.iter().all(|entry| *entry < len / starts),
-            "entries {entries:?} are out of range: each must be less than {}, the length of a state",
+            "the entries are {entries:?}; each must be less than {}, the length of a state",
             len / starts
         );
         let interleaved = |&entry: &usize| entry * starts..(entry + 1) * starts;
@@ -46,7 +46,8 @@ impl<M: Model> Rollout<M> {
         (seen, recorded)
     }
 
-    /// Returns the cotangents of the (interleaved) starts, then the cotangents of each parameter.
+    /// Returns the cotangents of the initial states, then the cotangents of each parameter. The numbers of several initial
+    /// states are interleaved.
     pub(super) fn reversed<R: Real>(
         &self,
         starts: usize,

@@ -16,8 +16,8 @@ pub(crate) enum StepOperation<R: Real> {
     Dense(Box<DenseLayer<R>>),
 }
 
-/// Runs the same expression for every kind of operation. For operations in a box, `as_ref` or `as_mut` gives access to
-/// the content.
+/// Evaluates an expression for the operation, whatever its kind. For operations in a box, `as_ref` or `as_mut` gives
+/// access to the content.
 macro_rules! each {
     ($of:expr, $open:ident, $operation:ident => $work:expr) => {
         match $of {

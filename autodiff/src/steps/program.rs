@@ -21,14 +21,14 @@ pub(super) struct Control<R> {
 pub struct Program<R: Real> {
     pub(super) arrays: Vec<Array>,
     pub(super) parameters: Vec<Parameter>,
-    /// For each parameter, whether each start has its own values. Set by `load`.
+    /// For each parameter, whether each start (initial state) has its own values for it. The method `load` sets it.
     pub(super) own: Vec<bool>,
     pub(super) states: Vec<Array>,
-    /// For each part of the state, the array of its new value.
+    /// For each part of the state, the array that holds its new value.
     pub(super) next: Vec<Option<Array>>,
     pub(super) inputs: Vec<Array>,
     pub(super) controls: Vec<Control<R>>,
-    /// How many inputs a step takes. All starts share them.
+    /// How many numbers each step takes as input. The inputs are the same for all starts (initial states).
     pub(crate) inputs_len: usize,
     pub(super) operations: Vec<StepOperation<R>>,
     /// The number of starts that run at once, with interleaved numbers.
@@ -36,9 +36,10 @@ pub struct Program<R: Real> {
     /// How many numbers are allocated so far: first for the parameters, then for a row.
     pub(super) ends: [usize; 2],
     pub(super) layout: RowLayout,
-    /// How many numbers of a later row each operation prefetches; a multiple of a cache line.
+    /// How many numbers of a later row each operation prefetches. It is a multiple of the length of a cache line.
     pub(super) prefetch_len: usize,
-    /// How many numbers past the end of an array a register may touch, in addition to its own width.
+    /// Accesses of whole registers may go beyond the end of an array by this many numbers, in addition to the width of
+    /// a register.
     pub(super) margin: usize,
 }
 
@@ -227,7 +228,7 @@ impl<R: Real> Program<R> {
         (0..count).map(|_| self.allocate(false, len)).collect()
     }
 
-    /// Allocates an array directly after the last one of the row.
+    /// Allocates an array at the end of the row, directly after the last array.
     pub(super) fn unaligned_output(&mut self, len: usize) -> Array {
         self.allocate(false, len)
     }

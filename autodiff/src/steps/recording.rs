@@ -88,7 +88,7 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined to one vector.
+    /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined into one vector.
     ///
     /// # Panics
     /// If the total length of the arrays of `x` is not the number of columns of the matrix, if the length of `bias` is
@@ -147,7 +147,7 @@ impl<R: Real> Program<R> {
         let rows = places.iter().filter(|row| **row).count();
         assert_eq!(
             rows, matrix.rows,
-            "dense: `places` must be true as often as the matrix has rows"
+            "dense: the number of true items in `places` must be the number of rows of the matrix"
         );
         let output = self.output(places.len());
         // The last register of a spread output is written whole, so no other array may begin in it.

@@ -5,7 +5,7 @@ use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repe
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
-/// How many cotangents are set to zero at a time.
+/// Rows are set to zero piece by piece. This is the number of cotangents in a piece.
 const ZEROED: usize = 128;
 
 impl<R: Real> Program<R> {
@@ -33,17 +33,17 @@ impl<R: Real> Program<R> {
         [self.parameters(), Aligned::zeros(self.row_len())]
     }
 
-    /// How many numbers past the end of the last array an access of a whole register may touch.
+    /// How many numbers beyond the end of the last array an access of a whole register may reach.
     fn padding(&self) -> usize {
         2 * WIDEST * self.starts + self.margin
     }
 
-    /// How many numbers a step may touch, counted from the start of its row.
+    /// How many numbers a step may access, counted from the beginning of its row.
     pub(crate) fn row_len(&self) -> usize {
         self.layout.reach.max(self.ends[1]) + self.padding()
     }
 
-    /// The distance from the start of a row to the start of the next row.
+    /// The distance from the beginning of one row to the beginning of the next.
     pub(crate) fn stride(&self) -> usize {
         self.layout.stride
     }
@@ -105,7 +105,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Marks the arrays that carry derivatives. `parameters` says which parameters do. The state always does.
+    /// Marks the arrays that carry derivatives. `parameters` says which parameters do; the state always does.
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
         let mut active = vec![false; self.arrays.len()];
         for (declared, &wanted) in self.parameters.iter().zip(parameters) {
@@ -146,7 +146,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Writes the inputs and controls of a step into its row. `all` holds the inputs of all steps.
+    /// Writes the inputs and controls of one step into the step's row. `all` holds the inputs of all steps.
     pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
         let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
         for part in &self.inputs {
@@ -203,7 +203,7 @@ impl<R: Real> Program<R> {
         row.copy_within(stride..reach, 0);
     }
 
-    /// The index in the state at which one of its parts begins.
+    /// The index in the state at which the part `part` begins.
     fn place_in_state(&self, part: Array) -> usize {
         let before = self.states.iter().take_while(|state| **state != part);
         before.map(|state| state.len).sum()

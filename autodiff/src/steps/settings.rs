@@ -73,7 +73,7 @@ pub struct Rollout<M> {
 /// The values of one parameter in a batch of rollouts.
 #[derive(Clone, Copy, Debug)]
 pub enum Given<'a, R> {
-    /// All starts share these values.
+    /// All starts share the same values.
     Shared(&'a [R]),
     /// Each start has its own values: one slice for each start. The parameter must be an array or a control, not a
     /// matrix.

@@ -16,7 +16,8 @@ use crate::real::Real;
 #[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub(super) count: usize,
-    /// For each parameter, whether each start has its own values. Parameters that are not in the list are shared.
+    /// For each parameter, whether each start (initial state) has its own values for it. Parameters beyond the end of
+    /// the list are shared.
     pub(super) own: &'a [bool],
 }
 
@@ -26,7 +27,7 @@ pub(super) struct Stepper<R: Real> {
     parameters: Aligned<R>,
     /// The inputs of all steps, one step after the other.
     inputs: Arc<[f64]>,
-    /// Checks every state except the start. `None` if there is no bound.
+    /// The check of all states except the start against the rollout's bound; `None` if the rollout has no bound.
     watch: Option<Watch<R>>,
 }
 
@@ -39,7 +40,7 @@ impl<R: Real> Stepper<R> {
         let mut program = program.finish();
         rollout.check(program.inputs_len);
         let mut parameters = program.parameters();
-        let (start, given) = inputs.split_first().expect("a rollout has a start");
+        let (start, given) = inputs.split_first().expect("input 0 is the initial state");
         assert_eq!(
             start.len(),
             program.state_len(),
@@ -60,7 +61,7 @@ impl<R: Real> Stepper<R> {
         self.program.state_len()
     }
 
-    /// Returns a row that begins with this state.
+    /// Allocates a row that begins with this state.
     pub(super) fn row(&self, state: &[R]) -> Aligned<R> {
         let mut row = Aligned::zeros(self.program.row_len());
         self.program.set_state(&mut row, state);
@@ -74,7 +75,7 @@ impl<R: Real> Stepper<R> {
         state
     }
 
-    /// Runs a step and prefetches the row `soon`. The new state is written to where the next row begins.
+    /// Runs a step and prefetches the row `soon`. The new state is written to the beginning of the next row.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
         begin_step(step);
         self.program.set_inputs(row, &self.inputs, step);
@@ -86,8 +87,8 @@ impl<R: Real> Stepper<R> {
         }
     }
 
-    /// Replaces the observations of a start by NaN if one of its states was not below the bound. `row` holds the last
-    /// state, after `steps` steps; it is checked here.
+    /// Replaces the observations of each start that has exceeded the bound in some state by NaN. First checks the last
+    /// state, which is at the beginning of `row`; `steps` is its number of steps.
     pub(super) fn apply_state_bound(&self, steps: usize, row: &[R], seen: &mut [R]) {
         let Some(mut watch) = self.watch else {
             return;
@@ -124,13 +125,13 @@ pub(super) struct Recorded<R: Real> {
     checkpoints: Vec<Checkpoint<R>>,
     /// The rows of all steps, one after the other, if memory allows; otherwise the rows of one leaf.
     rows: Aligned<R>,
-    /// The row for steps whose rows are not kept.
+    /// The row of steps that do not keep their rows: each of these steps overwrites it.
     row: Aligned<R>,
 }
 
 impl<R: Real> Recorded<R> {
-    /// Prepares a forward run. `keeps` says whether to keep what a reverse sweep needs. The other arguments are those
-    /// of [`Stepper::new`].
+    /// Prepares a forward run. If `keeps` is true, the run keeps what a reverse sweep needs. The other arguments are
+    /// those of [`Stepper::new`].
     pub(super) fn new<M: Model>(
         rollout: &Rollout<M>,
         starts: Starts,
@@ -150,7 +151,8 @@ impl<R: Real> Recorded<R> {
         let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
         let Some(kept) = kept else {
             panic!(
-                "the rows of {leaf} steps do not fit into memory; set the rollout's `memory` to a smaller budget"
+                "the intermediate values of {leaf} steps do not fit into memory; set the rollout's \
+                 `memory` to a smaller budget"
             );
         };
         let mut rows = match keeps {
@@ -175,15 +177,15 @@ impl<R: Real> Recorded<R> {
         self.stepper.state_len()
     }
 
-    /// Calls [`Stepper::apply_state_bound`] after the forward run. Steps that the reverse sweep repeats are not checked
-    /// again.
+    /// Calls [`Stepper::apply_state_bound`] after the forward run. Then switches the check off, because the steps that
+    /// the reverse sweep repeats need no second check.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
         let last = self.row_after(self.steps);
         self.stepper.apply_state_bound(self.steps, last, seen);
         self.stepper.watch = None;
     }
 
-    /// Whether the rows of all steps are kept.
+    /// Whether the run keeps the rows of all steps.
     fn keeps_all(&self) -> bool {
         self.schedule.leaf >= self.steps
     }
@@ -216,7 +218,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step_in_place(step, &mut self.row);
     }
 
-    /// Runs a step in row number `row` and prefetches the next row.
+    /// Runs a step in row number `row` of the kept rows, and prefetches the next row.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (
             self.stepper.program.stride(),
@@ -227,7 +229,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step(step, &mut row[..len], Some(next));
     }
 
-    /// Returns a checkpoint of the state that is in [`row`](Self::row).
+    /// Returns the state that is in [`row`](Self::row) as a checkpoint.
     fn checkpoint(&self, step: usize) -> Checkpoint<R> {
         Checkpoint {
             step,
@@ -251,7 +253,7 @@ impl<R: Real> Recorded<R> {
         at(end, state_bar);
         // Each turn either sets a further checkpoint or reverses the last leaf.
         while end > 0 {
-            let top = stack.last().expect("the start is never removed");
+            let top = stack.last().expect("the first checkpoint is never removed");
             let first = self.schedule.leaf_start(top.step..end);
             if let Some(middle) = self.schedule.split(top.step..end, stack.len()) {
                 let top = top.clone();
@@ -276,7 +278,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.program.parameter_bars(&bars[0])
     }
 
-    /// Runs forward from a checkpoint to step `to`, in [`row`](Self::row).
+    /// Runs the steps from a checkpoint up to step `to` again, in [`row`](Self::row).
     fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
         self.stepper.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {
@@ -304,8 +306,8 @@ impl<R: Real> Recorded<R> {
     }
 }
 
-/// Returns a buffer of at least `len` numbers with arbitrary values. It reuses the buffer of the thread's last sweep if
-/// that is long enough.
+/// Returns a buffer of at least `len` numbers, whose values are arbitrary. Reuses the buffer of the thread's last sweep
+/// if it is long enough.
 fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
     match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,

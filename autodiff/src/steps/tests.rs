@@ -248,7 +248,7 @@ fn entries_are_those_of_whole_states() {
 
 #[test]
 #[should_panic(
-    expected = "entries [3, 24] are out of range: each must be less than 24, the length of a state"
+    expected = "the entries are [3, 24]; each must be less than 24, the length of a state"
 )]
 fn an_entry_that_is_out_of_range_panics() {
     let mut several = Several::<f64>::new(1, 1);

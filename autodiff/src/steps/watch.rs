@@ -9,7 +9,7 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<R> {
     bound: R,
-    /// Zero, or NaN after a number was not below the bound. Element `k` belongs to start `k % starts`.
+    /// Zero, or NaN once a number of a state was not below the bound. Element `k` belongs to start `k % starts`.
     verdict: [R; WIDEST],
 }
 
@@ -30,7 +30,8 @@ impl<R: Real> Watch<R> {
         });
     }
 
-    /// Returns one number for each start: NaN if a number of one of its states was not below the bound, otherwise zero.
+    /// Returns one number for each start (initial state): NaN if any number in any of its states was not below the
+    /// bound, otherwise zero.
     pub(crate) fn verdicts(&self, starts: usize) -> Vec<R> {
         let mut verdicts = vec![R::zero(); starts];
         for (place, &seen) in self.verdict.iter().enumerate() {
@@ -42,7 +43,7 @@ impl<R: Real> Watch<R> {
 
 struct Look<'a, R> {
     watch: &'a mut Watch<R>,
-    /// The parts of the state. Each begins with a number of the first start, so each lane always belongs to the same
+    /// The parts of the state. Each part begins with a number of the first start, so a lane always belongs to one
     /// start.
     parts: &'a [Array],
     row: &'a [R],
@@ -73,8 +74,8 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
 }
 
 impl<R: Real> Look<'_, R> {
-    /// Returns whether in each lane the sum of all squares is below the square of the bound. Then every number is below
-    /// the bound, even with rounding. This is cheaper than comparing each number.
+    /// Returns, for each lane, whether the sum of all squares is below the square of the bound. If it is, every number
+    /// is below the bound, even with rounding. This is cheaper than comparing each number.
     #[inline(always)]
     fn is_small<L: Lane<R>>(&self, square: L) -> bool {
         let mut sums = [L::zero(); 2];

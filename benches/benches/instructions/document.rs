@@ -5,8 +5,9 @@ use crate::works::{ComparedTo, CountTable};
 /// Returns all tables as text. `counts` has the counts of all works, in order.
 pub(crate) fn page(tables: &[CountTable], counts: &[f64], valgrind: &str) -> String {
     let mut page = format!(
-        "Counted by callgrind ({valgrind}) on AVX2 lanes. Each count is the difference between two processes \
-         that do the work once and more often, so that neither start nor setup is in it.\n"
+        "Counted by callgrind ({valgrind}) on AVX2 lanes. Each count is the difference between two \
+         processes, of which one does the work once and the other more often. So it includes neither \
+         the start of the program nor the setup.\n"
     );
     let mut counts = counts.iter().copied();
     for table in tables {

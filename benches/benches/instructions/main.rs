@@ -52,7 +52,8 @@ fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
         }
         _ => {
             eprintln!(
-                "error: `{WORK} {work} {repeats}`: expected the number of a work, then the number of repetitions"
+                "error: `{WORK} {work} {repeats}`: expected the number of a piece of work, then the \
+                 number of repetitions"
             );
             ExitCode::FAILURE
         }
@@ -65,7 +66,7 @@ fn count(tables: &[CountTable]) -> Result<Vec<f64>, String> {
     let works = tables.iter().flat_map(CountTable::works).enumerate();
     works
         .map(|(number, work)| {
-            eprintln!("counting work {} of {all}", number + 1);
+            eprintln!("counting piece of work {} of {all}", number + 1);
             let counted = callgrind::instructions(&[WORK, &number.to_string()], work.repeats)?;
             Ok(counted / work.units)
         })

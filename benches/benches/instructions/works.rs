@@ -231,7 +231,7 @@ fn problems() -> CountTable {
 
 fn problem(case: Case, work: impl Fn(&mut dyn Problem) + 'static) -> CountedWork {
     let run = move |repeats| {
-        let mut problem = case.open().expect("it was read before");
+        let mut problem = case.open().expect("the case was read before");
         for _ in 0..repeats {
             work(&mut *problem);
         }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::task::{Outcome, Task};
 
-/// A task, with the measurements of the ways to do it.
+/// A task, with the measured times of each way to do it.
 pub(crate) type Measured = (Task, Vec<Outcome>);
 
 /// Returns the table of a task, with a row for each way to do it.
@@ -30,7 +30,7 @@ fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
         some.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     };
     (
-        least(true).expect("every task is done by ours"),
+        least(true).expect("every task has a way that uses this project's crate"),
         least(false),
     )
 }

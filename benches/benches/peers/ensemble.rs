@@ -1,4 +1,4 @@
-//! A task with many rollouts: one small network brings pendulums to rest from many starts.
+//! Measures a task with many rollouts: one small network brings pendulums to rest from many starts.
 
 use crate::task::{Task, Way, kept};
 
@@ -168,7 +168,7 @@ mod echidna {
     }
 }
 
-/// A rollout on reverse's tape, which is cleared between starts.
+/// A rollout on the tape of the crate `reverse`. The tape is cleared between starts.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 

@@ -1,4 +1,4 @@
-//! A task to compute the Hessian of a logistic regression's loss.
+//! Measures the computation of the Hessian of a logistic regression's loss.
 
 use crate::task::{Task, Way, kept};
 
@@ -7,7 +7,8 @@ const WEIGHTS: usize = 10;
 /// The number of data.
 const DATA: usize = 200;
 
-/// A datum `x`: the features times the sign of the class. The loss is the sum of `ln(1 + exp(-w x))` over the data.
+/// A datum: its features, multiplied by the sign of its class. The loss is the sum of `ln(1 + exp(-w x))` over the data
+/// `x`.
 type Datum = [f64; WEIGHTS];
 
 pub(crate) fn task() -> Task {
@@ -112,7 +113,7 @@ mod ours_sum {
     }
 }
 
-/// Duals of second order with a static length, as in the first example of num_dual.
+/// Dual numbers of second order with a fixed length, as in the first example of num_dual.
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{Dual2SVec64, DualNum, hessian as dual_hessian};

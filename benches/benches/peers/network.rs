@@ -1,4 +1,4 @@
-//! A task to compute the loss of a network over a mini-batch, and its gradient.
+//! Measures the computation of a network's loss over a mini-batch, with its gradient.
 
 use ndarray::Array2;
 
@@ -63,12 +63,12 @@ impl Case {
     }
 }
 
-/// Returns the value followed by the gradient.
+/// Returns the value of the loss, followed by its gradient.
 fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
     [vec![value], gradient].concat()
 }
 
-/// The loss by matrix products, with a reverse sweep that is written by hand.
+/// The loss by matrix products, with a hand-written reverse sweep.
 mod hand {
     use ndarray::linalg::general_mat_mul;
     use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -78,7 +78,8 @@ mod hand {
     pub(super) fn gradient(case: &Case) -> Vec<f64> {
         let weights = |(inputs, outputs, begin): (usize, usize, usize)| {
             let weights = &case.parameters[begin..][..inputs * outputs];
-            ArrayView2::from_shape((outputs, inputs), weights).expect("the length was taken")
+            ArrayView2::from_shape((outputs, inputs), weights)
+                .expect("the slice has the length of the array")
         };
         let layers = case.layers();
         let mut numbers = vec![case.x.clone()];
@@ -170,14 +171,14 @@ mod ours {
     }
 }
 
-/// The layers are evaluated one after the other, each over all points.
+/// A loss that evaluates one layer after the other, each for all points at once.
 mod ours_layers {
     use autodiff::fused::dense_batch;
     use autodiff::{Real, Var, value_and_gradient};
 
     use super::{Case, joined};
 
-    /// Returns the value followed by the gradient. Each layer over all points is one entry of the tape.
+    /// Returns the value of the loss, followed by its gradient. Each layer over all points is one entry of the tape.
     pub(super) fn gradient(case: &Case) -> Vec<f64> {
         let loss = |parameters: &[Var<f64>]| {
             let mut x: Vec<Var<f64>> = case.x.iter().map(|&x| Var::lit(x)).collect();
@@ -242,7 +243,9 @@ mod candle {
             let gradients = loss.backward()?;
             let mut all = vec![loss.to_scalar()?];
             for parameter in self.layers.iter().flatten() {
-                let gradient = gradients.get(parameter).expect("the loss depends on it");
+                let gradient = gradients
+                    .get(parameter)
+                    .expect("the loss depends on every parameter");
                 all.extend(gradient.flatten_all()?.to_vec1::<f64>()?);
             }
             Ok(all)

@@ -1,5 +1,5 @@
-//! A task to fit an ODE. It describes hares and lynxes after Lotka and Volterra, and is solved by the classical
-//! Runge-Kutta method.
+//! Measures the fit of an ODE, which describes hares and lynxes after Lotka and Volterra. The ODE is solved by the
+//! classical Runge-Kutta method.
 
 use crate::task::{Task, Way, kept};
 
@@ -204,7 +204,7 @@ mod ours_rollout {
     }
 }
 
-/// Duals of static length, as the documentation of num_dual shows for `gradient` and under "Extra arguments".
+/// Dual numbers with a fixed length, as the documentation of num_dual shows for `gradient` and under "Extra arguments".
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{DualNum, DualSVec64, gradient as dual_gradient};

@@ -1,4 +1,4 @@
-//! A task to compute the gradient of Rosenbrock's function, which is a sum over neighbouring arguments.
+//! Measures the computation of the gradient of Rosenbrock's function, which is a sum over neighbouring arguments.
 
 use crate::task::{Task, Way, kept};
 
@@ -31,7 +31,7 @@ pub(crate) fn task(arguments: usize) -> Task {
     }
 }
 
-/// The gradient by the formulas of the two partials of a term.
+/// The gradient by hand: the two partials of a term have formulas.
 mod hand {
     pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; x.len()];
@@ -44,7 +44,7 @@ mod hand {
     }
 }
 
-/// The function as a closure, as in the first example of the crate.
+/// The function as a closure, as in the first example of `autodiff`.
 mod ours {
     use autodiff::{Var, gradient};
 
@@ -98,7 +98,8 @@ mod echidna_kept {
     }
 }
 
-/// The function on the tape of the crate reverse. Each term is a function, because a closure cannot name the lifetime.
+/// The function on the tape of the crate `reverse`. Each term is a separate function and not a closure, because a
+/// closure cannot name the lifetime of the tape.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 

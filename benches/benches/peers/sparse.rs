@@ -1,4 +1,4 @@
-//! A task to compute a sparse Jacobian, that of Broyden's tridiagonal equations.
+//! Measures the computation of a sparse Jacobian. The functions are Broyden's tridiagonal equations.
 
 use crate::task::{Task, Way, kept};
 

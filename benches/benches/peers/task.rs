@@ -1,4 +1,4 @@
-//! A task to measure, with several ways to do it and their times.
+//! Tasks to measure. Each can be done in several ways.
 
 use benches::machine::{SPAN, in_turns};
 
@@ -9,10 +9,11 @@ pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
 
 /// One way to do a task.
 pub(crate) struct Way {
-    /// Which crate is used: `ours` or the name of another crate. The reference of the ratios is `by hand` or `primal`.
+    /// The crate that is used: `ours` or the name of another crate. For the first way, with which the others are
+    /// compared, `by hand` or `primal`.
     pub(crate) by: &'static str,
     pub(crate) how: &'static str,
-    /// The names of those modules in the task's file that contain the code of this way.
+    /// The modules in the task's file that contain the code of this way, by name.
     pub(crate) modules: &'static [&'static str],
     pub(crate) run: Box<dyn FnMut() -> Vec<f64>>,
 }
@@ -53,7 +54,7 @@ pub(crate) struct Outcome {
 }
 
 impl Task {
-    /// Compares the answers of all ways.
+    /// Asserts that the answers of all ways agree.
     ///
     /// # Panics
     /// If they differ by more than the tolerance.
@@ -64,7 +65,7 @@ impl Task {
             .map(|way| (way.by, way.how, (way.run)()));
         // The way `primal` computes no gradient, so it has no answer to compare.
         let mut answers = answers.filter(|(by, ..)| *by != "primal");
-        let (_, _, first) = answers.next().expect("a task has a way");
+        let (_, _, first) = answers.next().expect("every task has at least one way");
         let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         assert!(
             scale > 0.0,
@@ -77,7 +78,8 @@ impl Task {
                 let agree = (a - b).abs() <= self.tolerance * scale;
                 assert!(
                     agree,
-                    "{}: number {k} of the answer by {by}, {how}, is {b}, but the first way computes {a}",
+                    "{}: the answers differ: number {k} is {b} by {by}, {how}, but {a} by the first way \
+                     to do the task",
                     self.title
                 );
             }

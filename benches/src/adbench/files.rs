@@ -26,7 +26,7 @@ impl Tokens<'_> {
         number.map_err(|_| format!("token {place} cannot be read: '{token}'"))
     }
 
-    /// Reads the next token as a count of at least one. Counts are limited, so that a wrong file does not use up all
+    /// Reads the next token as a count of at least one. Counts are limited, so that a damaged file does not use up all
     /// memory.
     fn count(&mut self) -> Read<usize> {
         const MOST: usize = 1 << 24;
@@ -45,7 +45,7 @@ impl Tokens<'_> {
     }
 }
 
-/// Reads a whole file, whose tokens `content` converts.
+/// Reads a whole file. `content` converts the tokens of the file to the result.
 fn read<T>(path: &Path, content: impl FnOnce(&mut Tokens) -> Read<T>) -> Result<T, Error> {
     let wrong = Error::file(path);
     let text = Error::read(path)?;

@@ -77,8 +77,8 @@ fn error(got: &Value, expected: &Value) -> f64 {
     }
 }
 
-/// Replaces the long lists in the answer of a bundle adjustment by a digest: a few sums and a hash. Returns `None` for
-/// other answers.
+/// Replaces the long lists in the answer of a bundle adjustment by a digest, which is a few sums and a hash. Returns
+/// `None` for other answers.
 fn digest(answer: &Value, expected: &Value) -> Option<Value> {
     fn list<T: DeserializeOwned>(value: &Value) -> Option<Vec<T>> {
         Vec::deserialize(value).ok()

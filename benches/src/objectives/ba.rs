@@ -18,7 +18,8 @@ const CAMERA: usize = 11;
 const INPUTS: usize = CAMERA + 4;
 /// The largest allowed number of cameras, points or observations.
 const MOST: usize = 1 << 24;
-/// The length of the lists that are sent. GradBench compares only this many numbers from the beginning of a list.
+/// The number of entries of each list that an answer contains. GradBench compares only this many entries from the
+/// beginning of a list.
 const SENT: usize = 30;
 
 /// The input from GradBench: the numbers of cameras, points and observations. One camera, one point, one weight and one
@@ -62,8 +63,8 @@ struct Csr {
 }
 
 /// The residuals of one observation: the weighted reprojection error, and the error `1 - w^2` of the weight. The
-/// feature is subtracted from the principal point beforehand. This is possible because both are constants that are
-/// added to the image coordinates.
+/// measured feature is subtracted beforehand from the principal point, because both are constants that are added to the
+/// image coordinates.
 struct Observation;
 
 impl Kernel<INPUTS, 3> for Observation {
@@ -109,21 +110,21 @@ impl Ba {
         })
     }
 
-    /// Returns the beginning and the last number of each list of the Jacobian.
+    /// Returns each list of the Jacobian, shortened to its beginning and its last number.
     fn ends(&self) -> Value {
         let Csr { rows, cols, vals } = &self.jacobian;
         json!({ "rows": ends(rows), "cols": ends(cols), "vals": ends(vals) })
     }
 }
 
-/// Returns the first numbers of a list, and the last number.
+/// Returns the first [`SENT`] numbers of a list and its last number.
 fn ends<T: Copy>(list: &[T]) -> Vec<T> {
     let first = &list[..SENT.min(list.len())];
     [first, &list[list.len() - 1..]].concat()
 }
 
 impl Scene {
-    /// Returns the numbers that an observation depends on.
+    /// Returns the 15 numbers that an observation depends on.
     #[inline(always)]
     fn inputs(&self, observation: usize) -> [f64; INPUTS] {
         let [camera, point] = self.seen[observation];
@@ -136,7 +137,7 @@ impl Scene {
         inputs
     }
 
-    /// Returns the columns of the Jacobian that belong to the numbers of an observation.
+    /// Returns the columns of the Jacobian in which an observation has entries.
     #[inline(always)]
     fn columns(&self, observation: usize) -> [u32; INPUTS] {
         let [camera, point] = self.seen[observation];

@@ -4,7 +4,7 @@ use autodiff::{Dual, Mask, Real, Var, gradient};
 
 use super::work::Error;
 
-/// A scalar function of `x`. It also takes other numbers, which are given and not varied.
+/// A scalar function of `x`. It may also read given numbers, which are not varied.
 pub(super) trait Objective {
     /// Returns the value at `x`.
     fn eval<R: Real>(&self, given: &[R], x: &[R]) -> R;

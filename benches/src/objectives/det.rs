@@ -24,9 +24,9 @@ const LEAF: usize = 6;
 /// The largest order for which the determinant is a single sum over data.
 const LARGEST: usize = 9;
 
-/// A term of the expansion along all rows but the last [`LEAF`]: one entry of each upper row, times the remaining
-/// minor. The datum has the sign of the term. Then it has ones and zeros that pick a column, first for each upper row
-/// and then for each remaining column.
+/// A term of the expansion along all rows but the last [`LEAF`]: the product of one entry of each upper row and the
+/// remaining minor. The datum of a term holds its sign, followed by ones and zeros. These pick a column for each upper
+/// row, and then for each remaining column.
 #[derive(Clone)]
 struct Term {
     order: usize,
@@ -85,7 +85,7 @@ fn of_two<R: Real>(matrix: &[R], [a, b]: [usize; 2]) -> R {
     upper[a] * last[b] - upper[b] * last[a]
 }
 
-/// A determinant for matrices of a fixed order.
+/// The determinant as a function of all entries of a matrix.
 struct Determinant {
     order: usize,
 }
@@ -98,8 +98,8 @@ impl Function for Determinant {
     }
 }
 
-/// Returns the determinant of a matrix. `expansion` computes the determinants of one order, which the nested calls
-/// reach.
+/// Returns the determinant of a matrix. `expansion` is a recorded sum that computes determinants of one fixed order. For
+/// a larger matrix, this function calls itself on smaller matrices until they have that order.
 fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>>) -> R {
     if order == 1 {
         return matrix[0];
@@ -122,7 +122,7 @@ fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>
     sum
 }
 
-/// Returns all choices of a column in each upper row, as data of [`Term`].
+/// Returns all ways to choose a different column in each upper row. Each way is a datum of [`Term`].
 fn ways(order: usize) -> Vec<Vec<f64>> {
     let mut ways = Vec::new();
     let mut columns: Vec<usize> = (0..order).collect();
@@ -130,7 +130,7 @@ fn ways(order: usize) -> Vec<Vec<f64>> {
     ways
 }
 
-/// Appends all choices that begin with the first `chosen` columns. The other columns are in ascending order.
+/// Appends all choices whose first `chosen` columns are fixed. The other columns are in ascending order.
 fn choose(columns: &mut [usize], chosen: usize, sign: f64, ways: &mut Vec<Vec<f64>>) {
     let order = columns.len();
     if chosen + LEAF == order {

@@ -59,13 +59,13 @@ struct Shape {
 }
 
 impl Shape {
-    /// Returns the number of entries of a factor.
+    /// Returns the number of entries of a triangular factor.
     #[inline(always)]
     fn factor(self) -> usize {
         self.d * (self.d + 1) / 2
     }
 
-    /// Returns how many numbers of a component the arguments of [`Likelihood`] have.
+    /// Returns the number of arguments that [`Likelihood`] has for each component.
     #[inline(always)]
     fn packed(self) -> usize {
         1 + self.d + self.factor()
@@ -141,7 +141,7 @@ impl Function for Mixture {
     }
 }
 
-/// Appends a lower triangle row by row. The part below its diagonal is given column by column.
+/// Appends a lower triangle row by row. It is given by its diagonal and the part below the diagonal, column by column.
 fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
     let d = diagonal.len();
     for (row, &last) in diagonal.iter().enumerate() {
@@ -153,7 +153,7 @@ fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
 }
 
 impl Mixture {
-    /// Returns the sum of those terms that do not depend on the parameters.
+    /// Returns the sum of all terms that do not depend on the parameters.
     fn constant(&self) -> f64 {
         let d = self.shape.d as f64;
         let freedom = d + self.m + 1.0;

@@ -31,8 +31,8 @@ impl Function for LogSumExp {
         let largest = x.iter().fold(f64::NEG_INFINITY, |largest, x| {
             f64::max(largest, x.primal())
         });
-        let exponential =
-            Recorded::new(&Exponential { largest }, 1).expect("an exponential needs no values");
+        let exponential = Recorded::new(&Exponential { largest }, 1)
+            .expect("the exponential can be recorded without values");
         lit(largest) + exponential.total(&[x]).ln()
     }
 }

@@ -104,9 +104,9 @@ impl Kernel<4, 1> for Add {
 }
 
 impl Model for Cells {
-    /// The parameters are the vectors of the file in order, then a row of ones, a two and a zero, which the sums need.
-    /// The state has the hidden and cell values of each layer, then the loss. The inputs are the character, the next
-    /// character, and the number of ones in the next character.
+    /// The parameters are the vectors of the file in order, and then three constants that the sums need: a row of ones,
+    /// a two and a zero. The state has the hidden and cell values of each layer, then the loss. The inputs are the
+    /// character, the next character, and the number of ones in the next character.
     fn record<R: Real>(&self, program: &mut Program<R>) {
         let weights: Vec<Array> = (0..PER_LAYER * self.layers + 3)
             .map(|_| program.parameter(self.bits))

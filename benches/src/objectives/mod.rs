@@ -41,11 +41,11 @@ use hand::Hand;
 use lstm::Lstm;
 pub use work::{Error, Prepared, Problem, Work};
 
-/// The type of a function that reads an input and prepares the work. Its first argument is the name of the GradBench
+/// The type of a function that reads an input and prepares an evaluation. Its first argument is the name of a GradBench
 /// function.
 pub type Prepare = fn(&str, &RawValue) -> Prepared;
 
-/// All evaluations of GradBench: the name of the module, and the function that prepares its work.
+/// All modules of GradBench, each with the function that prepares its evaluations.
 pub const EVALUATIONS: [(&str, Prepare); 12] = [
     ("hello", hello::prepare),
     ("gmm", gmm::prepare),

@@ -70,8 +70,8 @@ struct Solution {
 }
 
 impl Solution {
-    /// Returns the given entries of `y` at the end time, or all entries if none are given. The state starts with a
-    /// constant 1 before `y_0`, so that the slope of `y_0` has the same form as the other slopes.
+    /// Returns the chosen entries of `y` at the end time, or all entries if `entries` is `None`. The state starts with
+    /// a constant 1 before `y_0`, so that the slope of `y_0` has the same form as the other slopes.
     fn end<R: Real>(&self, x: &[R], entries: Option<Vec<usize>>) -> Vec<R> {
         let chain = Chain {
             len: x.len() + 1,

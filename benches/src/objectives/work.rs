@@ -61,7 +61,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Returns a function that takes a description of what is wrong with a file and makes an error of it.
+    /// Returns a function that makes an error about the file `path` from a description of what is wrong.
     pub(crate) fn file(path: &Path) -> impl Fn(String) -> Self {
         |what| Self::File {
             path: path.to_owned(),
@@ -96,7 +96,7 @@ pub(super) fn flat(rows: &[Vec<f64>], columns: usize, what: &str) -> Result<Vec<
     Ok(rows.concat())
 }
 
-/// A [`Work`] that calls a closure. The closure changes a state, which also holds the answer.
+/// A [`Work`] that consists of a state, which also holds the answer, and a closure that changes the state.
 struct Function<S> {
     state: S,
     run: Box<dyn FnMut(&mut S)>,
@@ -122,8 +122,8 @@ pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'sta
     }))
 }
 
-/// Prepares one of the two functions of a problem, `objective` or `jacobian`. The last argument has a closure for each
-/// of them, which returns its answer.
+/// Prepares one of a problem's two functions, `objective` or `jacobian`. For each of them, the last argument has a
+/// closure that computes and returns the answer.
 pub(super) fn functions<P: Problem + 'static>(
     function: &str,
     problem: P,

@@ -1,4 +1,4 @@
-//! Compares answers with those of the second, plain implementation in `naive`.
+//! Compares the answers of the objectives with the answers of a second, plain implementation in `naive`.
 
 use std::ops::Range;
 
@@ -50,7 +50,7 @@ fn lse() {
     agrees("lse", "gradient", &input, &json!([0.5, 0.5, 0.0]));
 }
 
-/// The orders are below, at and above the largest order for which the determinant is a single sum.
+/// The tested orders are below, at and above the largest order for which the determinant is a single sum.
 #[test]
 fn det() {
     for ell in 1..=10 {

@@ -4,8 +4,8 @@ use benches::distance::distance;
 use benches::gradbench::serve;
 use serde_json::{Value, json};
 
-/// The largest allowed relative distance of an answer in the 2-norm. GradBench's own tolerance would accept wrong
-/// derivatives. The answers of GradBench's tools agree to about 1e-12.
+/// The largest allowed relative distance of an answer from the right one, in the 2-norm. GradBench's own tolerance
+/// would accept wrong derivatives. The answers of GradBench's tools agree to about 1e-12.
 const TOLERANCE: f64 = 1e-7;
 
 #[track_caller]
@@ -14,7 +14,7 @@ pub(crate) fn assert_close(what: &str, answer: &Value, right: &Value) {
     assert!(distance <= TOLERANCE, "{what} is off by {distance:e}");
 }
 
-/// Returns the replies of the tool to these lines.
+/// Sends lines to the tool and returns its replies.
 pub(crate) fn replies(lines: &[u8]) -> Vec<Value> {
     let mut replies = Vec::new();
     serve(lines, &mut replies).expect("memory can be written");

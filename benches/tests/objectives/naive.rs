@@ -12,7 +12,7 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
 
 /// Returns the gradient by finite differences of fourth order.
 pub(crate) fn gradient(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
-    /// Rounding errors are about 1e-16 / STEP; the truncation error is STEP^4.
+    /// The step of the differences. Rounding errors are about 1e-16 / STEP; the truncation error is STEP^4.
     const STEP: f64 = 1e-3;
     let mut at = x.to_vec();
     let mut partial = |i: usize| {

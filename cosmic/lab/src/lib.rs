@@ -24,7 +24,7 @@ pub mod study;
 
 pub use cosmic::{Error, Result};
 
-/// Makes the code of the README a doc test.
+/// Compiles and runs the code of the README as documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -26,12 +26,12 @@ const FORMAT: Format = Format {
     version: 1,
 };
 
-/// The results of several designs in drawn domains.
+/// The results of several designs under random changes of the robots and their surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
-    /// The number of draws, and the largest random changes of the nominal domain.
+    /// The number of random draws, and the largest random changes.
     pub scatter: RobustSettings,
-    /// Seed of the draws.
+    /// The seed of the random draws.
     pub seed: u64,
     /// One entry per design.
     pub runs: Vec<RobustRun>,
@@ -42,7 +42,7 @@ impl Robustness {
     pub fn table(&self) -> Table {
         let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
         let nominal = metres("nominal", "displacement of the robot as it was designed");
-        let says = "median over the drawn domains in open loop, without feedback";
+        let says = "median displacement over the drawn domains without feedback (open loop)";
         let clock = metres("clock_p50", says);
         let least = metres("least", "the least displacement over the drawn domains");
         let table = Table::of("", "", &self.runs)
@@ -69,7 +69,7 @@ impl Robustness {
         table.add(loss, |run| run.loss).done()
     }
 
-    /// Writes the results to a file: the table as CSV if the file's name ends in `.csv`, otherwise JSON.
+    /// Writes the results to a file: as a CSV table if the file's name ends in `.csv`, otherwise as JSON.
     ///
     /// # Errors
     /// [`Error::Write`](cosmic::Error::Write).
@@ -81,36 +81,37 @@ impl Robustness {
     }
 }
 
-/// The result of one design in all domains. Lengths are in metres along the ground.
+/// The result of one design over all random draws. Lengths are in metres along the ground.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobustRun {
     /// The run's folder.
     pub run: String,
     /// The displacement without random changes, from a single rollout; `None` if the rollout diverged.
     pub nominal: Option<f64>,
-    /// The smallest displacement over the drawn domains; `None` if a rollout diverged.
+    /// The smallest displacement over the random draws; `None` if a rollout diverged.
     pub least: Option<f64>,
-    /// The 10 % quantile of the displacement over the drawn domains; `None` if it depends on a diverged rollout.
+    /// The 10 % quantile of the displacement over the random draws; `None` if it depends on a diverged rollout.
     pub p10: Option<f64>,
-    /// The median displacement over the drawn domains.
+    /// The median displacement over the random draws.
     pub p50: Option<f64>,
-    /// The 90 % quantile of the displacement over the drawn domains.
+    /// The 90 % quantile of the displacement over the random draws.
     pub p90: Option<f64>,
-    /// The median displacement over the drawn domains if the controller gets no feedback (open loop).
+    /// The median displacement over the random draws if the controller gets no feedback (open loop).
     pub clock_p50: Option<f64>,
-    /// The median loss over the drawn domains, if the scene's task is another than distance.
+    /// The median loss over the random draws, if the scene's task is another than distance.
     pub loss: Option<f64>,
     /// Describes how the rollout without random changes diverged; `None` if it did not.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
 }
 
-/// The domains in which all designs are tried.
+/// The settings of domain randomization: how many domains are drawn, and how far they may differ from the nominal
+/// domain.
 #[derive(Clone, Debug)]
 pub struct DrawnDomains {
-    /// The number of draws, and the largest random changes of the nominal domain.
+    /// The number of random draws, and the largest random changes.
     pub scatter: RobustSettings,
-    /// Seed of the draws.
+    /// The seed of the random draws.
     pub seed: u64,
     /// The scene in which all designs are simulated; if `None`, each design is simulated in its own scene.
     pub scene: Option<Scene>,

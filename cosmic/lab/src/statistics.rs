@@ -7,7 +7,7 @@ use rand::RngExt;
 /// The number of resamples from which the standard error of a median is estimated.
 const RESAMPLES: usize = 1000;
 
-/// The statistics of a sample. A number that depends on a diverged run is `None`.
+/// The statistics of a sample of runs. A number is `None` if it depends on a diverged run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Statistics {
     /// The largest number of the sample.

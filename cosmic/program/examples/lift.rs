@@ -1,4 +1,4 @@
-//! An objective of its own: robots that carry their payload high.
+//! A user's own objective: robots that carry their payload high.
 //!
 //! `cargo run --release -p cosmic-program --example lift -- optimize --iterations 8 --out runs/lift`
 

@@ -9,7 +9,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeRules, Payload, Truss};
 use cosmic_program::Program;
 
-/// The number of nodes on each of the two circles.
+/// The number of nodes on the inner circle, and on the outer circle.
 const NODES: usize = 12;
 /// Radius of the outer circle, m.
 const OUTER: f64 = 0.3;

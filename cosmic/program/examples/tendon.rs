@@ -1,5 +1,5 @@
-//! A force along bars, as from a piece of rubber beside every bar. Depending on a setting, the rubber resists the bar's
-//! stretching and goes slack when the bar is shortened, or the other way round.
+//! A force along bars, as if a piece of rubber were beside every bar. Depending on a setting, the rubber resists
+//! stretching or shortening of the bar, and is slack otherwise.
 //!
 //! The law is added to the bar's spring; it does not replace the spring.
 //!

@@ -67,12 +67,12 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// Reads the built-in scene or the scene file `name`, and applies the settings of `--set`.
+    /// Reads the built-in scene or the scene file `name`, and changes it by the settings of `--set`.
     pub(super) fn load(&self, name: &str, registry: &Registry) -> Result<Scene> {
         self.apply(registry.load(name)?)
     }
 
-    /// Applies the settings of `--set` to a scene.
+    /// Changes a scene by the settings of `--set`.
     pub(super) fn apply(&self, scene: Scene) -> Result<Scene> {
         scene.set(&self.set)
     }
@@ -104,7 +104,7 @@ pub(super) struct Work {
     /// Number of threads, at most 1024 [default: one per core]; the results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub(super) threads: Option<NonZeroUsize>,
-    /// What the command prints.
+    /// Decides what the command prints.
     #[command(flatten)]
     pub(super) output: Output,
 }

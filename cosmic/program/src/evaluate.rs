@@ -10,7 +10,7 @@ use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
 use std::path::{Path, PathBuf};
 
-/// The name of the file that receives the last states of a diverged simulation.
+/// The name of the file for the last states of a diverged simulation.
 const DIVERGED: &str = "diverged.json";
 
 /// Simulate one robot and print the results as JSON
@@ -49,7 +49,7 @@ impl Arguments {
         self.judge(&case, &results)
     }
 
-    /// Refuses `--out diverged.json`, because a divergence would overwrite this file.
+    /// Refuses `--out diverged.json`, because the last states of a divergence would overwrite this file.
     fn check_out(&self) -> Result<()> {
         let name = self.out.as_deref().and_then(Path::file_name);
         if !name.is_some_and(|name| name.eq_ignore_ascii_case(DIVERGED)) {
@@ -89,8 +89,8 @@ impl Arguments {
         Err(Error::from(divergence))
     }
 
-    /// The path for a file `name` in the folder of the `--out` file. If the results go to standard output, a pipe or a
-    /// device, the path is in the current folder.
+    /// The path of a file `name` beside the file of `--out`. If the results go to standard output, a pipe or a device,
+    /// the path is in the current folder.
     fn beside(&self, name: &str) -> PathBuf {
         let file = self.out.as_deref().filter(|out| out.is_file());
         let folder = file.and_then(Path::parent);

@@ -95,8 +95,8 @@ impl StableStep {
     }
 }
 
-/// The sizes of a controller: how many numbers it observes, how many hidden units it has (`None` if it is not a
-/// network), and how many activations it returns.
+/// The sizes of a controller: the number of observed numbers, of hidden units (`None` if it is not a network), and of
+/// activations.
 fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     let (settings, lattice) = (&case.observation, &case.lattice);
     let sight = policy::of_settings(settings).observe();
@@ -106,9 +106,9 @@ fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     (inputs, hidden, lattice.edges.len())
 }
 
-/// Describes a rollout as JSON. `friction` is null unless the contact law is Coulomb's. `controller` has the number of
-/// observed numbers, of hidden units (null without a network) and of activations. `layout` is true if every edge has
-/// exactly one material.
+/// Describes a rollout as JSON. `friction` is null unless the contact law is Coulomb's. `controller` has three sizes:
+/// the number of observed numbers, of hidden units (null if it is not a network) and of activations. `layout` is true
+/// if every edge has exactly one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
     let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";
@@ -179,7 +179,7 @@ fn contact_text(physics: &PhysicsSettings) -> String {
     }
 }
 
-/// Removes the capital letter and the full stop of a sentence, so that it can stand inside another sentence.
+/// Converts a sentence for use inside another sentence: without its capital letter and its full stop.
 fn within_a_sentence(sentence: &str) -> String {
     let mut rest = sentence.trim_end_matches('.').chars();
     let first = rest.next().map(|c| c.to_lowercase().to_string());

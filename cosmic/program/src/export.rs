@@ -151,7 +151,7 @@ impl Arguments {
     }
 }
 
-/// The outcome of an export: the files that it wrote, and the options that failed.
+/// The result of an export: the files that were written, and the options that failed.
 #[derive(Default)]
 struct Made {
     written: Vec<PathBuf>,
@@ -160,7 +160,8 @@ struct Made {
 }
 
 impl Made {
-    /// Returns an error if an option failed. If several failed, returns the last error and prints the others.
+    /// Returns an error if the files of an option could not be written. If several options failed, prints all errors
+    /// but the last and returns the last.
     fn judge(self) -> Result<()> {
         let is_alone = self.written.is_empty() && self.failed.len() == 1;
         let named = |(option, error): (&str, Error)| match error {

@@ -82,8 +82,7 @@ impl Command {
     }
 }
 
-/// The parser of the command line. An argument that names a scene has the registry's default scene as its default
-/// value.
+/// The parser of the command line. If an argument names a scene, its default is the default scene of the registry.
 fn command(registry: &Registry) -> clap::Command {
     let default = registry.default_scene().name;
     let with_default = |command: clap::Command, argument| {
@@ -132,7 +131,7 @@ fn command(registry: &Registry) -> clap::Command {
 pub struct Program(Registry);
 
 impl Program {
-    /// The program without additions.
+    /// The program as it is, without added laws, losses, policies, lattices or scenes.
     pub fn new() -> Self {
         Self::default()
     }

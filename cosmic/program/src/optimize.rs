@@ -56,8 +56,8 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
-/// Returns the lines to print before a run: one line that describes the world, and warnings about settings that are
-/// probably a mistake.
+/// Returns the lines to print before a run: a description of the world in one line, and warnings about settings that
+/// are probably a mistake.
 fn introduction(plan: &RunPlan) -> Vec<String> {
     let world = format!("world: {}", plan.scene.world());
     let doubts = plan.scene.doubts().into_iter();
@@ -72,12 +72,12 @@ fn introduction(plan: &RunPlan) -> Vec<String> {
     [world].into_iter().chain(doubts).chain(unread).collect()
 }
 
-/// The scene in which the robot is optimised, and where it comes from.
+/// The scene in which the robot is optimised, and its source.
 struct Origin {
     scene: Scene,
     /// The scene's name. It appears in the summary and in the name of the run's folder.
     name: String,
-    /// For messages: the name of a built-in scene, or the path of the scene's file.
+    /// The name of a built-in scene, or the path of the scene's file; for messages.
     source: String,
 }
 

@@ -6,8 +6,7 @@ use cosmic::error::{Error, Result, in_shell};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Prints an error to standard error, after "error: ". Some errors about files already begin with this word, which is
-/// then not repeated.
+/// Prints an error to standard error, with "error: " before it. Some errors about files already begin with "error: ".
 pub(super) fn complain(error: &Error) {
     note(&format!("error: {}", error.within()));
 }
@@ -18,8 +17,8 @@ pub(super) fn print(text: &str) -> Result<()> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// Converts the result of writing to standard output. If the reader stops early, as in `cosmic scene default | head`,
-/// this is not an error.
+/// Checks the result of writing to standard output. If the reader has closed the pipe, as in `cosmic scene default |
+/// head`, this is not an error.
 pub(super) fn written(text: io::Result<()>) -> Result<()> {
     match text {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
@@ -43,7 +42,7 @@ pub(super) fn counted(count: usize, thing: &str) -> String {
     }
 }
 
-/// Formats a displacement in metres; "diverged" if there is none.
+/// Formats a displacement in metres; `None` becomes "diverged".
 pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
 }
@@ -56,7 +55,7 @@ pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     }
 }
 
-/// The message that says where the last states of a diverged rollout are, and which command replays them.
+/// A message that names the file with the last states of a diverged rollout, and the command that replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
     format!("the last states are in {file}; replay them with: cosmic evaluate {word}")

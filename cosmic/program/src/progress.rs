@@ -20,7 +20,7 @@ const LINE_EVERY: usize = 10;
 /// to stop.
 pub(super) struct Progress {
     quiet: bool,
-    /// The progress bars. They are hidden with `--quiet`, and if there is no terminal that can redraw lines.
+    /// The progress bars. They are hidden with `--quiet` and if there is no terminal.
     bars: MultiProgress,
     interrupt: Interrupt,
     /// The lines to print when the first run begins.
@@ -29,9 +29,10 @@ pub(super) struct Progress {
     runs: BTreeMap<u64, Shown>,
 }
 
-/// What is shown of an active run.
+/// The display of an active run.
 struct Shown {
-    /// The progress bar. Its prefix names the scene and the seed; its length is the number of the last iteration.
+    /// The progress bar of the run. Its prefix names the scene and the seed; its length is the number of the last
+    /// iteration.
     bar: ProgressBar,
     last: usize,
     pace: Pace,
@@ -140,9 +141,9 @@ impl Observer for Progress {
     }
 }
 
-/// The speed of this process, from which the remaining time is estimated.
+/// Estimates the remaining time from the speed of this process.
 struct Pace {
-    /// The number of iterations (or of runs) that were done before this process began.
+    /// The number of iterations or runs that were done before this process began.
     before: usize,
     since: Instant,
 }
@@ -173,7 +174,7 @@ pub(super) struct Many {
 }
 
 impl Many {
-    /// Begins to show the runs of `plan`. Of these, `over` runs are already finished.
+    /// Begins to show the runs of `plan`, of which `over` are already finished.
     pub(super) fn new(
         output: &Output,
         interrupt: Interrupt,

@@ -87,7 +87,7 @@ impl Arguments {
     }
 }
 
-/// Returns an error if robots diverge even without random changes. It has one line for each of them.
+/// Returns an error if a robot diverges even without random changes. The error has a line for each such robot.
 fn judge(runs: &[RobustRun]) -> Result<()> {
     let place = |run: &RobustRun| {
         let place = Error::from(run.divergence.as_ref()?);

@@ -47,8 +47,8 @@ pub(super) fn carry_out(
     match summary.displacement_p50 {
         Some(_) => Ok(()),
         None => Err(Error::NoFigure(format!(
-            "{}: there is no median displacement: the delivered design walks from its own start but diverges \
-             from perturbed starts (displacement_p50 is null in {SUMMARY})",
+            "{}: there is no median displacement: the final robot walks from its unperturbed start but \
+             diverges from perturbed starts (displacement_p50 is null in {SUMMARY})",
             folder.display()
         ))),
     }
@@ -120,7 +120,7 @@ fn robot(summary: &Summary) -> String {
     }
     if let Some(clock) = summary.displacement_clock_p50 {
         let keeps = summary.clock_keeps().map_or(String::new(), |kept| {
-            format!(", which keeps {:.0} %", 100.0 * kept)
+            format!(", {:.0} % of the displacement with feedback", 100.0 * kept)
         });
         text += &format!("open loop, without feedback: {clock:.3} m{keeps}\n");
     }

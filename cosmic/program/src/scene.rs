@@ -10,7 +10,7 @@ use cosmic::scene::{Builtin, Finding, Scene};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The seed of the starting robot that `scene check` examines. It is also the default seed of `optimize`.
+/// The seed of the robot that `scene check` examines. It is also the default seed of `optimize`.
 const SEED: u64 = 0;
 
 /// List, show and check scenes
@@ -110,8 +110,8 @@ fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry)
     ))
 }
 
-/// Makes the error for a scene that is refused. The error shows where the file or `--set` sets one of the keys that are
-/// to blame.
+/// Makes the error for a scene that is refused. The error shows where the file or `--set` sets a key that causes the
+/// refusal.
 fn refused(file: &Path, settings: &Settings, refusal: &Finding, registry: &Registry) -> Error {
     let name = file.display().to_string();
     let mut keys = refusal.settings.iter().map(|setting| &*setting.key);

@@ -14,7 +14,7 @@ use cosmic::record::{DesignFile, design_file};
 use cosmic::scene::{BUILTIN, Scene};
 use std::path::{Path, PathBuf};
 
-/// The seed for the weights of a robot that is read from a scene, because a scene has no trained controller.
+/// A robot that is read from a scene has no trained controller. This is the seed for its random weights.
 const SEED: u64 = 0;
 
 /// The arguments that name a robot to roll out and change settings of its scene.
@@ -33,7 +33,7 @@ impl SourceArguments {
     }
 }
 
-/// A robot to roll out.
+/// A robot that a command can simulate.
 pub(super) struct Source {
     pub(super) case: Case,
     /// The robot's scene; `None` if the robot comes from a reference case.
@@ -41,8 +41,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Reads the robot that `name` stands for: a built-in scene, the folder of a run, or a file. The content of the
-    /// file shows whether it is a scene, a design or a case. A file is read only once, because it may be a pipe.
+    /// Reads the robot that `name` stands for. It may be a built-in scene, the folder of a run, or a file. The content
+    /// of a file shows whether it is a scene, a design or a case. A file is read only once, because it may be a pipe.
     pub(super) fn read(name: &str, settings: &Settings, registry: &Registry) -> Result<Self> {
         let path = Path::new(name);
         let is_builtin = registry.scene(name).is_some();
@@ -114,7 +114,7 @@ impl Source {
     }
 }
 
-/// The formats of files that contain no robot, and a description of each.
+/// The formats of files that contain no robot, each with a description.
 const OTHERS: [(&str, &str); 12] = [
     ("cosmic-summary", "the summary of a run"),
     ("cosmic-snapshot", "the saved state of a run"),
@@ -140,8 +140,8 @@ fn kind_of_result(path: &Path) -> Option<&'static str> {
     })
 }
 
-/// Makes the error for a file that contains no robot. If the file is in the folder of a run, the error names that
-/// folder.
+/// Makes the error for a file that contains no robot. If the file is in the folder of a run, the error says that the
+/// robot is in that folder.
 fn no_robot(path: &Path, kind: &str) -> Error {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));
@@ -156,7 +156,7 @@ fn no_robot(path: &Path, kind: &str) -> Error {
     ))
 }
 
-/// Finds the first key `format` in a JSON text and returns its value. The text may be truncated.
+/// Finds the first key `format` in a JSON text, which may be truncated, and returns its value.
 fn format_of(text: &str) -> Option<&str> {
     text.split("\"format\"").skip(1).find_map(|after| {
         let value = after.trim_start().strip_prefix(':')?;
@@ -165,8 +165,8 @@ fn format_of(text: &str) -> Option<&str> {
     })
 }
 
-/// Calls `make` with the name of a design file. If `make` returns an error about a key of the design, adds the key's
-/// place in the file.
+/// Calls `make` with the name of a design file. If `make` returns an error about a key of the design, adds to the error
+/// where the key is in the file.
 fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
     let file = &path.display().to_string();
     let text = String::from_utf8_lossy(bytes);

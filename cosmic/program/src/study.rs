@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     /// The first seed
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     first_seed: u64,
-    /// Folder for the results; it may contain results of fewer seeds [default: the folder of the runs]
+    /// Folder for the results; results of fewer seeds in it are replaced [default: the folder of the runs]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Folder for the runs, in which an interrupted study continues [default: runs/study-NAME]

@@ -57,7 +57,7 @@ impl Arguments {
         sheet.judge()
     }
 
-    /// The parts that the user asks for, or all parts if there is no such option.
+    /// Returns the parts that the user asks for. Without an option for a part, returns all parts.
     fn parts(&self) -> Vec<Part> {
         let parts: [(bool, Part); 3] = [
             (self.accuracy, accuracy),

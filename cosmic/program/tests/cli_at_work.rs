@@ -1,4 +1,4 @@
-//! Two processes use the folder of one run: one of them does the run, the other is refused and changes nothing.
+//! Two processes use the folder of one run. One of them does the run. The other is refused and changes nothing.
 #![cfg(unix)]
 
 use crate::common::Bench;

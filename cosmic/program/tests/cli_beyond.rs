@@ -6,7 +6,8 @@ use cosmic::scene::{Named, TaskKind};
 use serde_json::Value;
 use std::fs;
 
-/// Makes a bench with the small scene. `physics` has more keys of `[physics]`, and `more` has more sections.
+/// Makes a test folder with the small scene. `physics` is added to the scene's section `[physics]`, and `more` is added
+/// at the end of the scene.
 fn bench(physics: &str, more: &str) -> Bench {
     Bench::with(&(scene(24, 64, physics) + more))
 }
@@ -98,9 +99,9 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 
-/// A scene whose robot rests although its time step is unstable. Within eight steps, perturbations of a millimetre
-/// diverge, but rounding errors grow only to a millimetre. So the rollouts from perturbed starts diverge, and the
-/// rollout from the exact start does not.
+/// A scene for a robot that stays at rest although its time step is unstable. In eight steps, perturbations of a
+/// millimetre grow until the rollout diverges, but rounding errors grow only to a millimetre. So rollouts from
+/// perturbed starts diverge, and the rollout from the exact start does not.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
     let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";
@@ -115,8 +116,8 @@ fn a_run_whose_median_diverged_says_so_and_exits_with_3() {
         let said = bench.optimize(run, options);
         said.fails(3, &[]);
         let says = format!(
-            "error: {run}: there is no median displacement: the delivered design walks from its own start but \
-             diverges from perturbed starts (displacement_p50 is null in summary.json)"
+            "error: {run}: there is no median displacement: the final robot walks from its unperturbed \
+             start but diverges from perturbed starts (displacement_p50 is null in summary.json)"
         );
         assert_eq!(said.error.lines().last().unwrap(), says);
         let summary = bench.json(&format!("{run}/summary.json"));

@@ -40,7 +40,7 @@ fn a_divergence_is_reported_saved_and_can_be_replayed() {
     assert!(states.contains_key(&kept["steps"].to_string()) && states.len() > 1);
 }
 
-/// `diverged.json` keeps the exact layout of a snapped design.
+/// If the snap has made the design a layout (one material per edge), `diverged.json` has exactly this layout.
 #[test]
 fn a_diverging_layout_can_be_replayed() {
     let text = "base = \"stability\"\n[start]\nkind = \"layout\"\n[schedule]\nsnap_at = 0\n[physics]\ndt = 0.2\n";

@@ -20,7 +20,7 @@ fn small_scene(physics: &str) -> Scene {
 }
 
 /// Makes a folder with one small robot in two forms: as `design.json` with `scene.toml`, and as `case.json`. `physics`
-/// has more keys of the scene's section `[physics]`.
+/// is added to the scene's section `[physics]`.
 pub(crate) fn folder(physics: &str) -> Bench {
     let bench = Bench::default();
     let scene = small_scene(physics);
@@ -91,8 +91,8 @@ fn built_in_scenes_are_run_from_their_start() {
     assert!(soft["z_projected"][0][0].as_f64().unwrap() < 0.5);
 }
 
-/// A snapped design is run with its exact layout. If the softmax computed its mixtures, a void edge would keep 2e-9 of
-/// its solid material.
+/// A design that was snapped is simulated with its exact layout. If its mixtures came from the softmax, a void edge
+/// would keep a share of 2e-9 of solid material.
 #[test]
 fn a_snapped_design_is_exact() {
     let folder = folder("");

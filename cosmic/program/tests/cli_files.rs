@@ -10,7 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A scene whose run takes seconds and goes through every phase. A search ranks its starts by the loss of the task.
+/// A scene for a short run that goes through every phase. In a search over starts, the loss of the task decides the
+/// ranks.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -38,15 +39,15 @@ window = 4
 const KEYS: &str = "## Keys\n\n";
 const COLUMNS: &str = "## Columns of the tables\n\n";
 
-/// The path of a page. The file there is a link to the page in `docs`, so that the package contains the page too.
+/// The path of a page. It is a link to the page in `docs`, so that the crate's package contains the page too.
 fn page(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests")
         .join(name)
 }
 
-/// Returns the names that the pages do not describe. A name counts as described if it appears in backticks before the
-/// generated list of columns.
+/// Returns the names that the pages do not describe. A name counts as described if it is in backticks somewhere before
+/// the generated list of columns.
 fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     let pages = ["files.md", "scene.md"].map(|name| fs::read_to_string(page(name)).unwrap());
     let pages = pages
@@ -77,7 +78,7 @@ fn is_fresh(name: &str, heading: &str, text: &str) {
     }
 }
 
-/// Collects all keys in a JSON value and the formats that it names. Keys that are numbers are left out: they are the
+/// Collects the keys in a JSON value, and the names of formats. Keys that are numbers are left out: they are the
 /// numbers of steps in a trajectory.
 fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     match value {
@@ -92,14 +93,14 @@ fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// The names of files, keys and columns that were found. Also the first line of each table, by the table's name.
+/// The names of files, keys and columns that were found, and the first line of each table by the table's name.
 #[derive(Default)]
 struct Found {
     names: BTreeSet<String>,
     tables: BTreeMap<String, String>,
 }
 
-/// Collects the names in a folder and in its subfolders. Of a snapshot, collects only the outermost keys.
+/// Collects the names in a folder and in its subfolders. From a snapshot, it takes only the outermost keys.
 fn of_folder(folder: &Path, found: &mut Found) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -194,7 +195,7 @@ fn the_page_describes_the_results_of_a_case() {
     assert_eq!(missing(&names), [""; 0]);
 }
 
-/// The reader of cases lists all known keys in its errors. The test takes them from there.
+/// The reader of cases lists all known keys in its errors, which is where this test gets the keys from.
 #[test]
 fn the_page_describes_every_key_of_a_case() {
     let mut names = BTreeSet::new();

@@ -30,7 +30,7 @@ fn gradcheck_prints_a_row_per_group_and_a_negative_control() {
     assert!(!told.contains("zero"), "{told}");
 }
 
-/// In these scenes the terrain begins below the lattice, and the robot falls onto it.
+/// Scenes in which the terrain begins below the lattice, so that the robot first falls onto the terrain.
 #[test]
 fn the_gradients_of_robots_on_terrain_are_checked() {
     let settings = [
@@ -71,7 +71,7 @@ fn groups_that_the_loss_does_not_depend_on_are_named() {
     has(&told, &[says]);
 }
 
-/// `gradcheck` checks the gradient of the loss of the scene's task. So every task has another table.
+/// `gradcheck` checks the gradient of the loss of the scene's task. So its output is different for every task.
 #[test]
 fn the_gradient_of_every_task_is_checked() {
     let table = |(task, _): &(&str, TaskKind)| {

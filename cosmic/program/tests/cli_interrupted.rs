@@ -17,7 +17,7 @@ fn slow() -> Bench {
     Bench::new(ITERATIONS, 512)
 }
 
-/// The results of the run of [`slow`] if nothing interrupts it.
+/// The results of the run of [`slow`] without an interruption.
 static WHOLE: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     let bench = slow();
     bench.run("whole", "");
@@ -29,8 +29,8 @@ fn await_rows(bench: &Bench, run: &str, wanted: usize) {
     bench.await_lines(&format!("{run}/history.jsonl"), wanted);
 }
 
-/// Starts a run and sends it a signal once its history has `wanted` rows. Returns the output of the stopped run. If the
-/// run finishes before the signal, starts it again.
+/// Starts a run and sends it a signal once its history has `wanted` rows. Returns the output of the stopped run. Tries
+/// again if the run finishes before the signal.
 fn caught(bench: &Bench, run: &str, wanted: usize, name: &str) -> Output {
     for _ in 0..20 {
         let child = bench.start(&format!("optimize tiny.toml --out {run}"));
@@ -62,7 +62,8 @@ fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
         let rows = bench.lines(&format!("{name}/history.jsonl")) as u64;
         assert_eq!(rows, done);
         let error = Told::of(output).error;
-        let how = format!("interrupted after iteration {done}; go on with: cosmic resume {name}\n");
+        let how =
+            format!("interrupted after iteration {done}; continue with: cosmic resume {name}\n");
         assert!(error.ends_with(&how), "{error}");
         resume(&bench, name).ok();
         assert_eq!(bench.results(name), *WHOLE);
@@ -138,7 +139,7 @@ fn several_starts_resume_where_they_were() {
         if code.is_some() {
             // The message names the folder of the search, not that of a start.
             let error = Told::of(output).error;
-            let how = format!("; go on with: cosmic resume {name}\n");
+            let how = format!("; continue with: cosmic resume {name}\n");
             assert!(error.ends_with(&how), "{error}");
             assert!(!bench.path(name).join("summary.json").exists());
         }
@@ -192,7 +193,7 @@ fn resume_does_not_change_a_finished_run() {
     }
 }
 
-/// A bench with a run that is complete except for its summary.
+/// A test folder with a run in which only the summary is missing.
 fn nearly_finished() -> Bench {
     let bench = Bench::finished();
     bench.remove("a/summary.json");
@@ -265,7 +266,7 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
         "a/scene.toml",
         scene.replace("gravity = 4.8", "gravity = 4.9"),
     );
-    resume(&bench, "a").fails(2, &["not the scene that the run began with"]);
+    resume(&bench, "a").fails(2, &["not the scene with which the run began"]);
 }
 
 #[test]

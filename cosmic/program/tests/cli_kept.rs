@@ -3,7 +3,7 @@
 use crate::common::Bench;
 use std::fs;
 
-/// The commands that read a finished run and its scene.
+/// The commands that need the scene of a finished run.
 const READERS: [&str; 7] = [
     "report a",
     "compare a a",
@@ -14,7 +14,8 @@ const READERS: [&str; 7] = [
     "optimize --from a --iterations 1 --out on",
 ];
 
-/// Asserts that each command refuses the run `a` with this text as its scene file, for the same reason `says`.
+/// Writes `scene` as the scene file of the run `a`. Asserts that each command then refuses the run with an error that
+/// contains `says`.
 #[track_caller]
 fn refused(bench: &Bench, scene: &str, says: &str) {
     bench.write("a/scene.toml", scene);
@@ -36,7 +37,7 @@ fn every_command_refuses_a_scene_that_differs_from_the_run() {
         "is missing",
     );
     let edited = whole.replace("gravity = 4.8", "gravity = 9.81");
-    refused(&bench, &edited, "not the scene that the run began with");
+    refused(&bench, &edited, "not the scene with which the run began");
     // If the scene file is missing, commands use the scene in the snapshot.
     bench.remove("a/scene.toml");
     for line in READERS.iter().filter(|line| !line.contains("--from")) {

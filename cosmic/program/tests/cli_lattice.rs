@@ -35,7 +35,7 @@ const GATE: &str = r#"{
   "tie": [[1, 7], [8, 2], [3, 9], [16, 21], [19, 4, 10]]
 }"#;
 
-/// The small scene of the other tests, but on the lattice [`GATE`].
+/// The small scene of the other tests with the lattice [`GATE`].
 fn of_gate(iterations: usize) -> String {
     scene(iterations, 64, "").replace("columns = 3\nrows = 3\n", "file = \"shapes/gate.json\"\n")
 }
@@ -73,7 +73,8 @@ fn assert_rules_hold(design: &Value) {
     }
 }
 
-/// The rules of the lattice hold before and after the snap, for several seeds, and with tight volume bounds.
+/// The rules of the lattice hold before and after the edges get their final materials, for several seeds, and with
+/// tight volume bounds.
 #[test]
 fn a_delivered_design_obeys_the_rules_of_its_lattice() {
     let bench = bench();
@@ -264,7 +265,8 @@ fn a_design_that_violates_the_rules_cannot_be_a_start() {
     );
 }
 
-/// The lattice is known only to this program, but its run contains a copy. So every program can resume the run.
+/// Only this program knows the lattice, but every program can resume the run, because the run's folder contains a copy
+/// of the lattice.
 #[test]
 fn a_lattice_of_a_program_is_copied_into_its_runs() {
     let registry = Registry::default().with_lattice("gate", Truss::parse("gate", GATE).unwrap());
@@ -307,7 +309,7 @@ fn a_case_of_any_lattice_reads_back_to_the_same_results() {
     }
 }
 
-/// The example `ring` builds its lattice in its code. The program `cosmic` can read the runs of `ring`.
+/// The example `ring` builds its lattice in code. The program `cosmic` can read its runs.
 #[test]
 fn runs_of_the_example_ring_are_read_by_cosmic() {
     let folder = Path::new(env!("CARGO_BIN_EXE_cosmic")).parent().unwrap();

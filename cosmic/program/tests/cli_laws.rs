@@ -1,4 +1,4 @@
-//! The examples: programs with their own laws, losses and scenes.
+//! Tests of the example programs, which add their own laws, losses and scenes.
 
 #[cfg(unix)]
 use crate::background::signal;
@@ -26,19 +26,20 @@ fn run_of(program: &Path, bench: &Bench, line: &str) -> String {
     out
 }
 
-/// Settings that make a run of the example's scene short.
+/// Settings for a short run of an example's scene.
 const SHORT: &str = "--set physics.steps=64 --set schedule.horizon=[32,32] --set loss.window=16 \
                      --set schedule.attraction_from=3 --set schedule.snap_at=5 --set lattice.rows=3 \
                      --set lattice.columns=3";
 
-/// Asserts that an example can optimise, report and check with its own scene, which contains the setting `sets`, and
-/// that the program `cosmic`, which lacks the law or loss, still shows the runs.
+/// Tests an example whose own scene contains the setting `sets`. Asserts that the example can optimise, report and
+/// check. Also asserts that the program `cosmic`, which lacks the law or loss, still shows the runs.
 fn works(name: &str, sets: &str) {
     let bench = works_with_its_program(name, sets);
     without_it(&bench, sets);
 }
 
-/// Asserts that an example can optimise, report and check with its own scene, which contains the setting `sets`.
+/// Tests an example whose own scene contains the setting `sets`: asserts that the example can optimise, report and
+/// check.
 fn works_with_its_program(name: &str, sets: &str) -> Bench {
     let program = built().join("examples").join(name);
     let bench = Bench::default();
@@ -73,8 +74,8 @@ fn works_with_its_program(name: &str, sets: &str) -> Bench {
     bench
 }
 
-/// Asserts what the program `cosmic`, which lacks a law or loss, does with the runs `a` and `b` that use it. Commands
-/// that simulate report this in a single error. Other commands still show the runs.
+/// Asserts what the program `cosmic` does with the runs `a` and `b`, which use a law or loss that it lacks. Commands
+/// that simulate fail with a single error about that. Other commands still show the runs.
 fn without_it(bench: &Bench, sets: &str) {
     let name = sets.split('"').nth(1).expect("a name in quotes");
     for line in ["evaluate a/design.json", "scene check a/scene.toml"] {
@@ -130,7 +131,7 @@ fn a_wrong_choice_of_laws_gives_one_error() {
             "forces = ['stops', 'mud', 'wool']",
             "`physics.forces` names an unknown law",
         ),
-        ("forces = ['stops', 'stops']", "has twice"),
+        ("forces = ['stops', 'stops']", "names a force twice"),
         ("forces = 'stops'", "is a string"),
     ] {
         let law = if choice.contains("mud") {
@@ -190,8 +191,8 @@ fn lift_is_an_objective() {
     works("lift", "own_loss = \"lift\"");
 }
 
-/// An interrupted run with a law of the program is resumed and ends with the same bytes as an uninterrupted run. A
-/// program without the law reports that the law is missing.
+/// A run that uses a law of a user's program is interrupted and resumed. It ends with the same bytes as an
+/// uninterrupted run. A program without the law reports that the law is missing.
 #[cfg(unix)]
 #[test]
 fn a_run_with_a_law_is_resumed() {

@@ -4,7 +4,7 @@ use crate::common::{Bench, scene};
 use cosmic::case::Case;
 use std::fs;
 
-/// A bench with a finished run of a few iterations in the folder `run`.
+/// Makes a test folder in which `run` is a finished run of a few iterations.
 fn finished() -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     bench.run("run", "--iterations 3 --quiet");
@@ -158,7 +158,7 @@ fn a_number_that_is_not_finite_is_named_in_every_file() {
     told.fails(2, &["-Infinity is not a JSON number", "truss.json:1:56"]);
 }
 
-/// The folders of sweeps have such paths, because their names contain settings.
+/// Paths of runs may contain equals signs: the names of a sweep's folders contain settings.
 #[test]
 fn a_path_with_an_equals_sign_is_a_path_on_the_command_line() {
     let bench = Bench::default();

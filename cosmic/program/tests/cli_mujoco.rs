@@ -203,7 +203,7 @@ fn walks_in_mujoco_cover_a_similar_distance() {
     }
 }
 
-/// A Python program that compares the names in the model with the lists of the controller, and prints the numbers of
+/// A Python program that checks whether the model and the controller have the same names, and prints the numbers of
 /// bodies, tendons and actuators.
 const LOOK: &str = "
 import json, sys, mujoco

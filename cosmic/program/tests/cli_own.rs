@@ -13,7 +13,7 @@ use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// The numbers of the iterations of a run's history.
+/// The number of every iteration in a run's history.
 fn iterations(bench: &Bench, run: &str) -> Vec<u64> {
     let rows = bench.rows(&format!("{run}/history.jsonl")).into_iter();
     rows.map(|row| row["iteration"].as_u64().unwrap()).collect()
@@ -181,8 +181,8 @@ fn departures_list_only_options_that_took_effect() {
     assert!(has(&a, "loss.kind") && !has(&own, "loss.kind") && has(&own, "loss"));
 }
 
-/// If no scene is given, a run uses the scene beside the design of `--from`, and its folder is beside that design's
-/// folder.
+/// `optimize --from` without a scene uses the scene beside the given design. The new run's folder is beside the folder
+/// of that design.
 #[test]
 fn from_without_a_scene_uses_the_scene_of_that_run() {
     let bench = Bench::default();
@@ -198,7 +198,7 @@ fn from_without_a_scene_uses_the_scene_of_that_run() {
     assert_eq!(scene("runs/a"), scene("b"));
 }
 
-/// A run with a program's own loss has an ordinary folder, but only a program with this loss can resume it.
+/// A run with a user's own loss has an ordinary folder, but only a program with this loss can resume it.
 #[test]
 fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
     let bench = Bench::default();
@@ -240,8 +240,8 @@ fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
     begin_of_the_scene(&bench, &plan);
 }
 
-/// Begins a run with the scene's own objective. Asserts that it cannot be resumed with another loss, and that arguments
-/// that do not fit together are refused.
+/// Begins a run with the scene's own objective. Asserts that resuming it with another loss is refused, and so are
+/// arguments that do not fit together.
 fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let begin = |plan: &RunPlan, run: &str| {
         let codesign = CoDesign::new(&bench.plan().scene).unwrap();
@@ -268,7 +268,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let mut progress = codesign.begin(0).unwrap();
     codesign.iterate(&mut progress);
     let said = optimise_with(&bench.path("d"), plan, codesign, progress, observer).unwrap_err();
-    let says = "must have no iterations done, found 1";
+    let says = "must be at iteration 0, but 1 iterations are done";
     assert!(said.to_string().contains(says), "{said}");
     let many = RunPlan {
         starts: NonZeroUsize::new(2).unwrap(),

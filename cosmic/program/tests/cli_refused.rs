@@ -119,7 +119,8 @@ fn a_robot_that_flies_apart_gives_an_error_and_its_last_states() {
         .fails(3, &["b/diverged.json"]);
 }
 
-/// Without stiffness, neither design nor controller can move the payload along the ground. So all gradients are zero.
+/// Without stiffness, the payload cannot move along the ground, whatever the design and the controller. So all
+/// gradients are zero.
 #[test]
 fn optimize_warns_if_all_gradients_are_zero() {
     let slack = scene(24, 64, "") + "[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
@@ -201,7 +202,7 @@ fn an_unstable_time_step_can_be_allowed_and_gives_a_warning() {
     assert!(said.code != 2 && said.error.contains(warning), "{said:?}");
 }
 
-/// In this scene the snap makes every edge skeleton. Such a robot is too stiff for the time step.
+/// In this scene, every edge becomes skeleton at the snap. Such a robot is too stiff for the time step.
 #[test]
 fn a_design_that_becomes_unstable_stops_the_run_which_can_be_resumed() {
     let text = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\

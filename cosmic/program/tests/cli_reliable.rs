@@ -39,7 +39,7 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     has(&table, &["unreliable"]);
     for verdict in [Some("reliable"), None] {
         let (told, page, table) = shown(verdict, 1.0);
-        has(&told, &["1.000 m, which keeps 50 %"]);
+        has(&told, &["1.000 m, 50 % of the displacement with feedback"]);
         assert!(page.contains("<b>50 %</b>"));
         for text in [&told, &table] {
             assert!(!text.contains("unreliable"), "{text}");

@@ -28,7 +28,7 @@ horizon_over = [2, 5]
 window = 64
 ";
 
-/// A bench with a finished run in the folder `run`.
+/// A test folder with a finished run in the folder `run`.
 fn finished() -> Bench {
     let bench = Bench::with(SCENE);
     let told = bench.run("run", "--quiet");
@@ -40,7 +40,7 @@ fn report(bench: &Bench) -> Told {
     bench.cosmic("report run")
 }
 
-/// Changes one file of the run, checks that the report is refused, and restores the file.
+/// Changes one file of the run, asserts that `report` refuses the run, and restores the file.
 fn refused(bench: &Bench, name: &str, content: impl AsRef<[u8]>, says: &[&str]) {
     let file = format!("run/{name}");
     let whole = bench.read(&file);
@@ -113,7 +113,7 @@ fn an_evolution_shows_the_robots_of_several_iterations() {
     told.fails(2, &["run/designs.jsonl", "the run has no recorded walks"]);
 }
 
-/// Before the snap, every edge is a mixture of materials. Its bar is drawn too, but faintly.
+/// Before the snap, every edge is a mixture of materials. Its bar is also drawn, but faintly.
 #[test]
 fn a_robot_of_mixtures_is_drawn() {
     let bench = Bench::with(SCENE);
@@ -254,7 +254,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     let of_summary = |end: &str| says(&["report run", "compare run"], "summary.json", end);
     bench.remove("run/summary.json");
     bench.remove("run/design.json");
-    let go_on = "the run is not finished; go on with: cosmic resume run";
+    let go_on = "the run is not finished; continue with: cosmic resume run";
     of_summary(go_on);
     let of_design = ["evaluate run", "robustness run", "optimize --from run"];
     says(&of_design, "design.json", go_on);
@@ -264,7 +264,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
     bench.write("run/snapshot.json", own);
     of_summary(
-        "the run is not finished; go on with record::resume_with and the loss of the run in run",
+        "the run is not finished; continue with record::resume_with and the loss of the run in run",
     );
 
     fs::remove_dir_all(bench.path("run")).unwrap();
@@ -296,7 +296,7 @@ fn files_of_another_run_or_version_are_refused() {
     let history = read("history.jsonl");
     let (_, without_the_first) = history.split_once('\n').unwrap();
     let no_text = [history.as_bytes(), b"\xff\n"].concat();
-    let began = "not the scene that the run began with";
+    let began = "not the scene with which the run began";
     for (name, content, says) in [
         ("scene.toml", wider.into_bytes(), began),
         ("trajectory.json", descending.into(), "`steps` must ascend"),
@@ -336,8 +336,7 @@ fn files_of_another_run_or_version_are_refused() {
     bench.cosmic("report run --quiet").ok();
 }
 
-/// A report can be made for a robot that ends a hundred million lattice widths away, and for a rollout that lasts
-/// hours.
+/// Reports of extreme runs: a robot that ends a hundred million lattice widths away, and a rollout that lasts hours.
 #[test]
 fn a_robot_far_away_and_a_long_rollout_are_drawn() {
     let steep = "incline_deg = 60.0\ncontact = \"coulomb\"\nfriction = 0.0\ngravity = 1000.0\n\
@@ -410,7 +409,7 @@ fn browser() -> Option<&'static str> {
     names.into_iter().find(runs)
 }
 
-/// Options for the browser: it loads nothing but the page and uses no graphics card.
+/// Options for the browser: it loads only the page and does not use a graphics card.
 const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-sync --disable-component-update \
     --virtual-time-budget=1000 --dump-dom";

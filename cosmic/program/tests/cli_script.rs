@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Output};
 
-/// A bench with a sweep of five runs, of which run 1 is done.
+/// Makes a test folder with a sweep of five runs, of which run 1 is done.
 fn bench() -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 5 --iterations 3 --out s";
@@ -18,7 +18,7 @@ fn bench() -> Bench {
     bench
 }
 
-/// A shell in the bench's folder. Its path has the folder of the program, and the folder `bin` of the bench.
+/// A shell in the test folder. The program and the folder `bin` of the test folder are on its path.
 fn shell(bench: &Bench, arguments: &[&str]) -> Command {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_cosmic"));
     let path = std::env::var("PATH").unwrap();
@@ -194,8 +194,8 @@ fn wrong_options_for_scripts_are_refused() {
     }
 }
 
-/// The path of the log file that a Slurm script names for a task. The directive is read as Slurm reads it: first quotes
-/// and backslashes, then `%`.
+/// The path of a task's log file, as a Slurm script states it. The directive is read in the way Slurm reads it: first
+/// quotes and backslashes, then `%`.
 fn slurm_log(text: &str, task: &str) -> String {
     let lines = text.lines();
     let mut values = lines.filter_map(|line| line.strip_prefix("#SBATCH --output="));
@@ -241,7 +241,7 @@ const ODD: [&str; 10] = [
     "\u{e9}t\u{e9}~!",
 ];
 
-/// A bench with a sweep of one run, whose folder has the given name.
+/// Makes a test folder with a sweep of one run. The sweep's folder has the name `name`.
 fn named(name: &str) -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 1 --iterations 2 --out s";

@@ -4,7 +4,8 @@ use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 
-/// A search with three rungs within 24 iterations: during the co-design, after the snap, and at the end.
+/// A search that drops weak starts after three of its 24 iterations: one during the co-design, one after the snap, and
+/// the last one.
 const RUNGS: &str = "[search]\nrungs = [8, 20, 24]\nkeep = [0.5, 0.5, 0.5]\nwindow = 4\n";
 
 fn tiny() -> Bench {
@@ -52,8 +53,8 @@ fn weak_starts_stop_at_a_rung_and_the_others_are_whole_runs() {
     }
 }
 
-/// For this task, starts are not ranked by displacement. They are ranked by the median of their merit over the last
-/// iterations before the rung.
+/// For this task, starts are not ranked by displacement but by the median of minus the loss. The median is taken over
+/// the last iterations before starts are dropped.
 #[test]
 fn starts_are_ranked_by_the_merit_of_their_task() {
     let bench = Bench::with(&(scene(24, 64, "") + RUNGS + "[objective]\ntask = \"climb\"\n"));
@@ -81,7 +82,8 @@ fn starts_are_ranked_by_the_merit_of_their_task() {
     }
 }
 
-/// The search pauses starts at rungs. This does not change the random numbers of later iterations.
+/// A search pauses each start at the iterations in which weak starts are dropped. These pauses do not change the random
+/// numbers of later iterations.
 #[test]
 fn robust_and_tilted_starts_are_paused_without_a_trace() {
     let more = "[robust]\nsamples = 2\n[start]\nkind = \"uniform\"\ntilt = 0.1\n";

@@ -18,7 +18,7 @@ const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
 const SHORT: &str = "[physics]\nsteps = 64\n[controller]\nhidden = 2\n\
     [schedule]\nhorizon = [16, 32]\n[loss]\nwindow = 16\n";
 
-/// A bench with settings for a study in `base.toml`.
+/// Makes a test folder with settings for a study in `base.toml`.
 fn bench(base: &str) -> Bench {
     let bench = Bench::default();
     bench.write("base.toml", base);
@@ -71,7 +71,8 @@ fn an_ablation_has_its_document_tables_and_figures() {
     what_is_held_does_not_move(&bench);
 }
 
-/// Asserts that a trial does not change what it holds fixed: the initial weights, or the materials of the start.
+/// Compares trials of the ablation: a trial that keeps the initial weights, or the materials of the start, must not
+/// change them.
 fn what_is_held_does_not_move(bench: &Bench) {
     let design = |trial: &str| bench.json(&format!("a-runs/runs/{trial}-0/design.json"));
     let [none, topology, material, all] =
@@ -141,7 +142,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     grounds("a", "--iterations 2 --seeds 1 --first-seed 1").ok();
     has(
         &bench.read("a/grounds.md"),
-        &["undecided: with one seed, the change has no standard error"],
+        &["undecided: one seed gives no standard error"],
     );
     let said = grounds("a", "--iterations 2").ok();
     assert_eq!(ended(&said), 4, "{said:?}");
@@ -163,8 +164,8 @@ fn more_seeds_join_and_other_scenes_do_not() {
     assert!(!bench.path("c-runs").exists());
 }
 
-/// By default, results are written to the folder of the runs. They replace existing results only if the settings are
-/// the same.
+/// By default, results are written to the folder of the runs. Existing results are replaced only if they have the same
+/// settings.
 #[test]
 fn results_of_other_settings_are_not_replaced() {
     let bench = bench(SHORT);
@@ -400,6 +401,7 @@ fn processes_do_the_runs_of_a_planned_study() {
     study(&bench, "ablation", "whole", "--seeds 1 --iterations 8").ok();
     assert_eq!(bench.results("cut"), bench.results("whole"));
     let other = "study ablation --base base.toml --seeds 1 --iterations 9 --plan cut-runs";
-    let says = "cut-runs: its runs have other scenes or another number of iterations";
+    let says =
+        "cut-runs: the runs in this folder have other scenes or another number of iterations";
     bench.fails(other, 2, &[says]);
 }

@@ -8,7 +8,8 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 
-/// A bench with a planned sweep `s` of a scene with three seeds. `more` has more options of `sweep plan`.
+/// Makes a test folder with a planned sweep `s` of one scene with three seeds. `more` has further options of `sweep
+/// plan`.
 fn planned(scene: &str, more: &str) -> Bench {
     let bench = Bench::with(scene);
     let said = bench.cosmic(&format!("sweep plan tiny.toml --seeds 3 --out s {more}"));
@@ -16,7 +17,7 @@ fn planned(scene: &str, more: &str) -> Bench {
     bench
 }
 
-/// The scene that most of these tests use.
+/// The scene of most tests in this file.
 fn small() -> String {
     scene(24, 64, "")
 }
@@ -57,8 +58,8 @@ fn the_runs_of_a_sweep_equal_those_of_optimize() {
     has_undisturbed_results(&bench);
 }
 
-/// If one scene is refused, a sweep still does the other runs. In this scene, the snap makes all edges skeleton, which
-/// is too stiff for the time step.
+/// If the scene of one run is refused, the sweep still does the other runs. In this scene, the snap makes all edges
+/// skeleton, which is too stiff for the time step.
 #[test]
 fn a_refused_scene_does_not_stop_the_other_runs() {
     let bench = Bench::default();
@@ -83,7 +84,7 @@ fn a_refused_scene_does_not_stop_the_other_runs() {
     assert_eq!(counts(&bench), [0, 2, 2, 0]);
 }
 
-/// If one run has damaged files, or another process works on it, a sweep still does the other runs.
+/// If one run has damaged files, or another process is doing it, the sweep still does the other runs.
 #[test]
 fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     let bench = planned(&small(), "--iterations 4");
@@ -93,7 +94,7 @@ fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     let lock = fs::File::create(run(1, ".cosmic-lock")).unwrap();
     lock.try_lock().unwrap();
     let said = sweep("run s --index all").ok();
-    let says = "1 of 3 runs are being run by other processes\n";
+    let says = "other processes are doing 1 of 3 runs\n";
     assert!(said.error.ends_with(says), "{said:?}");
     fs::remove_dir_all(run(0, "")).unwrap();
     fs::create_dir_all(run(0, "")).unwrap();
@@ -118,7 +119,7 @@ fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     sweep("merge s").fails(2, &["tiny-2/summary.json"]);
 }
 
-/// Asserts that the runs of the sweep `s` have the same results as runs that nothing disturbed.
+/// Asserts that the runs of the sweep `s` have the results of undisturbed runs.
 fn has_undisturbed_results(bench: &Bench) {
     assert_eq!(counts(bench), [0, 0, 3, 0]);
     for seed in ["0", "1", "2"] {
@@ -343,7 +344,7 @@ fn a_grid_plans_every_combination() {
     assert!(!bench.path("t").exists());
 }
 
-/// Asserts that the results contain the values of the grid as columns and as keys, so that programs can plot or fit
+/// Asserts that the results have the values of the grid as columns and as keys, so that other programs can plot or fit
 /// them.
 fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     let row = status.lines().nth(5).unwrap();
@@ -426,7 +427,10 @@ fn a_diverged_run_counts_as_done() {
     has(&said.error, &["diverged in step"]);
     assert_eq!(counts(&bench), [0, 0, 0, 1]);
     let said = bench.cosmic("sweep run s --index auto");
-    assert_eq!(said.out, "no run is free\n");
+    assert_eq!(
+        said.out,
+        "each run is finished or is being done by another process\n"
+    );
 }
 
 #[test]

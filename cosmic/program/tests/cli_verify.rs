@@ -82,8 +82,7 @@ fn a_scene_is_verified_into_a_folder() {
     stability(&sections[2]);
 }
 
-/// Asserts that robots of every kind were tried, and that the report calls exactly those robots unstable that should
-/// be.
+/// Asserts that robots of every kind were tried, and that the report calls the right robots unstable.
 fn stability(section: &Value) {
     let tables = section["tables"].as_array().unwrap();
     let names = ["stable_steps", "extremes"];

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Computes the values that the export of a run must contain, from the files of the run.
+/// Computes the values that the export of a run must contain. They are computed from the files of the run.
 fn expected(bench: &Bench, sizes: Value) -> Value {
     let scene = Scene::read(&bench.path("run/scene.toml")).unwrap();
     let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
@@ -51,8 +51,8 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
     })
 }
 
-/// Writes a trajectory of the run with the state after every step, because peaks are taken over all steps. Returns its
-/// path.
+/// Writes a trajectory of the run that has the state after every step, because peak forces are taken over all steps.
+/// Returns its path.
 fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
     let steps: Vec<String> = (0..=last).map(|step| step.to_string()).collect();
     let record = steps.join(",");
@@ -66,7 +66,7 @@ fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
     bench.path("every.json")
 }
 
-/// Exports the run of a bench, reads the files back in Python and compares them with the expected values.
+/// Exports the run of a test folder, reads the files back in Python, and compares them with the expected values.
 fn read_back(bench: &Bench, options: &str, sizes: Value) {
     let line = format!("export run --csv --svg --dxf --stl --out made {options}");
     bench.cosmic(&line).ok();
@@ -83,8 +83,8 @@ fn defaults() -> Value {
     json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
 }
 
-/// Makes a bench with a finished run. `lattice` replaces the keys of the scene's lattice, `truss` is the text of the
-/// file `truss.json`, and `volume` has more keys of `[volume]`.
+/// Makes a test folder with a finished run. `lattice` replaces the keys of the scene's lattice, `truss` is the text of
+/// the file `truss.json`, and `volume` is added to the section `[volume]`.
 fn finished(lattice: &str, truss: &str, volume: &str) -> Bench {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
     let bench = Bench::with(&scene.replace("[volume]\n", &format!("[volume]\n{volume}")));
@@ -109,7 +109,8 @@ fn a_robot_of_triangles_is_read_back_by_other_programs() {
     read_back(&bench, "", defaults());
 }
 
-/// A truss with odd angles and lengths, nodes without a bar, and a bar that lies across a node and is always solid.
+/// A truss with odd angles and lengths and with nodes without a bar. One of its bars is always solid and lies across a
+/// node.
 const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0, 0], [0.13, 0], [0.26, 0], [0.05, 0.12], [0.19, 0.11], [0.31, 0.14], [0.4, 0.01]],
     "edges": [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [1, 4], [2, 4], [3, 4], [0, 4], [2, 5], [4, 5],
@@ -158,8 +159,7 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
     assert!(told.error.contains("the design is undecided"), "{told:?}");
 }
 
-/// Asserts that numbers in the files are easy to read: without exponents, and without rounding noise in the last
-/// digits.
+/// Asserts that numbers in the files are easy to read: no exponents, and no rounding noise in the last digits.
 fn numbers_are_plain(bench: &Bench) {
     bench
         .cosmic("export run --csv --svg --dxf --stl --out made")

@@ -27,8 +27,8 @@ impl Case {
         .with_moved(self.moved)
     }
 
-    /// The numbers with respect to which the rollout of this case can be differentiated: the design vectors, the
-    /// controller and the initial state.
+    /// All numbers of the case with respect to which its rollout can be differentiated: design vectors, controller and
+    /// initial state.
     pub fn inputs(&self) -> Inputs<f64> {
         Inputs {
             z: self.design.vectors().into_owned(),
@@ -49,14 +49,13 @@ impl Case {
         }
     }
 
-    /// The design that the rollout simulates: the design of the case, projected with the projection that the case
-    /// names.
+    /// The design in the form that is simulated: the design of the case after the projection that the case names.
     pub fn own_design(&self) -> Design<Mixture<f64>> {
         self.projected(self.projection, &self.design.vectors())
     }
 
-    /// The body that the rollout simulates: stiffnesses, strains, masses and presences, and the marker whose
-    /// displacement counts.
+    /// The body that the rollout simulates: stiffnesses, strains, masses, the weight (presence) of each node, and the
+    /// marker whose displacement counts.
     pub fn body(&self) -> Body<f64> {
         let (design, lattice) = (self.own_design(), &self.lattice);
         Body::new(&design, lattice, &self.materials, &self.physics)
@@ -83,8 +82,8 @@ impl Case {
             .step_check(&self.own_design(), &self.start.x, 1.0)
     }
 
-    /// Simulates the case with `inputs` in place of its own numbers. Returns the loss: minus the final position along
-    /// the ground, in metres, of the payload, or of the body that the case names.
+    /// Simulates the case, but with the design, the controller and the initial state of `inputs`. Returns the loss:
+    /// minus the final position along the ground, in metres, of the payload, or of the body that the case names.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
@@ -187,8 +186,8 @@ impl Case {
         }
     }
 
-    /// The sum of the terms that the augmented Lagrangian adds to the loss. The measures in these terms are the
-    /// measures of the mixtures that `projection` makes from `z`.
+    /// The sum of the terms that the augmented Lagrangian adds to the loss. They are computed from the mixtures that
+    /// `projection` makes from `z`.
     fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
         let design = self.projected(projection, z);
         let measures = measures(&design.mixtures(), self.sharpness.delta);

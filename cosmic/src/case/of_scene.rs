@@ -22,8 +22,8 @@ impl Case {
         Ok(Self::of_robot(scene, design, controller))
     }
 
-    /// Makes a case from a robot with this design and this controller, at rest in `scene`. The thresholds of the case
-    /// are the final thresholds of the scene, and its multipliers are zero.
+    /// Makes a case from a robot, given by its design and its controller, at rest in `scene`. The thresholds of the
+    /// case are the final thresholds of the scene, and its multipliers are zero.
     pub fn of_robot(scene: &Scene, design: Design<[f64; 3]>, controller: Controller<f64>) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {

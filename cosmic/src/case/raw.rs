@@ -58,9 +58,9 @@ pub(super) struct RawCase {
     note: Option<IgnoredAny>,
 }
 
-/// Declares an object in a case file. Each key has the type of its value in the file and the setting of a scene that it
-/// stands for. The macro makes the struct, and its conversions from and to a scene. An object within the object follows
-/// after the semicolon.
+/// Declares an object in a case file. Each key has two declarations: the type of its value in the file, and the setting
+/// of a scene that it stands for. The macro makes the struct and its conversions from and to a scene. A nested object
+/// follows after the semicolon.
 macro_rules! keys {
     (
         $Keys:ident, $path:literal,
@@ -82,7 +82,7 @@ macro_rules! keys {
                 }
             }
 
-            /// Copies the values of the keys to the settings of a scene. Errors name `file`.
+            /// Copies the values of all keys to the settings of a scene. Errors name `file`.
             pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
                 $(
                     let key = concat!($path, ".", stringify!($key));
@@ -95,7 +95,7 @@ macro_rules! keys {
     };
 }
 
-/// What a truss has in addition to its nodes and edges: payload, kept edges, forbidden edges and tied edges.
+/// What a truss has in addition to its nodes and edges: the payload, and which edges are kept, forbidden or tied.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMarks {
@@ -199,9 +199,9 @@ keys! {
     a_max: Vec<f64> = materials.max_strain,
 }
 
-/// A type of values in a case file that stand for a setting of type `T`.
+/// A type of JSON value in a case file, from which a setting of type `T` is read.
 trait Form<T> {
-    /// Copies this value to the setting. Errors name the file and the key.
+    /// Copies this value to the setting. Errors name the file and the key of the value.
     fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
 }
 
@@ -244,7 +244,7 @@ impl Form<Chosen> for String {
     }
 }
 
-/// For `map_err`: converts a sentence about the value of `key` to an error.
+/// Returns a function for `map_err`. It makes an error from a sentence about the value of `key`.
 fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
     move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
@@ -259,8 +259,8 @@ pub(super) fn array<T: Copy, const N: usize>(
     Ok(std::array::from_fn(|k| numbers[k]))
 }
 
-/// Reads one of a few words. The value is read as a string first, because the JSON parser's error for any other type
-/// would only say that it expected a value.
+/// Reads a string that must be one of a few words. It is read as a string first, because the JSON parser's error for
+/// any other type would only say that it expected a value.
 fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D::Error> {
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }
@@ -281,8 +281,8 @@ fn is_one(option: &usize) -> bool {
     *option == 1
 }
 
-/// True if an option has its default value. A case file leaves such an option out if the first version of the format
-/// lacks it.
+/// True if an option has its default value. Options that the first version of the format does not have are left out of
+/// a case file if this is true.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

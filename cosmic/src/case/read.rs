@@ -29,13 +29,13 @@ const LONGEST: usize = 10_000_000;
 pub struct Case {
     /// The settings of the lattice. The positions, edges and rest lengths themselves are in `lattice`.
     pub layout: LatticeSettings,
-    /// The lattice with the initial positions, edges and rest lengths of the file.
+    /// The lattice. Its initial positions, edges and rest lengths are those of the file.
     pub lattice: Lattice,
     /// Time step, number of steps, forces, masses and ground.
     pub physics: PhysicsSettings,
     /// The library of materials.
     pub materials: MaterialSettings,
-    /// The sharpness of the projections, and `delta` of the overlap measures.
+    /// The settings of the projections (how sharp they are), and the number `delta` of the overlap measures.
     pub sharpness: ProjectionSettings,
     /// The requirements on layouts. A rollout reads only `one_piece`.
     pub rules: DesignSettings,
@@ -49,7 +49,7 @@ pub struct Case {
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The projection that makes the mixtures of the rollout and of the measures.
+    /// The projection that turns design vectors into mixtures, for the rollout and for the measures.
     pub projection: Projection,
     /// Multipliers and penalties of the augmented objective.
     pub lagrangian: AugmentedLagrangian,
@@ -80,7 +80,7 @@ impl Case {
         Self::parse_with(&Registry::default(), file, text)
     }
 
-    /// Like [`parse`](Case::parse), for a case whose laws and policy may be items of a registry.
+    /// Like [`parse`](Case::parse). The laws and the policy of the case may also be items of a registry.
     ///
     /// # Errors
     /// The errors of [`parse`](Case::parse).
@@ -183,7 +183,7 @@ impl Shapes<'_> {
         ))
     }
 
-    /// Refuses numbers that have no physical meaning, such as a negative mass: those outside the ranges that scenes
+    /// Refuses numbers that have no physical meaning, such as a negative mass. Allowed are the ranges that scenes
     /// allow. Only some keys are checked.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
         for (section, key, value) in [
@@ -206,7 +206,7 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// Returns the error `says`, with the name of the case file before it.
+    /// Returns an error that begins with the name of the case file and continues with `says`.
     fn refuse<T>(&self, says: String) -> Result<T> {
         Err(Error::Usage(format!("{}: {says}", self.file)))
     }
@@ -308,7 +308,7 @@ impl Shapes<'_> {
             let expected = if i == j || i.max(j) >= nodes {
                 format!("two different nodes below {nodes}")
             } else if !seen.insert([i.min(j), i.max(j)]) {
-                "an edge that is not listed before".to_owned()
+                "an edge that no earlier entry lists".to_owned()
             } else {
                 continue;
             };

@@ -11,7 +11,7 @@ use crate::policy::Weights;
 use crate::simulator::Divergence;
 
 /// The results of a case. Gradients are present only if they were requested. The two entries whose names end in
-/// `_performance_constraints` are present only in cases with the stability projection.
+/// `_performance_constraints` are present only if the case has the stability projection.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseResults {
     /// The mixture of each edge.
@@ -39,12 +39,13 @@ pub struct CaseResults {
     /// The derivatives of `l_disp` with respect to all inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_l_disp: Option<Gradient>,
-    /// The augmented objective: `l_disp` plus the terms of the augmented Lagrangian for the mixtures `z_projected`.
+    /// The augmented objective: `l_disp` plus the terms of the augmented Lagrangian. The terms are computed from the
+    /// mixtures `z_projected`.
     pub augmented: f64,
     /// The derivative of `augmented` with respect to the design vectors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented: Option<DesignGradient>,
-    /// The augmented objective whose terms are computed from the mixtures of the performance projection.
+    /// The augmented objective, with terms that are computed from the mixtures of the performance projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augmented_performance_constraints: Option<f64>,
     /// The derivative of `augmented_performance_constraints` with respect to the design vectors.
@@ -72,7 +73,7 @@ pub struct Gradient {
 /// The derivative of one number, such as a loss, with respect to the design vectors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignGradient {
-    /// The three derivatives of each edge.
+    /// The derivatives with respect to the three entries of each edge's design vector.
     pub z: Vec<[f64; 3]>,
 }
 
@@ -81,13 +82,14 @@ impl CaseResults {
     /// becomes `null`; [`not_finite`](CaseResults::not_finite) names it.
     pub fn to_json(&self) -> String {
         let results = serde_json::to_string(self);
-        let results = results.expect("plain numbers and string keys serialise");
+        let results = results.expect("numbers with string keys can be written as JSON");
         format!("{{\"results\":{results}}}")
     }
 
     /// The keys, such as `trajectory.128.x`, under which a number is not finite.
     pub fn not_finite(&self) -> Vec<String> {
-        let value = serde_json::to_value(self).expect("plain numbers and string keys serialise");
+        let value =
+            serde_json::to_value(self).expect("numbers with string keys can be written as JSON");
         let mut names = Vec::new();
         collect_nulls(&value, "", &mut names);
         names.dedup();

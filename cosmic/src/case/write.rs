@@ -97,7 +97,7 @@ impl Case {
         }
     }
 
-    /// The paper's scene with the settings of this case in place of its own.
+    /// The paper's scene, changed by the settings of this case.
     fn scene(&self) -> Scene {
         Scene {
             lattice: self.layout.clone(),
@@ -116,5 +116,5 @@ impl Case {
 }
 
 fn json(file: &File) -> String {
-    serde_json::to_string(file).expect("plain numbers and string keys serialise")
+    serde_json::to_string(file).expect("numbers with string keys can be written as JSON")
 }

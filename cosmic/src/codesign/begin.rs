@@ -1,4 +1,4 @@
-//! [`CoDesign`], an optimisation that is ready to begin, and the [`Progress`] before its first iteration.
+//! [`CoDesign`], an optimisation that is ready to begin, and its state before the first iteration ([`Progress`]).
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::task::Task;
 /// The optimisation of a scene, ready to begin.
 pub struct CoDesign {
     pub(super) evaluator: Evaluator,
-    /// True if the caller supplied the loss in place of the scene's objective.
+    /// True if the caller supplied a loss, which replaces the scene's objective.
     own_loss: bool,
     /// The optimiser of the design. [`Progress::mma`] holds its state, one for each projection.
     pub(super) mma: Mma,
@@ -42,8 +42,8 @@ impl CoDesign {
 
     /// Prepares the optimisation of a scene for the caller's loss instead of the scene's objective.
     ///
-    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true. In a scene with
-    /// two goals, the robot maximises the loss for the second goal.
+    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true. In a scene with two
+    /// goals, the loss for the first goal is minimised and the loss for the second goal is maximised.
     ///
     /// ```
     /// use autodiff::Real;
@@ -121,8 +121,8 @@ impl CoDesign {
     /// Like [`begin`](Self::begin), but begins with a given robot instead of the scene's initial design.
     ///
     /// If the design is a layout, the optimisation begins after the snap, so only the fine-tuning remains. If the scene
-    /// also requires a design in one piece, the bars of the layout that are not connected to the payload are removed.
-    /// If the design is undecided, it goes through the whole schedule.
+    /// requires a design in one piece, bars of the layout that are not connected to the payload are removed. If the
+    /// design is undecided, it goes through the whole schedule.
     ///
     /// # Errors
     /// [`Error::Misfit`] for a robot of another lattice or with another number of hidden units; [`Error::Usage`]
@@ -204,7 +204,7 @@ impl CoDesign {
         Ok(())
     }
 
-    /// Like [`begin`](Self::begin), but does not check the time step.
+    /// Like [`begin`](Self::begin), but without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
         let controller = Controller::xavier(&self.scene().controller, &self.task().lattice, seed);
         Ok(self.progress(seed, self.start_of(seed)?, controller))
@@ -251,7 +251,7 @@ impl CoDesign {
         &self.evaluator.scene
     }
 
-    /// The simulated task.
+    /// The task: it simulates the robots of the scene.
     pub fn task(&self) -> &Task {
         &self.evaluator.task
     }
@@ -261,8 +261,8 @@ impl CoDesign {
         &self.evaluator
     }
 
-    /// Compares the time step with the vibrations of the current design and of the robots that domain
-    /// randomisation draws around it.
+    /// Compares the time step with the vibrations of the current design. Random variations of the robot, which domain
+    /// randomisation may draw, are included.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
         let design = self.evaluator.design(progress);
         match &self.checked {
@@ -271,7 +271,7 @@ impl CoDesign {
         }
     }
 
-    /// Like [`step_check`](Self::step_check), for the initial design of a seed.
+    /// Like [`step_check`](Self::step_check), but for the initial design that belongs to a seed.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
         let start = self.start_of(seed)?;
         let design = self.task().projected(Projection::Performance, &start);

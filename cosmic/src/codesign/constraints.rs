@@ -25,7 +25,7 @@ impl Evaluator {
         measures(&mixtures, self.scene.projection.delta)
     }
 
-    /// True if the binarisation measures are terms of the augmented Lagrangian, false if they are constraints.
+    /// True if terms of the augmented Lagrangian bound the binarisation measures, false if constraints bound them.
     pub(super) fn is_augmented(&self) -> bool {
         self.scene.binarisation.method == BinarisationMethod::Augmented
     }
@@ -63,7 +63,7 @@ impl Evaluator {
         (rows, Vec::new())
     }
 
-    /// The constraints for the volume bounds. `volumes` has two volumes, that of solid material and that of actuators,
+    /// The constraints for the volume bounds. `volumes` has the volume of solid material and the volume of actuators,
     /// each with its gradient.
     fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
         let scale = self.scene.mma.volume_row_scale;

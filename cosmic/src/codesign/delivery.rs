@@ -1,4 +1,4 @@
-//! The delivery at the end of an optimisation: chooses the controller of the robot and measures the robot's
+//! The delivery, which ends an optimisation: it chooses the controller of the robot and measures the robot's
 //! displacement.
 
 use rayon::prelude::*;
@@ -18,15 +18,16 @@ use crate::scene::{GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
-/// The number of steps from one state of [`Delivery::trajectory`] to the next.
+/// The states in [`Delivery::trajectory`] are this number of steps apart.
 const KEEP_EVERY: usize = 16;
 
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Delivery {
-    /// The design of the robot. It is a layout if the snap has been done.
+    /// The design of the robot. It is a layout (one material per edge) unless the optimisation ended before the snap.
     pub design: Design<[f64; 3]>,
-    /// The material of every edge. Before the snap, this is the material with the largest share in the edge.
+    /// The material of every edge. If the optimisation ended before the snap, this is the material with the largest
+    /// share in the edge.
     pub materials: Vec<Material>,
     /// The controller of the robot.
     pub controller: Controller<f64>,
@@ -36,15 +37,15 @@ pub struct Delivery {
     pub displacement: Vector<f64>,
     /// Displacement of the payload along the ground in the same unperturbed rollout, in metres.
     pub along: f64,
-    /// Quantiles, over perturbed starts, of the merit by which the controller was chosen. The merit is the displacement
-    /// along the ground in metres; for tasks other than distance, it is minus the loss. With two goals, it is the merit
-    /// for the worse goal.
+    /// The quantiles by which the controller was chosen: those of its merit over perturbed starts. The merit is the
+    /// displacement along the ground in metres; for tasks other than distance, it is minus the loss. With two goals, it
+    /// is the merit for the worse goal.
     pub selection: Quantiles,
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
     /// robot is unreliable over the starts of `selection`.
     pub selection_score: f64,
-    /// The verdict whether the median of `spread` describes the robot well. For tasks other than distance, it is the
-    /// verdict whether the median loss does.
+    /// Whether the median of `spread` describes the robot well. For tasks other than distance: whether the median loss
+    /// does.
     pub reliability: Reliability,
     /// Only with two goals: quantiles of the displacement when the goal is behind the robot, over the starts of
     /// `spread`, in metres. A negative displacement is towards that goal.
@@ -55,7 +56,8 @@ pub struct Delivery {
     /// Quantiles of the displacement without feedback, over the starts of `spread`, in metres. Without feedback, the
     /// controller observes the clock and the robot's initial state, but not its current state.
     pub clock_alone: Quantiles,
-    /// Quantiles of the displacement with the controller of the last iteration, over the starts of `spread`, in metres.
+    /// Quantiles of the displacement if the robot has the controller of the last iteration, over the starts of
+    /// `spread`, in metres.
     pub last: Quantiles,
     /// Only for tasks other than distance: quantiles of minus the loss, over the starts of `spread`.
     pub merit: Option<Quantiles>,
@@ -70,15 +72,15 @@ pub struct Delivery {
     pub loads: Option<Loads>,
     /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
     pub bars: Vec<Option<BarLoad>>,
-    /// Every 16th state of the unperturbed rollout, and the last state.
+    /// The states after every 16 steps of the unperturbed rollout, and its last state.
     pub trajectory: Trajectory<f64>,
     /// Where the unperturbed rollout diverged, if it did.
     pub divergence: Option<Divergence>,
 }
 
 impl Evaluator {
-    /// Chooses the controller to deliver and measures the robot in full rollouts. Before the snap, the edges of the
-    /// simulated robot are mixtures.
+    /// Chooses the controller to deliver and measures the robot in full rollouts. If the optimisation ended before the
+    /// snap, the edges of the simulated robot are mixtures of materials.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let delivery = self.deliver_unless(progress, &|| false);
         delivery.expect("`is_stopped` is always false")
@@ -157,8 +159,8 @@ impl Evaluator {
         })
     }
 
-    /// The merit of a robot in the rollout from the unperturbed start. `along` is the displacement along the ground in
-    /// that rollout, which the caller already knows.
+    /// The merit of a robot (the number by which robots are ranked) in the rollout from the unperturbed start. If this
+    /// is the displacement along the ground in that rollout, `along` is returned, which the caller already knows.
     fn unperturbed(
         &self,
         design: &Design<Mixture<f64>>,
@@ -172,12 +174,14 @@ impl Evaluator {
         self.reach(design, controller, &nominal).merit
     }
 
-    /// The numbers that a controller is ranked by: the score of its `spread`, then the median to break ties.
+    /// Two numbers by which controllers are ranked: the score of the controller's `spread`, and the median, which
+    /// breaks ties.
     pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// Measures a robot without feedback: the quantiles of its displacement over the starts of `domains`, in metres.
+    /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `domains`, in
+    /// metres.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
@@ -190,8 +194,8 @@ impl Evaluator {
         self.spreads(design, &[controller], &domains)[0].displacement
     }
 
-    /// Measures a robot in full rollouts: the quantiles of its displacement over perturbed starts, in metres. With the
-    /// same seed, these are the starts of [`Delivery::spread`].
+    /// Measures a robot in full rollouts. Returns the quantiles of its displacement over perturbed starts, in metres.
+    /// With the same seed, these are the starts of [`Delivery::spread`].
     pub fn judge(
         &self,
         design: &Design<Mixture<f64>>,
@@ -202,7 +206,8 @@ impl Evaluator {
         self.spreads(design, &[controller], &starts)[0].displacement
     }
 
-    /// The controllers to choose from, without duplicates: the controller of the last iteration, then the candidates.
+    /// The controllers among which one is chosen: the controller of the last iteration, then the candidates, without
+    /// duplicates.
     fn entrants(&self, progress: &Progress) -> Vec<Candidate> {
         let candidates = progress.candidates.iter().cloned();
         let (same, others): (Vec<_>, Vec<_>) =
@@ -226,7 +231,8 @@ impl Evaluator {
         entrants
     }
 
-    /// Measures the quantiles of every candidate's merit over the [selecting domains](Self::selecting_domains).
+    /// Measures the quantiles of every candidate's merit (displacement or minus the loss) over the [selecting
+    /// domains](Self::selecting_domains).
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
@@ -235,8 +241,8 @@ impl Evaluator {
         }
     }
 
-    /// The quantiles of every entrant's merit over the [selecting domains](Self::selecting_domains). Quantiles that are
-    /// already known are not measured again.
+    /// The quantiles of the merit of each controller in `entrants` over the [selecting
+    /// domains](Self::selecting_domains). Quantiles that are already known are not measured again.
     fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
@@ -258,8 +264,8 @@ impl Evaluator {
         (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// Domains that have the nominal task and a perturbed start. In a perturbed start, `selection.perturbation` is
-    /// added to every coordinate or subtracted from it, at random.
+    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation` is added
+    /// to or subtracted from every coordinate, at random.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);

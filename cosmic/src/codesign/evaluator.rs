@@ -1,4 +1,4 @@
-//! The evaluator of a scene: its task, its loss and its start.
+//! The evaluator of a scene: it has the task, the loss and the start of the scene.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use crate::scene::Scene;
 use crate::simulator::StepCheck;
 use crate::task::Task;
 
-/// Evaluates robots of one scene: simulates them, differentiates their losses and measures their displacement.
-/// Evaluating does not change the evaluator.
+/// Evaluates robots of one scene: simulates them, differentiates their losses and measures their displacement. It has
+/// no state that changes between evaluations.
 pub struct Evaluator {
     pub(super) scene: Scene,
     pub(super) task: Task,
@@ -54,15 +54,15 @@ impl Evaluator {
         self.loss.is_far()
     }
 
-    /// The design that is simulated: before the snap, the mixtures that the performance projection makes of the design
-    /// vectors; after the snap, the layout (D7).
+    /// The design in the form that is simulated. Before the snap, this is the design vectors after the performance
+    /// projection; after the snap, it is the layout (D7).
     pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
         self.task
             .projected(Projection::Performance, &progress.design)
     }
 
-    /// Compares the time step with the vibrations of a design, and with those of the robots that domain randomisation
-    /// draws around it.
+    /// Compares the time step with the vibrations of a design. Random variations of the robot, which domain
+    /// randomisation may draw, are included.
     pub(super) fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
         let faster = self.scene.robust.faster();
         self.task.step_check(design, &self.start.x, faster)

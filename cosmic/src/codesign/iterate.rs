@@ -65,7 +65,7 @@ impl CoDesign {
         record
     }
 
-    /// Moves every edge that clearly has a dominant material towards that material.
+    /// Attraction: if an edge clearly has a dominant material, moves the edge towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
         let mixtures = self.evaluator.design(progress);
         let (confidence, nudge) = now.attraction();

@@ -11,14 +11,14 @@ use crate::design::{Design, clamp};
 use crate::optimiser::Linearisation;
 use crate::projection::Projection;
 
-/// Before the snap, an iteration does a full rollout if its number is a multiple of this one. In the fine-tuning, every
-/// iteration does one, because every controller is then a candidate for delivery.
+/// Before the snap, there is a full rollout in every iteration whose number is a multiple of this number. In the
+/// fine-tuning there is one in every iteration, because every controller may be the one that is delivered.
 const EVALUATE_EVERY: usize = 10;
 
 impl CoDesign {
-    /// Updates the design for the performance and for the stability projection, each with its own optimiser state, and
-    /// blends the two updates. Updates the multipliers of the augmented Lagrangian only once, from the binarisation
-    /// measures before the update (D10).
+    /// Updates the design once for the performance projection and once for the stability projection, and blends the two
+    /// updates. Each projection has its own optimiser state. The multipliers of the augmented Lagrangian are updated
+    /// only once, from the binarisation measures before the update (D10).
     pub(super) fn design_pass(
         &mut self,
         progress: &mut Progress,
@@ -83,8 +83,8 @@ impl CoDesign {
         progress.violations = record.violations;
     }
 
-    /// Updates the controller. In the fine-tuning, the controller before the update becomes a candidate for
-    /// delivery. `known` is the result of a full rollout with that controller, if there was one already.
+    /// Updates the controller. In the fine-tuning, first makes the old controller a candidate for delivery. `known` is
+    /// the result of a full rollout with the old controller, if there was one already.
     pub(super) fn controller_pass(
         &self,
         progress: &mut Progress,

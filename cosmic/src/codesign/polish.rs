@@ -15,11 +15,11 @@ use super::slopes::Sought;
 use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
-/// One in this number of layouts, the best ones in the short rollouts, continues to the full rollouts.
+/// Of the layouts that took a short rollout, the best ones take a full rollout: one in every this many.
 const HEAT: usize = 4;
 
-/// Tries other materials for single edges, with the current controller, and keeps the layout that does best in a full
-/// rollout. Returns the result of that rollout; `None` if no rollout was needed.
+/// Polishes a layout with the current controller: tries other materials for single edges, and keeps the layout with the
+/// best full rollout. Returns the result of that rollout; `None` if no rollout was needed.
 pub(super) fn polish(
     evaluator: &Evaluator,
     rules: &LayoutRules,
@@ -39,8 +39,8 @@ pub(super) fn polish(
     reached
 }
 
-/// Selects layouts for full rollouts: takes the changes with the largest gain predicted by the gradient, and keeps the
-/// best quarter in rollouts over the shortest horizon.
+/// Selects layouts for full rollouts in two steps. The gradient selects the changes with the largest predicted gain;
+/// short rollouts then select the best quarter of these.
 fn finalists(
     evaluator: &Evaluator,
     rules: &LayoutRules,

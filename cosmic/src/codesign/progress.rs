@@ -19,7 +19,7 @@ const WITHOUT_LOSS: usize = 10;
 /// The whole state of an optimisation. An optimisation that is saved and resumed continues with the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Seed of all random numbers: initial weights, a tilted start, perturbed starts, domains.
+    /// The seed of all random numbers: initial weights, the side of a tilted start, perturbed starts and domains.
     pub seed: u64,
     /// If the optimisation began with a given robot, the iteration after which that robot entered: the iteration of the
     /// snap if its design was a layout, otherwise 0. `None` if the optimisation began with the initial design of the
@@ -31,32 +31,34 @@ pub struct Progress {
     pub own_loss: bool,
     /// The number of the last iteration done.
     pub iteration: usize,
-    /// The design: undecided vectors before the snap, a layout after it.
+    /// The design. Before the snap it has a design vector for every edge; after the snap it is a layout, with one
+    /// material for every edge.
     #[serde(flatten)]
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The state of MMA, which updates the design, for each projection.
+    /// The state of MMA, the optimiser of the design: one state for each projection.
     pub mma: [MmaState; 2],
     /// The state of Adam, which updates the controller.
     pub adam: AdamState,
     /// Multipliers and penalties for the binarisation measures.
     pub lagrangian: AugmentedLagrangian,
-    /// The binarisation measures of the first design. The thresholds of the measures begin at these values and fall.
+    /// The binarisation measures of the first design. The thresholds of the measures start at these values and then
+    /// fall.
     pub first_measures: [f64; 4],
-    /// By how much the measures exceeded their thresholds at the last update of the multipliers.
+    /// The violations at the last update of the multipliers: by how much the measures exceeded their thresholds.
     pub violations: [f64; 4],
     /// The number of edges to which the snap gave another material than the dominant one.
     pub flips: usize,
     /// The number of gradients skipped because they or their loss were not finite.
     pub skipped: usize,
-    /// The best controllers of the fine-tuning, best first. They are compared by the merit of one rollout each.
+    /// The best controllers of the fine-tuning, best first. They are compared by one rollout each.
     pub candidates: Vec<Candidate>,
-    /// The running mean of the design gradient of each projection. Empty before the first design pass, and always if
-    /// `gradient.design_memory` is 0.
+    /// For each projection, the running mean of the design gradient. Both are empty before the first design pass, and
+    /// always if `gradient.design_memory` is 0.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
-    /// The controller that settling (the last part of the fine-tuning) returns to; `None` before settling starts.
+    /// The controller to which the end of the fine-tuning (called settling) returns; `None` before that.
     #[serde(default)]
     pub settled: Option<Settled>,
 }
@@ -101,8 +103,8 @@ impl Progress {
                 Err(Error::NotFinite {
                     names: vec!["the loss".to_owned()],
                     cause: Some(format!(
-                        "after iteration {} it is {loss}, and no gradient so far could be used; check the \
-                         loss and the scene for divisions by zero and extreme values",
+                        "after iteration {} the loss is {loss}, and no gradient so far could be used; check \
+                         the loss and the scene for divisions by zero and extreme values",
                         record.iteration
                     )),
                 })
@@ -154,7 +156,7 @@ impl Progress {
     }
 }
 
-/// A controller from the fine-tuning that may be delivered.
+/// A controller from the fine-tuning that may become the controller of the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// The iteration that produced the controller.
@@ -165,22 +167,22 @@ pub struct Candidate {
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they have not been measured
-    /// yet, or if so many rollouts diverged that the 10 % quantile is not finite.
+    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they were not measured, or
+    /// if the 10 % quantile is not finite because rollouts diverged.
     #[serde(default)]
     pub spread: Option<Quantiles>,
 }
 
-/// The controller that settling returns to after a bad update.
+/// The good controller to which the end of the fine-tuning returns after a bad update.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
     /// The last good controller.
     pub controller: Controller<f64>,
-    /// The merit that later controllers are compared with, in the unit of [`Candidate::merit`]. At first it is the
-    /// median merit of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is
-    /// the best merit of a single rollout.
+    /// The merit that a new controller must reach, in the unit of [`Candidate::merit`]. At first it is the median merit
+    /// of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is the best merit
+    /// of a single rollout.
     pub merit: f64,
-    /// A factor that multiplies the learning rate. It is halved whenever an update is taken back.
+    /// A factor on the learning rate. It is halved each time an update is taken back.
     pub trust: f64,
 }
 

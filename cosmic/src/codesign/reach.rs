@@ -1,4 +1,4 @@
-//! The displacement and the merit of robots in full rollouts.
+//! Full rollouts of robots: their displacement, and their merit, which is the number by which robots are ranked.
 
 use std::borrow::Borrow;
 
@@ -36,9 +36,9 @@ impl Reached {
         self.moved.forward()
     }
 
-    /// Joins this result for the goal ahead with the result `behind` for the goal behind the robot. The merit of
-    /// `behind` counts with the opposite sign, because for the goal behind the payload must move backwards, or the loss
-    /// must be large.
+    /// Joins the results for the two goals: this one for the goal ahead, and `behind` for the goal behind the robot.
+    /// The merit is the lower one of the two. The merit of `behind` counts with the opposite sign, because for the goal
+    /// behind the payload must move backwards, or the loss must be large.
     pub(super) fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
@@ -48,13 +48,13 @@ impl Reached {
     }
 }
 
-/// The lower of two merits; NaN if either is NaN.
+/// The lower of two merits (numbers by which robots are ranked). NaN if one of them is NaN.
 fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }
 
-/// True if, in this scene and with this loss, robots are ranked by their displacement alone. This requires the loss for
-/// distance and a single goal.
+/// True if robots are ranked by their displacement alone. The loss must be the loss for distance, and there must be a
+/// single goal.
 pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && !scene.controller.two_goals
 }
@@ -137,7 +137,7 @@ impl Evaluator {
         self.reach_many(&[design], controller, task, &starts, GradientPrecision::F64)[0]
     }
 
-    /// The kind of merit that robots of this scene are ranked by.
+    /// The kind of merit by which robots of this scene are ranked.
     pub(super) fn merit(&self) -> Merit {
         let scale = self.task.lattice.scale;
         match (self.loss.is_far(), self.scene.controller.two_goals) {
@@ -177,8 +177,8 @@ impl Evaluator {
         self.towards_goals(task, towards_goal, Reached::with_behind)
     }
 
-    /// Calls `roll` for the goal ahead and, in a scene with two goals, for the goal behind; then joins the two results
-    /// of each robot.
+    /// Calls `roll` for the task with the goal ahead. In a scene with two goals, also calls it for the goal behind, and
+    /// joins the two results of each robot.
     pub(super) fn towards_goals<T>(
         &self,
         task: &Task,
@@ -194,7 +194,7 @@ impl Evaluator {
         pairs.map(|(ahead, behind)| join(ahead, behind)).collect()
     }
 
-    /// The result of a rollout towards one goal; all NaN if the rollout diverged (`seen` is `None`).
+    /// The result of a rollout towards one goal. If the rollout diverged (`seen` is `None`), all its numbers are NaN.
     fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
         let Some(seen) = seen else {
             return self.reached_by(Vector::NAN, || f64::NAN);
@@ -203,8 +203,8 @@ impl Evaluator {
         self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
     }
 
-    /// The result for one goal of a robot whose payload has the displacement `moved`. `loss` computes the loss; it is
-    /// called only if the merit is minus the loss.
+    /// The result of a robot for one goal, from the displacement `moved` of its payload. `loss` computes the loss; it
+    /// is called only if the merit is minus the loss.
     pub(super) fn reached_by(&self, moved: Vector<f64>, loss: impl Fn() -> f64) -> Reached {
         Reached {
             moved,
@@ -283,9 +283,9 @@ fn roll_in<R: Real + Into<f64>>(
     all.iter().map(|seen| seen.map(R::into)).collect()
 }
 
-/// The index of the largest merit. If several merits are equally large, it is the index of the first. A merit has `N`
-/// numbers: if the first numbers of two merits are equal, the second numbers decide, and so on. NaN, the merit of a
-/// diverged rollout, is below any number.
+/// The index of the largest merit; of equally large merits, the index of the first. A merit has `N` numbers, which are
+/// compared from the first to the last: a later number only decides between merits with equal earlier numbers. NaN, the
+/// merit of a diverged rollout, is below any number.
 pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
     let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }

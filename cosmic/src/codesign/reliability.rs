@@ -16,17 +16,17 @@ use super::quantiles::Quantiles;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
-    /// The median is the figure to quote.
+    /// The median describes the robot well and is the figure to quote.
     Reliable,
     /// The median is misleading.
     Unreliable {
-        /// Which number differs too much from the median, and by how much.
+        /// The number that differs too much from the median, and the difference, as text.
         reason: String,
     },
 }
 
-/// A median distance with a smaller absolute value counts as this share of the lattice's scale: 1 cm in the paper's
-/// scenes.
+/// The smallest tolerance is half of this share of the lattice's scale: a smaller median distance counts as this
+/// distance. It is 1 cm in the paper's scenes.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.
@@ -34,7 +34,7 @@ const LEAST_DISTANCE: f64 = 0.01;
 pub(super) enum Merit {
     /// The displacement along the ground, in metres. `scale` is that of the [lattice](crate::lattice::Lattice::scale).
     Distance { scale: f64 },
-    /// With two goals: the robot walks one distance towards each goal; this is the shorter of the two, in metres.
+    /// With two goals, a robot walks one distance towards each goal. This is the shorter of these distances, in metres.
     ShorterWay { scale: f64 },
     /// Minus the loss.
     MinusLoss,
@@ -50,7 +50,8 @@ impl Merit {
         }
     }
 
-    /// Judges a robot by its quantiles over perturbed starts and by its unperturbed rollout.
+    /// Decides, from a robot's quantiles over perturbed starts and its unperturbed rollout, whether the median
+    /// describes the robot.
     pub(super) fn reliability(self, spread: &Quantiles, unperturbed: f64) -> Reliability {
         let Quantiles { p10, p50, .. } = *spread;
         let unreliable = |reason: String| Reliability::Unreliable { reason };
@@ -59,9 +60,7 @@ impl Merit {
         }
         let (least, of_which) = match self {
             Self::Distance { scale } => (LEAST_DISTANCE * scale, ""),
-            Self::ShorterWay { scale } => {
-                (LEAST_DISTANCE * scale, " of the shorter of the two ways")
-            }
+            Self::ShorterWay { scale } => (LEAST_DISTANCE * scale, " of the shorter displacement"),
             Self::MinusLoss => (0.0, ""),
         };
         let tolerance = 0.5 * p50.abs().max(least);

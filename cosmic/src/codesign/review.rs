@@ -16,8 +16,8 @@ pub struct Review {
 }
 
 impl Review {
-    /// Does the checks of [`CoDesign::begin`] for a seed, but draws no controller. An unstable time step is reported
-    /// in `refusals`.
+    /// Checks the scene as [`CoDesign::begin`] does for a seed, but draws no controller. An unstable time step is
+    /// reported in `refusals`.
     ///
     /// # Errors
     /// The errors of [`CoDesign::new`]; [`Error::Usage`](crate::Error::Usage) if the initial design is a layout for
@@ -86,7 +86,7 @@ mod tests {
                 "the rough ground ends within eight lengths of the robot",
             ),
             ("lattice.drop=-0.1", "below the ground"),
-            ("controller.omega=0", "the clock stands still"),
+            ("controller.omega=0", "the clock does not advance"),
             ("controller.omega=2000", "half a period"),
             ("selection.perturbation=0", "all perturbed starts are equal"),
         ] {

@@ -12,11 +12,12 @@ pub enum Phase {
     /// Structure, material and controller change together.
     #[default]
     CoDesign,
-    /// Like `CoDesign`; in addition, edges that clearly have a dominant material are moved towards that material.
+    /// Like `CoDesign`, but edges that clearly have a dominant material are also moved towards that material.
     Attraction,
     /// The single iteration that gives every edge one material.
     Snap,
-    /// Only the controller changes, except that the polish may change the materials of single edges.
+    /// The controller changes. The design does not, except that the polish (a local search) may change the materials of
+    /// single edges.
     FineTuning,
 }
 
@@ -32,8 +33,8 @@ impl Phase {
     }
 }
 
-/// The value of a linear ramp at an iteration. The ramp goes from `ends[0]` at iteration `over[0]` to `ends[1]` at
-/// iteration `over[1]`.
+/// The value of a linear ramp at an iteration. The ramp begins with `ends[0]` at iteration `over[0]` and ends with
+/// `ends[1]` at iteration `over[1]`.
 fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     let [from, to] = over.map(|i| i as f64);
     // A ramp over zero iterations is a step.
@@ -92,8 +93,8 @@ impl<'a> Schedule<'a> {
         first.map(|g| ramp(self.iteration, ends(g), settings.threshold_over))
     }
 
-    /// Two numbers for the attraction: an edge is moved towards its dominant material if the share of that material
-    /// exceeds the first number; the second number is the size of the move.
+    /// Two numbers for the attraction. The first is a threshold: if the share of an edge's dominant material exceeds
+    /// it, the edge is moved towards that material. The second is the size of this move.
     pub(super) fn attraction(&self) -> (f64, f64) {
         let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
         let over = [schedule.attraction_from, schedule.snap_at];
@@ -101,7 +102,7 @@ impl<'a> Schedule<'a> {
         (at(settings.confidence), at(settings.nudge))
     }
 
-    /// The number of iterations in which controllers settle. They are the last iterations of the fine-tuning.
+    /// The number of iterations at the end of the fine-tuning in which controllers settle.
     fn settling(&self) -> usize {
         let schedule = &self.scene.schedule;
         let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
@@ -109,7 +110,8 @@ impl<'a> Schedule<'a> {
         (schedule.settle * tuned as f64 + 1e-9) as usize
     }
 
-    /// True if controllers settle in this iteration.
+    /// True if this iteration is among the last ones of the fine-tuning, in which controllers settle: bad updates are
+    /// taken back.
     pub(super) fn settles(&self) -> bool {
         self.iteration + self.settling() > self.scene.schedule.iterations
     }

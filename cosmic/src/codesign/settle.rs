@@ -11,12 +11,13 @@ use super::quantiles::Quantiles;
 use super::reach::first_best;
 use super::schedule::Schedule;
 
-/// An update that loses more than this share of the merit is taken back.
+/// An update is taken back if the merit (displacement or minus the loss) falls by more than this share.
 const LOSS: f64 = 0.05;
 
-/// Settles the controller: in the first iteration that settles, goes back to the best candidate; later, goes back to
-/// the last good controller if `merit`, the merit of the current controller, is too low. Returns true if it replaced
-/// the controller. The caller must then drop the gradient of this iteration, which belongs to the old controller.
+/// Settles the controller. The first iteration that settles goes back to the best candidate. Later iterations go back
+/// to the last good controller if `merit`, the merit of the current controller, is too low. Returns true if the
+/// controller was replaced. The caller must then drop the gradient of this iteration, because it belongs to the old
+/// controller.
 pub(super) fn settle(
     evaluator: &Evaluator,
     progress: &mut Progress,

@@ -1,5 +1,5 @@
-//! [`Slope`], a gradient of the loss; [`At`], the point at which it is computed; and its means over design passes and
-//! over domains.
+//! [`Slope`], a gradient of the loss; [`At`], the point at which gradients are computed; and means of gradients over
+//! design passes and over domains.
 
 use rayon::prelude::*;
 
@@ -16,12 +16,12 @@ pub(super) struct Slope {
     pub(super) loss: f64,
     /// Displacement along the ground, in metres.
     pub(super) displacement: f64,
-    /// The number that robots are ranked by, like [`Reached::merit`](super::reach::Reached::merit).
+    /// The number by which robots are ranked, as in [`Reached::merit`](super::reach::Reached::merit).
     pub(super) merit: f64,
 }
 
 impl Slope {
-    /// Scales the gradient down to the given norm, if its own norm is larger. Returns the norm before scaling.
+    /// Scales the gradient down if its norm is larger than the given norm. Returns the norm before scaling.
     pub(super) fn bound(&mut self, norm: Option<f64>) -> f64 {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
     }
@@ -59,7 +59,7 @@ impl Slope {
     }
 }
 
-/// Where gradients are computed: the robot and its start, the domains, and the horizon.
+/// The point at which gradients are computed: the robot and its start, the domains, and the horizon.
 pub(super) struct At<'a> {
     /// The domains that gradients are averaged over. If there are none, the gradient of the nominal task is used.
     pub(super) domains: Vec<Domain<'a>>,

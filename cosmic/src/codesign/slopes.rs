@@ -21,7 +21,7 @@ use crate::task::{Horizon, Task, together};
 /// The variables that the loss is differentiated with respect to.
 #[derive(Clone, Copy)]
 pub(super) enum Sought<'a> {
-    /// The design vectors, to which this projection is applied.
+    /// The design vectors. The given projection is applied to them.
     Design(Projection),
     /// The shares of the materials in each edge of a layout. They are the design vectors of the layout (D7).
     Shares,
@@ -51,11 +51,12 @@ impl Sought<'_> {
     }
 }
 
-/// Few robots walk faster than this share of the speed bound: 1 m/s if the bound is 100 m/s.
+/// Rollouts whose mean speed exceeds this share of the speed bound are checked. Few walking robots are that fast: the
+/// share is 1 m/s if the bound is 100 m/s.
 const WALKS: f64 = 0.01;
 
 impl Evaluator {
-    /// Where an iteration computes its gradients: the current robot, the domains, and the horizon.
+    /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
     pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
         At {
             domains: self.domains(progress, now),
@@ -73,7 +74,7 @@ impl Evaluator {
         }
     }
 
-    /// The domains that an iteration averages its gradients over; empty for a scene without domain randomisation. They
+    /// The domains over which an iteration averages its gradients; empty for a scene without domain randomisation. They
     /// depend only on the seed and the iteration, so that a resumed run draws the same domains.
     fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;
@@ -169,7 +170,8 @@ impl Evaluator {
         }
     }
 
-    /// The merit within the horizon; `None` if robots are ranked by their displacement alone.
+    /// The merit (the number by which robots are ranked) within the horizon; `None` if robots are ranked by their
+    /// displacement alone.
     pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
         (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
     }
@@ -199,7 +201,8 @@ impl Evaluator {
             let loss: f64 = found[k].0.into();
             let unit = self.unit();
             let usable = |g: f64| if loss.is_finite() { g / unit } else { f64::NAN };
-            let Reached { moved, merit, .. } = reached[k].expect("the losses were computed");
+            let Reached { moved, merit, .. } =
+                reached[k].expect("each loss was computed with its result");
             Slope {
                 gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),
                 loss,
@@ -210,8 +213,8 @@ impl Evaluator {
     }
 
     /// The loss of each robot within a horizon, and the robot's result measured from `start`. With two goals, the loss
-    /// is the mean of two numbers: the loss for the goal ahead, and minus the loss for the goal behind. The sign
-    /// changes because the payload must move backwards to reach the goal behind.
+    /// is the mean of the loss for the goal ahead and of minus the loss for the goal behind. The sign changes because
+    /// the payload must move backwards to reach the goal behind.
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,

@@ -1,4 +1,5 @@
-//! The design of a robot: undecided before the snap, a layout after it.
+//! The design of a robot. Before the snap, the materials of its edges are undecided; after the snap, it is a layout
+//! with one material per edge.
 
 use std::borrow::Cow;
 
@@ -14,7 +15,7 @@ use super::{Material, Mixture};
 /// into mixtures, `Design<Mixture<R>>`, which determine the body of the robot. Projections do not change a layout (D7).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Design<E> {
-    /// An element for every edge: the design vector or the mixture of the edge.
+    /// One element for every edge: the design vector or the mixture of that edge.
     Undecided(Vec<E>),
     /// One material for every edge.
     Layout(Vec<Material>),
@@ -55,8 +56,8 @@ impl<E> Design<E> {
 }
 
 impl Design<[f64; 3]> {
-    /// The design with these design vectors. It is a layout if every vector is one-hot (one entry is 1, the others are
-    /// 0).
+    /// The design with the design vectors `z`. It is a layout if every vector is one-hot (one entry is 1, the others
+    /// are 0).
     pub fn of_vectors(z: Vec<[f64; 3]>) -> Self {
         let layout: Vec<_> = z.iter().map(Material::dominant).collect();
         if one_hot(&layout) == z {
@@ -129,7 +130,7 @@ fn one_hot(layout: &[Material]) -> Vec<[f64; 3]> {
     layout.iter().map(|material| material.one_hot()).collect()
 }
 
-/// The form of a design in files: its design vectors and, for a layout, the materials.
+/// The form in which files store a design: its design vectors and, for a layout, the materials.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     z: Vec<[f64; 3]>,

@@ -18,7 +18,7 @@ impl Material {
     /// All materials, in the order of the entries of a design vector.
     pub const ALL: [Self; 3] = [Self::Void, Self::Skeleton, Self::Actuator];
 
-    /// True for skeleton and actuator: an edge of these materials is a bar and counts in the volume.
+    /// True for skeleton and actuator. An edge with one of these materials is a bar and counts in the volume.
     pub fn is_solid(self) -> bool {
         self != Self::Void
     }

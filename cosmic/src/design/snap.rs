@@ -15,7 +15,8 @@ pub struct VolumeBounds {
 }
 
 impl VolumeBounds {
-    /// The volume bounds of a scene, widened: each limit is moved outwards by `slack`.
+    /// The volume bounds of a scene, widened: each lower limit is lowered by `slack`, and each upper limit is raised by
+    /// `slack`.
     pub fn widened(settings: &VolumeSettings, slack: f64) -> Self {
         Self {
             solid: Range::from(settings.solid).widened(slack),
@@ -83,7 +84,7 @@ fn mended(
     }
 }
 
-/// The change of one edge, or of all edges that are tied to each other, to another material.
+/// A flip: the change of one edge, or of a group of tied edges, to another material.
 struct Flip<'g> {
     group: &'g [usize],
     to: Material,
@@ -91,7 +92,7 @@ struct Flip<'g> {
 }
 
 impl Flip<'_> {
-    /// The layout after the change.
+    /// The layout after the flip.
     fn on(&self, layout: &[Material]) -> Vec<Material> {
         let mut layout = layout.to_vec();
         self.group.iter().for_each(|&edge| layout[edge] = self.to);
@@ -99,8 +100,9 @@ impl Flip<'_> {
     }
 }
 
-/// Lists the flips of a layout, cheapest first: those that the rules allow and for which `cost` is not `None`. The
-/// edges of a group are tied and have the same material. The cost of their flip is the sum of their costs.
+/// Lists the flips of a layout, cheapest first. Flips are left out if the rules forbid them or `cost` is `None`. The
+/// edges of a group are tied and have the same material; the cost of flipping a group is the sum of the costs of its
+/// edges.
 fn flips_of<'g>(
     groups: &'g [Vec<usize>],
     layout: &[Material],
@@ -121,20 +123,21 @@ fn flips_of<'g>(
     flips
 }
 
-/// The number of edges whose material is not the dominant one.
+/// The number of edges whose material in a layout is not the dominant material of their mixture (the material with the
+/// largest share).
 pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
     let flipped = |(m, own): &(&Material, &Mixture<f64>)| **m != own.dominant();
     materials.iter().zip(mixtures).filter(flipped).count()
 }
 
-/// A material is an alternative for an edge only if it has at least this share in the edge's mixture. A material that
+/// The smallest share of an edge's mixture that a material must have to be an alternative for the edge. A material that
 /// is excluded by `projection.hold_materials` has a share of about 1e-9.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges. The edges whose new material
-/// has nearly the share of the old one, or more, come first. They have no more faults than the snapped layout, and
-/// their volumes are no further out of bounds. In the edge's mixture, the new material has at least the share
-/// `LEAST_SHARE`.
+/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges. The list begins with the
+/// closest decisions: the edges whose new material has nearly the share of the old one, or more. The layouts have no
+/// more faults than the snapped layout, and their volumes are no further out of bounds. In the edge's mixture, the new
+/// material has at least the share `LEAST_SHARE`.
 pub fn alternatives(
     mixtures: &[Mixture<f64>],
     materials: &[Material],
@@ -211,14 +214,14 @@ impl Counts {
         [rules.faults(layout), self.excess(layout)]
     }
 
-    /// True if a layout is no worse than the badness `than`, both in the number of faults and in the
-    /// [excess](Self::excess).
+    /// True if a layout has no more faults than `than[0]`, and its volumes are out of bounds by no more edges than
+    /// `than[1]` ([`excess`](Self::excess)).
     fn is_no_worse(&self, layout: &[Material], rules: &LayoutRules, than: [usize; 2]) -> bool {
         self.excess(layout) <= than[1] && rules.faults(layout) <= than[0]
     }
 
-    /// The number of edges by which the volumes are out of bounds: the sum of the solid edges that are missing or too
-    /// many and of the actuators that are missing or too many.
+    /// The number of edges by which the volumes of a layout are out of bounds. Solid edges and actuators are counted
+    /// separately, both if there are too few and if there are too many.
     fn excess(&self, layout: &[Material]) -> usize {
         let [solid, actuators] = solid_and_actuators(layout);
         let outside =

@@ -73,11 +73,11 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
     Ok(allowed(materials, &lattice.rules))
 }
 
-/// The share of actuators in the filled layout: the largest share in the paper's table 2.
+/// The share of actuators in the filled layout. It is the largest share of actuators in the paper's table 2.
 const FILLED_ACTUATORS: f64 = 0.22;
 
-/// Makes a layout obey the rules of the lattice. Tied edges get the material of the first of them. Edges that must be
-/// solid but are void become skeleton. Edges that must be void become void.
+/// Changes a layout so that it obeys the rules of the lattice. Tied edges get the material of the first of them. Edges
+/// that must be solid but are void become skeleton. Edges that must be void become void.
 fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
     for tie in &rules.tie {
         tie.iter()
@@ -126,8 +126,8 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
     allowed(materials, &lattice.rules)
 }
 
-/// The share of void in every edge: `1/3 + top * h`, where `h` is the height of the edge's midpoint divided by the
-/// height of the highest midpoint.
+/// The share of void in every edge, `1/3 + top * h`. Here `h` is the height of the edge's midpoint relative to the
+/// highest midpoint.
 fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
     let highest = lattice.midpoints().map(Vector::up).fold(0.0, f64::max);
     // All edges of a lattice with one row have the height 0.

@@ -12,10 +12,10 @@ use crate::keys::keys;
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
-/// A node is in the lowest row if its height is below this, in units of the spacing.
+/// The lowest row consists of the nodes whose height is below this, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// Singular values up to this share of the largest one count as zero. Lengths are about 1, so the singular value of a
-/// floppy mode is only as large as a rounding error.
+/// Singular values up to this share of the largest one count as zero. Because lengths are about 1, the singular value
+/// of a floppy mode is only a rounding error.
 const RANK: f64 = 1e-9;
 /// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
 /// bars take a few seconds.
@@ -91,7 +91,8 @@ impl Bars<'_> {
         degrees
     }
 
-    /// Numbers the pieces: returns a number for every node. Nodes that are connected by bars have the same number.
+    /// Numbers the pieces of a layout. Returns a number for every node; nodes that are connected by bars have the same
+    /// number.
     fn pieces(&self) -> Vec<usize> {
         let mut parent: Vec<usize> = (0..self.lattice.nodes()).collect();
         let root = |parent: &mut Vec<usize>, mut node: usize| {
@@ -143,12 +144,12 @@ impl Bars<'_> {
 pub struct LayoutRules {
     lattice: Lattice,
     asked: DesignSettings,
-    /// The pairs of edges that cross; empty if bars may cross.
+    /// The pairs of edges that cross; empty if the scene allows bars to cross.
     crossing: Vec<[usize; 2]>,
 }
 
 impl LayoutRules {
-    /// The rules of a lattice, together with the requirements `asked` of a scene.
+    /// The rules of a lattice and the requirements `asked` of a scene, together.
     pub fn new(lattice: &Lattice, asked: &DesignSettings) -> Self {
         Self {
             crossing: if asked.crossings {
@@ -242,15 +243,15 @@ impl LayoutRules {
     }
 }
 
-/// The number of floppy modes of hinged bars: twice the number of nodes, minus three rigid motions, minus the rank of
-/// the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
+/// The number of floppy modes of hinged bars. It is twice the number of nodes, minus the three rigid motions, minus the
+/// rank of the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
 fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;
     }
     let place = |node: usize| {
         live.binary_search(&node)
-            .expect("both ends of a bar are live")
+            .expect("`live` has both nodes of every bar")
     };
     let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! The tilt of an initial design: the share of void grows towards one side. The seed determines the side.
+//! The tilt of an initial design: the share of void grows from one side to the other. The seed determines the
+//! direction.
 
 use std::f64::consts::TAU;
 
@@ -9,8 +10,8 @@ use crate::random::{Purpose, stream, symmetric};
 /// The share of void in an edge is clamped to this range after the tilt.
 const VOID: Range = Range::new(0.001, 0.999);
 
-/// Adds a surplus to the share of void of every edge: `tilt (1 + cos(a) x + sin(a) y)`, where `x` and `y` go from -1 to
-/// 1 across the lattice and `a` is a random angle. If the direction of the angle is along an axis, the surplus grows
+/// Adds a surplus to the share of void of every edge: `tilt (1 + cos(a) x + sin(a) y)`. Here `x` and `y` go from -1 to
+/// 1 across the lattice, and `a` is a random angle. If the direction of the angle is along an axis, the surplus grows
 /// from 0 at one side of the lattice to `2 tilt` at the other side. If the direction is diagonal, the surplus grows
 /// from `-0.4 tilt` in one corner to `2.4 tilt` in the opposite corner.
 ///

@@ -2,8 +2,8 @@
 
 use super::{Material, Mixture};
 
-/// The design vectors that the performance projection of sharpness `beta` turns into the given mixtures:
-/// `z_k = 1/3 + (ln m_k - mean ln m) / beta`, clamped to `[0, 1]`. All shares must be above 0.
+/// The design vectors that give these mixtures after the performance projection with sharpness `beta`: `z_k = 1/3 + (ln
+/// m_k - mean ln m) / beta`, clamped to `[0, 1]`. All shares must be above 0.
 pub(super) fn vectors_of_mixture(mixtures: &[Mixture<f64>], beta: f64) -> Vec<[f64; 3]> {
     let vector = |m: &Mixture<f64>| {
         let log = m.0.map(f64::ln);
@@ -22,9 +22,9 @@ pub fn clamp(z: &mut [[f64; 3]]) {
     }
 }
 
-/// One step of attraction. If the largest share of an edge's mixture exceeds `confidence`, the entry of that material
-/// in the design vector grows by `nudge`, and the other two entries fall by `nudge / 2` each. Entries stay within `[0,
-/// 1]`.
+/// One step of attraction. If the largest share in an edge's mixture exceeds `confidence`, the material with that share
+/// is favoured: its entry in the design vector grows by `nudge`, and the other two entries fall by `nudge / 2` each.
+/// Entries stay within `[0, 1]`.
 pub fn attract(z: &mut [[f64; 3]], mixtures: &[Mixture<f64>], confidence: f64, nudge: f64) {
     for (vector, mixture) in z.iter_mut().zip(mixtures) {
         let chosen = mixture.dominant();

@@ -25,7 +25,7 @@ impl<const D: usize> Matrix<D> {
         }
     }
 
-    /// The symmetric part `(A + A^T) / 2` of the matrix `A` with these rows.
+    /// The symmetric part `(A + A^T) / 2` of a matrix `A`, which is given by its rows.
     pub fn symmetric(rows: [Vector<f64, D>; D]) -> Self {
         let part = |row: usize, k: usize| {
             if row == k {

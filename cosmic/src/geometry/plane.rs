@@ -21,13 +21,13 @@ impl Plane<f64> {
         offset: 0.0,
     };
 
-    /// The plane through a point, with these axes.
+    /// The plane through a point whose axes have the given rotation.
     pub fn through(point: Vector<f64>, axes: Rotation<f64>) -> Self {
         let offset = axes.tangent().cross(point);
         Self { axes, offset }
     }
 
-    /// Converts the numbers of the plane to constants of the type `R`.
+    /// Converts the numbers of the plane to the number type `R`, as constants.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Plane<R> {
         Plane {

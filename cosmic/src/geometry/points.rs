@@ -56,7 +56,7 @@ pub fn fill<T: Copy, const D: usize>(points: &mut [Vector<T, D>], numbers: &[T])
     let (rows, rest) = numbers.as_chunks();
     assert!(
         rest.is_empty() && rows.len() == points.len(),
-        "the number of numbers differs from the number of components"
+        "`numbers` must have one number for each component of the points"
     );
     for (point, row) in points.iter_mut().zip(rows) {
         point.0 = *row;

@@ -98,8 +98,8 @@ impl Profile {
         line
     }
 
-    /// The height of the terrain in the world's frame, in metres, above that point of the ground line whose x
-    /// coordinate in the world's frame is `x`.
+    /// The height of the terrain in metres, in the world's frame. It is measured above the point of the ground line
+    /// that has the x coordinate `x` in the world's frame.
     pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
         let [cos, sin] = ground.tangent().array();
         ground.height + x * sin / cos + self.height(x / cos) * cos
@@ -117,8 +117,8 @@ impl Profile {
         line.map(|point| ground.point_to_world(point)).collect()
     }
 
-    /// The largest depth of a bar below the terrain in metres, measured along the normal of the ground line. It is 0 if
-    /// no part of the bar is below the terrain.
+    /// The largest depth of a bar below the terrain, in metres; 0 if the bar is nowhere below the terrain. The depth is
+    /// measured along the normal of the ground line.
     pub fn depth(&self, bar: Segment) -> f64 {
         let [from, to] = if bar.from.forward() <= bar.to.forward() {
             [bar.from, bar.to]

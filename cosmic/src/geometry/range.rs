@@ -18,7 +18,7 @@ impl Range {
         Self { low, high }
     }
 
-    /// The smallest range that contains all these numbers; from infinity to minus infinity if there are none.
+    /// The smallest range that contains all given numbers; from infinity to minus infinity if there are none.
     pub fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
         let none = Self::new(f64::INFINITY, f64::NEG_INFINITY);
         numbers.into_iter().fold(none, Self::with)
@@ -46,7 +46,7 @@ impl Range {
         self.high - self.low
     }
 
-    /// Applies a function to both ends.
+    /// Applies a function to both ends of the range.
     #[must_use]
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
         Self::new(of(self.low), of(self.high))

@@ -38,7 +38,7 @@ impl Rotation<f64> {
         Vector([-self.sin, self.cos])
     }
 
-    /// Converts the numbers of the rotation to constants of the type `R`.
+    /// Converts the numbers of the rotation to the number type `R`, as constants.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Rotation<R> {
         Rotation {
@@ -73,8 +73,8 @@ impl<R: Real> Rotation<R> {
         self.cos.fma(vector.up(), -(self.sin * vector.forward()))
     }
 
-    /// The height of a point above a plane. The normal of the plane is the last axis after the rotation; its distance
-    /// from the origin along the normal is `offset`.
+    /// The height of a point above a plane. The normal of the plane is the last axis after the rotation. `offset` is
+    /// the distance of the plane from the origin along that normal.
     #[inline(always)]
     pub(super) fn height<const D: usize>(&self, place: Vector<R, D>, offset: R) -> R {
         self.cos

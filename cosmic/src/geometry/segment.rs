@@ -4,8 +4,8 @@ use super::points::Bounds;
 use super::range::Range;
 use super::vector::Vector;
 
-/// A point counts as on the line of a segment if it is this close to it. The measure is the area of the parallelogram
-/// that the segment spans with the vector to the point, divided by the sum of the squared lengths of both.
+/// The tolerance for a point on the line of a segment. The measure is the area of the parallelogram that the segment
+/// spans with the vector to the point, divided by the sum of the squared lengths of both.
 const ON_LINE: f64 = 1e-9;
 
 /// A straight line between two points.
@@ -105,7 +105,7 @@ impl Segment<2> {
             && other.side(self.from) * other.side(self.to) < 0.0
     }
 
-    /// On which side of the line through this segment a point is: 1 on the left, -1 on the right, 0 on the line.
+    /// On which side of this segment's line a point is: 1 on the left, -1 on the right, 0 on the line.
     fn side(&self, point: Vector<f64>) -> f64 {
         let (d, e) = (self.vector(), point - self.from);
         let area = d.cross(e);

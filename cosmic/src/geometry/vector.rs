@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 pub struct Vector<T, const D: usize = 2>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {
-    /// The vector with these components.
+    /// The vector with the given components.
     #[inline(always)]
     pub const fn new(components: [T; D]) -> Self {
         Self(components)
@@ -155,7 +155,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         square.sqrt()
     }
 
-    /// Makes a vector along the ground, whose last component is zero, shorter by the length `by` (at least 0). A vector
+    /// Shortens a vector along the ground, whose last component is zero, by the length `by` (at least 0). A vector
     /// shorter than `by` becomes the zero vector.
     #[inline(always)]
     #[must_use]
@@ -204,7 +204,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         chosen
     }
 
-    /// Moves this point by the part of the vector `by` that is along the ground. The last component does not change.
+    /// Moves this point along the ground by the vector `by`. The last component of the point does not change.
     #[inline(always)]
     #[must_use]
     pub fn moved_along(mut self, by: Self) -> Self {
@@ -245,8 +245,8 @@ impl<const D: usize> Vector<f64, D> {
         self + (other - self) * share
     }
 
-    /// Compares two points by their coordinates along one axis: the axis for which `size` is largest. If these
-    /// coordinates are equal, the axis with the next largest component of `size` decides, and so on.
+    /// Compares two points by their coordinates along one axis, the axis on which `size` is largest. Points with equal
+    /// coordinates are compared along the axis with the next largest component of `size`, and so on.
     pub fn total_cmp_along(self, other: Self, size: Self) -> Ordering {
         let mut axes: [usize; D] = std::array::from_fn(|k| k);
         axes.sort_by(|&a, &b| size.0[b].total_cmp(&size.0[a]));

@@ -1,11 +1,11 @@
-//! The numbers of a robot that do not change in a rollout, and the point whose displacement counts.
+//! The types [`Body`], stiffnesses, strains and masses of a robot, and [`Marker`], the point whose displacement counts.
 
 use autodiff::Real;
 
 use super::State;
 use crate::geometry::Vector;
 
-/// The numbers of a robot that a rollout does not change.
+/// The numbers of a robot that stay constant during a rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<R> {
     /// The stiffness of each edge, in N/m.
@@ -14,8 +14,8 @@ pub struct Body<R> {
     pub strain: Vec<R>,
     /// The mass of each node, in kg.
     pub mass: Vec<R>,
-    /// How much each node belongs to the robot, from 0 to 1: its weight in the mean position and in the observation.
-    /// Empty if all nodes belong to the robot.
+    /// The presence of each node, from 0 to 1: its weight in the mean position and in the observation. A node without a
+    /// bar has presence 0. Empty if all nodes have presence 1.
     pub presence: Vec<R>,
     /// The marker whose displacement counts as the displacement of the robot.
     pub marker: Marker<R>,
@@ -35,7 +35,7 @@ pub struct Marker<R> {
 }
 
 impl<R: Copy> Body<R> {
-    /// This body with `f` applied to every number.
+    /// A copy of the body with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
         let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
         Body {

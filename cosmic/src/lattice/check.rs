@@ -39,10 +39,9 @@ impl Truss {
     }
 
     /// Renumbers the nodes. The first payload becomes node 0, and the former node 0 gets its number. The other nodes
-    /// may be renumbered to save memory. Each edge has a difference between the numbers of its two nodes, and the
-    /// simulator needs one slot per node for each distinct difference. If numbering the nodes along the longer side of
-    /// the truss gives fewer distinct differences, they are numbered that way. Renumbering a truss twice changes
-    /// nothing.
+    /// may be renumbered to save memory: the simulator needs one slot per node for each distinct difference between the
+    /// numbers of an edge's two nodes. If numbering the nodes along the longer side of the truss gives fewer distinct
+    /// differences, they are numbered that way. Renumbering a truss twice changes nothing.
     fn renumber(&mut self) {
         let nodes = self.nodes.len();
         let first = self.payload[0].node;
@@ -83,8 +82,8 @@ impl Truss {
         given.sort_unstable();
         if !given.is_empty() && !given.iter().copied().eq(0..self.nodes.len()) {
             return Err(format!(
-                "`given_numbers`: expected every number below {} once, or no numbers",
-                self.nodes.len()
+                "`given_numbers`: expected each whole number from 0 to {} exactly once, or no numbers",
+                self.nodes.len().saturating_sub(1)
             ));
         }
         for (node, x) in self.nodes.iter().enumerate() {
@@ -275,7 +274,7 @@ mod tests {
             (
                 "\"keep\"",
                 "\"given_numbers\": [0, 1, 2, 3, 3], \"keep\"",
-                "`given_numbers`: expected every number below 5 once",
+                "`given_numbers`: expected each whole number from 0 to 4 exactly once",
             ),
             (
                 "\"node\": 0",

@@ -18,7 +18,7 @@ const VERSION: u32 = 1;
 /// The size of the largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million bytes.
 const LARGEST: u64 = 1 << 26;
 
-/// A planar truss. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
+/// A planar truss. Edges may cross, overlap and have free ends, and the truss may consist of several pieces.
 /// [`checked`](Truss::checked) lists the errors that a truss can have.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
@@ -227,14 +227,14 @@ impl Truss {
         heights.fold(f64::INFINITY, f64::min)
     }
 
-    /// The text of the truss file that holds this truss.
+    /// The truss as the text of a truss file.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string(&RawTruss::from(self.clone()));
-        text.expect("plain numbers and string keys serialise") + "\n"
+        text.expect("numbers with string keys can be written as JSON") + "\n"
     }
 }
 
-/// The noun by which registries and messages call a lattice.
+/// The noun for a lattice in messages and in the registry.
 const LATTICE: &str = "lattice";
 
 impl Registry {

@@ -39,7 +39,7 @@ impl<R: Real, const D: usize> State<R, D> {
 }
 
 impl<R, const D: usize> State<R, D> {
-    /// The state of nodes at these positions (m) with these velocities (m/s).
+    /// The state of nodes with the given positions (m) and velocities (m/s).
     pub fn new<P: Into<Vector<R, D>>, V: Into<Vector<R, D>>>(
         x: impl IntoIterator<Item = P>,
         v: impl IntoIterator<Item = V>,
@@ -52,8 +52,8 @@ impl<R, const D: usize> State<R, D> {
 }
 
 impl<R: Copy, const D: usize> State<R, D> {
-    /// The state as a flat list of numbers in the order of a rollout. First come the components of the positions as
-    /// columns (see [`columns`]), then the components of the velocities.
+    /// The state as a flat list of numbers, in the order in which rollouts store it. First come the components of the
+    /// positions as columns (see [`columns`]), then the components of the velocities.
     pub fn to_columns(&self) -> Vec<R> {
         [columns(&self.x), columns(&self.v)].concat()
     }
@@ -68,7 +68,7 @@ impl<R: Copy, const D: usize> State<R, D> {
         }
     }
 
-    /// This state with `f` applied to every number.
+    /// A copy of the state with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> State<S, D> {
         State {
             x: self.x.iter().map(|x| x.map(&f)).collect(),

@@ -108,12 +108,13 @@ impl<const D: usize> Lattice<D> {
             .map(|most| most.max(0.0))
     }
 
-    /// The width of the lattice plus half a spacing on either side, in metres.
+    /// The width of the lattice with half a spacing added on either side, in metres.
     pub fn width(&self) -> f64 {
         (self.extent().forward() + 1.0) * self.spacing
     }
 
-    /// The width or the height of the lattice, whichever is larger, plus half a spacing on either side, in metres.
+    /// The width or the height of the lattice, whichever is larger, with half a spacing added on either side, in
+    /// metres.
     pub fn side(&self) -> f64 {
         (self.extent().largest() + 1.0) * self.spacing
     }

@@ -13,7 +13,7 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
-/// A stroke that is multiplied by this factor ends beyond the stop, although lengths are rounded.
+/// A factor slightly above 1. A stroke multiplied by this factor ends beyond the stop in spite of rounding errors.
 const BEYOND: f64 = 1.0 + 1e-9;
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
@@ -29,8 +29,8 @@ pub struct Bar<R> {
     pub rest_length: R,
     /// Stiffness of the bar, N/m, which its materials determine; almost 0 for a void edge.
     pub stiffness: R,
-    /// Strain of the target length at full activation: the largest strain of the actuator material times its share in
-    /// the bar; 0 for a passive bar. It does not depend on the activation, which only changes `target`.
+    /// Strain of the target length at full activation: the largest strain of the actuator material, times the share of
+    /// that material in the bar. It is 0 for a passive bar and does not depend on the activation.
     pub strain: R,
 }
 
@@ -133,9 +133,9 @@ pub trait BarForce: Law {
     }
 }
 
-/// The kernel of a law along bars. It computes the impulse (N s) that the bar of an edge gives to the first node of the
-/// edge during a step. The inputs are the vector along the edge (m), the activation, the stiffness (N/m), the rest
-/// length (m) and the strain at full activation. The uniform inputs are the law's settings.
+/// The kernel of a law along bars. It computes the impulse (N s) that an edge's bar gives to the first node of the edge
+/// during a step. The inputs are the vector along the edge (m), the activation, the stiffness (N/m), the rest length
+/// (m) and the strain at full activation. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
 pub struct Tension<L> {
     /// The law.
@@ -210,7 +210,7 @@ impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
 pub(crate) struct OnBars<L>(pub(crate) L);
 
 impl<L: BarForce> OnBars<L> {
-    /// Describes the bar of an edge in a pose, as the law sees it.
+    /// Makes the numbers of an edge's bar in a pose that the tension may depend on.
     fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
         let given = [
@@ -223,8 +223,8 @@ impl<L: BarForce> OnBars<L> {
         Bar::new(&between, length, true, given)
     }
 
-    /// The derivative of the tension with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise
-    /// with respect to the length (N/m).
+    /// A derivative of the tension: with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise with
+    /// respect to the length (N/m).
     fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
         let constant = Dual::<f64, 1>::constant;
         let mut moving = Bar {
@@ -244,8 +244,7 @@ impl<L: BarForce> OnBars<L> {
         L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// A bar whose target is its rest length and whose stroke is `off` (m). Its length differs from the rest length by
-    /// slightly more than the stroke.
+    /// A bar whose target is its rest length. The bar is longer than that by slightly more than its stroke `off` (m).
     fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
         Bar {
             length: rest_length + off * BEYOND,
@@ -335,9 +334,8 @@ impl<L: BarForce> Force for OnBars<L> {
         edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
     }
 
-    /// Uses the stiffness that each bar has when it is slightly longer or shorter than its own actuator can set, so
-    /// that the stiffness of stops is included. A stiffening bar that other forces stretch even further is stiffer than
-    /// that.
+    /// Adds the stiffness of each bar at a length just outside the range of its actuator, so that the stiffness of
+    /// stops is included. A stiffening bar that other forces stretch even further would be stiffer.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);

@@ -24,7 +24,7 @@ use crate::settings::Settings;
 const IN_LINE: f64 = 0.99;
 /// A stiffness, N/m, that keeps the angular stiffness of a pair finite if both edges have stiffness 0.
 const LEAST_STIFFNESS: f64 = 1e-12;
-/// The number of arrays of impulses that the kernel [`Total`] adds to a sum. Each array has the impulses of all pairs
+/// The number of arrays of impulses that the kernel [`Total`] adds to a sum. Each array holds the impulses of the pairs
 /// of one [shape](Pair::shape).
 const AT_ONCE: usize = 4;
 
@@ -37,7 +37,7 @@ pub(crate) struct Bending {
 
 impl Settings for Bending {
     fn about(&self) -> &'static str {
-        "Bars in line resist bending at the node between them."
+        "Bars that continue straight through a node resist bending there."
     }
 }
 
@@ -82,7 +82,7 @@ pub(super) struct Bend {
 pub(super) struct Line<R, const D: usize = 2> {
     /// Positions of the three nodes, m.
     pub(super) nodes: [Vector<R, D>; 3],
-    /// Stiffness of the first edge; `second` is that of the second edge, N/m.
+    /// Stiffness of the first edge, N/m. The field `second` is the stiffness of the second edge.
     pub(super) first: R,
     pub(super) second: R,
 }
@@ -108,7 +108,8 @@ impl<R: Copy> Line<R> {
 }
 
 impl<R: Real, const D: usize> Line<R, D> {
-    /// The unit vector along the edge that begins at node `from`, and 1 / length of that edge, with this softening (m^2).
+    /// The direction of the edge that begins at node `from`, as a unit vector, and 1 / length of that edge. `softening`
+    /// is in m^2.
     #[inline(always)]
     fn edge(&self, from: usize, softening: f64) -> (Vector<R, D>, R) {
         let edge = self.nodes[from + 1] - self.nodes[from];
@@ -195,7 +196,7 @@ impl Pair {
     }
 }
 
-/// The force on a lattice whose bars resist bending: all pairs of edges, with their setting.
+/// The force of bars that resist bending, on one lattice: all pairs of edges, with the setting of the law.
 #[derive(Clone, Debug)]
 struct BentBars {
     /// Radius of gyration of a bar's section, m.
@@ -227,8 +228,8 @@ impl BentBars {
         }
     }
 
-    /// Adds one component of the impulses to `sum`, for the nodes that have this role (0 first, 1 middle, 2 last) in a
-    /// pair. `pull` has a number for each pair; `sum` and the result have a number for each node.
+    /// Adds one component of the impulses to `sum`: the impulses on the nodes that have the role `role` in a pair (0
+    /// first, 1 middle, 2 last). `pull` has a number for each pair. `sum` and the result have a number for each node.
     fn add(&self, p: &mut AnyProgram, sum: Array, role: usize, pull: Array) -> Array {
         let nodes = sum.len();
         let mut pair = 0;
@@ -313,8 +314,8 @@ impl Force for BentBars {
         Some(self.pairs.iter().map(energy).sum())
     }
 
-    /// Each pair adds the matrix `c g g^T`. Here `c` is its angular stiffness, and `g . u` is the angle between its
-    /// edges if displacements `u` move its three nodes.
+    /// Adds the matrix `c g g^T` for each pair. Here `c` is the angular stiffness of the pair, and `g . u` is the
+    /// change of the angle between its edges if displacements `u` move its three nodes.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for pair in &self.pairs {
             let [before, middle, after] = pair.nodes;

@@ -55,7 +55,7 @@ fn contacts() -> [Box<dyn AnyContact>; 3] {
     ]
 }
 
-/// The forces of this crate. Scenes choose them by name.
+/// The force laws of this crate. Scenes choose them by name.
 fn forces() -> [Box<dyn AnyForce>; 2] {
     [
         Box::new(OnBars(Damper::default())),
@@ -63,7 +63,7 @@ fn forces() -> [Box<dyn AnyForce>; 2] {
     ]
 }
 
-/// The noun that messages use for a law.
+/// The noun for a law in messages.
 pub(crate) const LAW: &str = "law";
 
 /// The names of the laws of this crate.
@@ -101,8 +101,8 @@ impl Registry {
         forces().into_iter().chain(added)
     }
 
-    /// The instruction in messages for choosing a law, such as `set physics.contact = "coulomb"`; `None` for an unknown
-    /// law.
+    /// The instruction for choosing a law, for messages; such as `set physics.contact = "coulomb"`. `None` for an
+    /// unknown law.
     pub(crate) fn choosing(&self, law: &str) -> Option<String> {
         if self.contacts().any(|contact| contact.name() == law) {
             return Some(format!("set physics.contact = {law:?}"));
@@ -234,13 +234,13 @@ impl Serialize for ContactLaw {
     }
 }
 
-/// The words of a message about an unknown law, between the wrong name and the known names.
+/// The middle part of the message about an unknown law. The wrong name stands before it, the known names after it.
 const NO_LAW: &str = "names an unknown law:";
 
 impl SettingValue for ContactLaw {
     fn allowed(&self, _: &Limits) -> String {
         let names = quoted(self.registry.contacts().map(|law| law.name()), " or ");
-        format!("{names}; any other law needs the program that adds it")
+        format!("{names}; any other law needs a program that adds it")
     }
 
     fn json(&self) -> serde_json::Value {
@@ -276,7 +276,7 @@ impl ForceLaws {
             .find(|force| force.name() == name)
     }
 
-    /// The law of the type `L` with its settings; `None` if it is not among these laws.
+    /// The law of the type `L` with its settings; `None` if the scene has not chosen it.
     pub fn along_bars<L: BarForce>(&self) -> Option<L> {
         let mut laws = self.laws().map(AnyForce::any);
         let law: &OnBars<L> = laws.find_map(|law| law.downcast_ref())?;
@@ -289,7 +289,7 @@ impl ForceLaws {
         self.laws().map(about).collect()
     }
 
-    /// A copy of these laws without the law of this name.
+    /// A copy of the chosen laws without the law `name`.
     #[must_use]
     pub fn without(&self, name: &str) -> Self {
         let mut others = self.clone();
@@ -306,7 +306,7 @@ impl ForceLaws {
         laws.map(|force| (force.name(), force.settings()))
     }
 
-    /// Replaces these laws by the laws of files, with the settings of the files.
+    /// Replaces the chosen laws by the laws in `files`, with the settings that the files state.
     ///
     /// # Errors
     /// A message about a law that is unknown or occurs twice, or about a wrong setting.
@@ -381,7 +381,7 @@ impl SettingValue for ForceLaws {
             match (self.law_of(name), &mut lacking) {
                 (Some(law), _) => {
                     if laws.iter().any(|other| other.name() == law.name()) {
-                        return Err(misfit(entry, "must name each force once, but has twice:"));
+                        return Err(misfit(entry, "names a force twice:"));
                     }
                     laws.push(law);
                 }

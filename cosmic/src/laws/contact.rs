@@ -113,8 +113,8 @@ pub trait Contact: Law {
     }
 }
 
-/// Defines the adjoints of a law as the generated functions; used inside an `impl` of [`Contact`]. The argument is `_`
-/// for a law without settings, and `settings, settings` for a law with settings.
+/// Defines the methods of an `impl` of [`Contact`] that call the generated adjoints of the law. The argument is `_` for
+/// a law without settings, and `settings, settings` for a law with settings.
 macro_rules! emitted_adjoints {
     ($settings:pat $(, $given:ident)?) => {
         #[inline(always)]
@@ -220,7 +220,7 @@ impl Underfoot for Terrain {
 /// components of the velocity that gravity adds (m/s), then the law's settings.
 #[derive(Clone, Debug)]
 pub struct Flying<C, G = Flat> {
-    /// The numbers of the push and of the drift.
+    /// The numbers that determine the push and the drift.
     pub flight: Flight,
     /// The contact law.
     pub contact: C,
@@ -287,7 +287,7 @@ impl<C: Contact, G: Underfoot> UniformKernel<4, 4> for Drifting<C, G> {
     }
 }
 
-/// A [`Contact`] as a trait object.
+/// A [`Contact`] as a trait object, for use without knowing its type.
 pub(crate) trait AnyContact: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn has_ground(&self) -> bool;

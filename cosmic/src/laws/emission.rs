@@ -31,7 +31,7 @@ use super::stiffening::Stiffening;
 use super::sticking::Sticking;
 ";
 
-/// The names that the uniform inputs of a contact kernel have in the generated code: both components of gravity, then
+/// The expressions for the uniform inputs of a contact kernel in the generated code: both components of gravity, then
 /// one setting of the contact law.
 const UNIFORMS: [&str; 3] = ["uniforms[0]", "uniforms[1]", "uniforms[2]"];
 

@@ -78,7 +78,7 @@ impl<'a, const D: usize> Pose<'a, D> {
 /// The force that a part of a law, such as one spring, exerts on one node.
 #[derive(Clone, Debug)]
 pub struct Pull<const D: usize = 2> {
-    /// The name of the part as a noun phrase for messages, such as "the spring of edge 3 [1, 2]".
+    /// The name of the part as a noun phrase, such as "the spring of edge 3 [1, 2]". Messages contain it.
     pub part: String,
     /// The force, N, in the ground's frame.
     pub force: Vector<f64, D>,
@@ -99,7 +99,7 @@ pub struct Given<A> {
 /// Most forces act on [every node](super::NodeForce) or along [every bar](super::BarForce). Any other force implements
 /// this trait; `laws/bending.rs` is an example.
 pub trait Force: Debug + Send + Sync {
-    /// The arrays of constant numbers that this force needs. [`record`](Force::record) gets them as
+    /// The arrays of constant numbers that this force needs in a step. [`record`](Force::record) gets them as
     /// [`Given::constants`].
     fn constants(&self) -> Vec<Vec<f64>> {
         Vec::new()
@@ -140,8 +140,8 @@ pub trait Force: Debug + Send + Sync {
     /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
 
-    /// The stiffness of a bar under this force, N/m. `k` is the stiffness of the bar's material (N/m), and `off` is the
-    /// difference between the bar's length and its target length (m).
+    /// The stiffness of a bar under this force alone, N/m. `k` is the stiffness of the bar's material (N/m), and `off`
+    /// is the bar's length minus its target length (m).
     fn bar_stiffness(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
         0.0
     }
@@ -161,7 +161,7 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
     fn settings(&mut self) -> &mut dyn Settings;
     fn boxed(&self) -> Box<dyn AnyForce>;
     fn any(&self) -> &dyn Any;
-    /// The force of this law on the nodes of a lattice; `None` if the law has nothing to act on.
+    /// Prepares this law for a lattice. Returns the force, or `None` if the law has nothing to act on.
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
 }
 

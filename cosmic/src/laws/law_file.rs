@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::settings::{Settings, read_json};
 
-/// A law in JSON: its name, or an object that maps its name to its settings.
+/// A law in JSON. It is either its name, or an object that maps its name to its settings.
 pub(crate) struct LawFile {
     pub(super) name: String,
     settings: Entries<serde_json::Value>,
@@ -26,7 +26,7 @@ impl Serialize for LawFile {
     }
 }
 
-/// The entries of a JSON object, in the order of the file.
+/// The entries of a JSON object, in the order in which the file lists them.
 struct Entries<T>(Vec<(String, T)>);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Entries<T> {
@@ -99,7 +99,7 @@ impl<'de> Deserialize<'de> for LawFile {
 }
 
 impl LawFile {
-    /// Describes a law with this name and these settings.
+    /// Makes the JSON form of a law with this name and these settings.
     pub(super) fn new(name: &str, settings: &mut dyn Settings) -> Self {
         let fields = settings.fields().into_iter();
         let settings = fields.map(|field| (field.key.to_owned(), field.value.json()));

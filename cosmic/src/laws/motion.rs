@@ -1,4 +1,5 @@
-//! The motion of a node: a push that changes its velocity, then a drift during which it may meet the ground.
+//! The motion of a node in a step: a push changes its velocity, then a drift changes its position. During the drift,
+//! the node may meet the ground.
 
 use autodiff::Real;
 
@@ -62,12 +63,12 @@ impl Drift {
     }
 }
 
-/// The numbers of a step of a node: of the push that changes its velocity, and of the drift after the push.
+/// The numbers that determine one step of a node: the push, which changes its velocity, and the drift after it.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
     /// The drift after the push.
     pub drift: Drift,
-    /// The factor `exp(-damping h)` by which damping reduces a velocity in a substep of length `h`.
+    /// The factor `exp(-damping h)`, by which damping multiplies a velocity in a substep of length `h`.
     pub decay: f64,
 }
 

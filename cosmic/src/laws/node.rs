@@ -24,7 +24,7 @@ pub struct Node<R, const D: usize = 2> {
     pub v: Vector<R, D>,
     /// Mass, kg.
     pub mass: R,
-    /// The [weight](NodeForce::weight) that the law has given the node.
+    /// The [weight](NodeForce::weight) that the law has given this node.
     pub weight: R,
     /// The time, s; 0 unless the law [asks for it](NodeForce::NEEDS_TIME).
     pub time: R,
@@ -126,7 +126,7 @@ impl<L: NodeForce> OnNodes<L> {
         }
     }
 
-    /// The derivative of the force if the position changes at the rate `dx` and the velocity changes at the rate `dv`.
+    /// The rate at which the force changes if the position changes at the rate `dx` and the velocity at the rate `dv`.
     fn slope<const D: usize>(
         &self,
         node: Node<f64, D>,

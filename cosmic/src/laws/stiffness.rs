@@ -1,4 +1,4 @@
-//! A robot's stiffness and damping: the derivatives of its forces at a pose.
+//! The stiffness and damping of a robot: the derivatives of its forces at a pose.
 
 use crate::geometry::{Matrix, Vector};
 
@@ -28,12 +28,12 @@ pub(crate) struct BarStiffness {
     pub(crate) across: f64,
 }
 
-/// The angle between two edges over three nodes, which has an angular stiffness `c`. If displacements `u` move the
-/// nodes, the angle changes by `g . u`.
+/// The angle between two edges over three nodes, with the angular stiffness `c`. If displacements `u` move the nodes,
+/// the angle changes by `g . u`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle<const D: usize = 2> {
     pub(crate) nodes: [usize; 3],
-    /// For each of the three nodes, its part of the vector `g`, times the square root of `c`.
+    /// For each of the three nodes: its vector in `g`, multiplied by the square root of `c`.
     pub(crate) by: [Vector<f64, D>; 3],
 }
 

@@ -13,8 +13,8 @@ crate::settings! {
         /// Strain of a bar at its stops, stretched or compressed. With the actuator's value of
         /// `materials.max_strain`, the stops are exactly at the ends of its range of targets.
         at: R = 0.35, allowed above(0.0, 0.99), source "beyond the paper";
-        /// Stiffness of the stops of an actuator whose largest strain is `at`. For other largest strains, the
-        /// stiffness is proportional to the strain.
+        /// Stiffness of the stops of an actuator with the largest strain `at`. For an actuator with another largest
+        /// strain, the stiffness is in proportion to that strain.
         stiffness: R = 400.0, allowed within(0.0, 1e6), unit "N/m", source "that of skeleton";
     }
 }
@@ -45,7 +45,7 @@ impl BarForce for Stops {
 }
 
 impl<R: Real> Stops<R> {
-    /// The largest and the smallest length at which the bar does not yet touch a stop.
+    /// The largest and the smallest length at which the bar does not touch a stop.
     #[inline(always)]
     fn ends(&self, rest_length: R) -> (R, R) {
         let [longest, shortest] = [R::one() + self.at, R::one() - self.at];

@@ -26,8 +26,8 @@ struct Segment {
     end: f64,
 }
 
-/// A point whose distance from a line is at most this share of its distance from the corner before it counts as being
-/// on the line.
+/// A point counts as on a line if its distance from the line is at most this share of its distance from the corner
+/// before it.
 const ON_LINE: f64 = 1e-12;
 
 impl Terrain {
@@ -59,8 +59,8 @@ impl Terrain {
         Some(Self { segments })
     }
 
-    /// Finds the first segment that a node meets on its way. Ignores the segment with the number `but`. The result has
-    /// no derivative.
+    /// Finds the first segment of the terrain that a node meets on its way. Ignores segment number `but`. The result
+    /// has no derivative.
     #[inline(always)]
     pub(super) fn meet<R: Real, const D: usize>(&self, way: &Way<R, D>, but: R) -> Meeting<R> {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
@@ -98,9 +98,11 @@ impl Terrain {
 }
 
 /// The time of impact may be earlier than the node's stay over the segment, by at most this fraction of the remaining
-/// time. A node that slides into a corner meets the other side of the corner at the moment when its stay over that side
-/// begins. Without the slack, rounding would decide which of these two times is used. With the slack, it is always the
-/// time of the impact, which has a derivative, and not the beginning of the stay, which has none.
+/// time.
+///
+/// When a node slides into a corner, it meets the other side of the corner at the moment when its stay over that side
+/// begins. Without the slack, rounding would decide which of the two times is used. With the slack, the time of the
+/// impact is always used, which has a derivative. The beginning of the stay has none.
 const SLACK: f64 = 1e-3;
 
 /// The smallest speed along the ground with which the search calculates, m/s: a slower node is treated as if it had
@@ -114,7 +116,7 @@ impl Segment {
     }
 }
 
-/// The rest of a node's drift: the node, and the time that it still has to move.
+/// The rest of a node's drift: the node, and the time for which it still moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way<R, const D: usize = 2> {
     pub(super) node: Particle<R, D>,
@@ -122,7 +124,8 @@ pub(super) struct Way<R, const D: usize = 2> {
     pub(super) left: R,
 }
 
-/// The result of a search: the segment that a node meets, if any, and bounds on the time of impact.
+/// The result of a search for the segment that a node meets: the segment, if there is one, and bounds on the time of
+/// impact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<R: Real> {
     /// False if the node meets no segment.
@@ -148,7 +151,7 @@ impl<R: Real> Meeting<R> {
     }
 
     /// Removes the derivatives of the search. A small change of the path does not change which segment the node meets,
-    /// except at corners. So only the impact itself needs derivatives, and the adjoint does not contain the search.
+    /// except at corners. So only the impact needs derivatives, and the adjoint does not contain the search.
     #[inline(always)]
     fn detached(self) -> Self {
         Self {
@@ -160,9 +163,9 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// Returns the node at the impact, and the remaining time. The velocity has components along the segment and out of
-    /// it. If the node meets no segment, returns the node at the end of its way. The derivative of the time of impact
-    /// is 0 at the bounds of that time (D9).
+    /// Returns the node at the impact, and the time that remains then. The velocity has components along the segment
+    /// and out of it. If the node meets no segment, returns the node at the end of its way. The derivative of the time
+    /// of impact is 0 at the bounds of that time (D9).
     #[inline(always)]
     pub(super) fn reached<const D: usize>(&self, way: &Way<R, D>) -> Way<R, D> {
         let Particle { x, v } = way.node;
@@ -186,5 +189,5 @@ impl<R: Real> Meeting<R> {
     }
 }
 
-/// The number that means "no segment".
+/// The segment number for "no segment".
 pub(super) const NONE: f64 = -1.0;

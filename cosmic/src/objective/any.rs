@@ -1,4 +1,4 @@
-//! Losses that are called through a pointer, and the choice of a loss by its name in a scene.
+//! Losses behind a pointer (trait objects), and the choice of a loss by its name in a scene.
 //!
 //! An optimisation evaluates its loss in four number types, a gradient check in a fifth. If the loss is behind a
 //! pointer, the user's crate compiles only the loss for these types, and this crate compiles the simulator. So the
@@ -13,7 +13,7 @@ use crate::registry::Registry;
 use crate::scene::{Chosen, Scene};
 use crate::simulator::Trajectory;
 
-/// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be called through a pointer.
+/// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be a trait object.
 pub trait LossOf<R> {
     /// Computes the loss of a trajectory.
     fn loss_of(&self, trajectory: &Trajectory<R>) -> R;
@@ -25,7 +25,7 @@ impl<L: Loss, R: Real> LossOf<R> for L {
     }
 }
 
-/// A [`Loss`] that can be called through a pointer, with each of the five number types that this crate uses.
+/// A [`Loss`] as a trait object. It can be computed in each of the five number types that this crate uses.
 pub trait AnyLoss:
     Loss + LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + LossOf<Dual<f64, 1>>
 {
@@ -45,7 +45,7 @@ impl Registry {
     }
 }
 
-/// The loss that a scene names, or else the loss of the scene's task.
+/// The loss that a scene names; if it names none, the loss of the scene's task.
 pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
     let own = scene.objective.own_loss.item::<Arc<dyn AnyLoss>>();
     own.cloned().unwrap_or_else(|| {

@@ -45,7 +45,7 @@ impl AugmentedLagrangian {
         })
     }
 
-    /// The sum of the terms that the augmented objective adds to the loss, for these measures and their thresholds.
+    /// The sum of the terms that the augmented objective adds to the loss, given the measures and their thresholds.
     pub fn terms<R: Real>(&self, measures: &Measures<R>, thresholds: &[f64; 4]) -> R {
         self.objective(R::zero(), violations(measures.constrained(), thresholds))
     }

@@ -14,7 +14,7 @@ use crate::simulator::Trajectory;
 pub struct Displacement {
     /// The ground along which the position is measured.
     pub ground: Ground,
-    /// The settings that choose the states that the loss reads.
+    /// The settings that decide at which states the loss reads the position.
     pub settings: LossSettings,
 }
 

@@ -44,7 +44,7 @@ fn shortfall<R: Real>(m: &Mixture<R>) -> R {
     R::one() - R::dot(&m.0, &m.0).sqrt()
 }
 
-/// The product of two shares, divided by the sum of their mean and `delta`.
+/// `a b / (mean + delta)`, where `mean` is the mean of the shares `a` and `b`.
 fn overlap<R: Real>(a: R, b: R, delta: f64) -> R {
     a * b / (R::lit(0.5) * (a + b) + R::lit(delta))
 }

@@ -16,7 +16,8 @@ use crate::simulator::Trajectory;
 pub struct Objective {
     /// The settings of the task.
     pub settings: ObjectiveSettings,
-    /// The loss of the task "far". It also has the ground and the settings that choose the states of the other losses.
+    /// The loss of the task "far". It also has the ground, and the settings that decide which states all of these
+    /// losses read.
     pub far: Displacement,
     /// The damping rate, in 1/s.
     pub damping: f64,
@@ -25,7 +26,7 @@ pub struct Objective {
 }
 
 impl Objective {
-    /// Makes the loss from these sections of a scene.
+    /// Makes the loss from three sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,
@@ -73,7 +74,7 @@ impl Objective {
         R::sum_of(&weighed) * R::lit(self.damping * self.dt)
     }
 
-    /// The mean of the values of `of` after the numbers of steps that the loss reads.
+    /// The mean of `of` over the numbers of steps after which the loss reads a state.
     fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(usize) -> R) -> R {
         let observed = self.observed(trajectory.last_step());
         let values: Vec<R> = observed.iter().map(|&step| of(step)).collect();

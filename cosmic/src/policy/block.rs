@@ -42,7 +42,7 @@ impl Shape {
     }
 }
 
-/// The role of a block. It decides which initial numbers the block gets.
+/// The role of a block. It decides how the initial numbers of the block are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
     /// Weights. They start with random numbers between plus and minus `gain sqrt(6 / (rows + columns))`. The weights of
@@ -124,7 +124,11 @@ impl<R> Controller<R> {
 
     pub(super) fn of_parts(layout: Arc<[Part]>, numbers: Vec<R>) -> Self {
         let len: usize = layout.iter().map(|part| part.shape.len()).sum();
-        assert_eq!(numbers.len(), len, "the blocks need this many numbers");
+        assert_eq!(
+            numbers.len(),
+            len,
+            "there must be one number for each entry of the blocks"
+        );
         Self { layout, numbers }
     }
 
@@ -174,7 +178,7 @@ impl<R> Controller<R> {
 }
 
 impl<R: Copy> Controller<R> {
-    /// This controller with `f` applied to every number.
+    /// A copy of the controller with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
         Controller {
             layout: Arc::clone(&self.layout),

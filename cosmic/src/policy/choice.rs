@@ -32,7 +32,7 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     }
 }
 
-/// The blocks that the chosen policy declares for a robot with these numbers of nodes and edges.
+/// The blocks that the chosen policy declares for a robot with `nodes` nodes and `edges` edges.
 pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> Vec<Block> {
     of_settings(settings).parameters(&Sizes {
         nodes,

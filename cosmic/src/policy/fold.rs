@@ -7,15 +7,16 @@ use super::sensing::{Sight, phases};
 use crate::geometry::{Ground, Vector};
 use crate::scene::{ControllerSettings, Senses};
 
-/// How the first layer gets the mean position of the nodes, and the presence of each node.
+/// How a folded layer takes the mean position and the presence of the nodes into account.
 #[derive(Clone, Copy, Debug)]
 pub enum Mean<'a, R> {
     /// All nodes are present. The subtraction of the mean position is folded into the weights.
     OfAll,
-    /// Each node is weighted by its presence in this list. The presences are folded into the weights too.
+    /// Each node is weighted by its presence (0 to 1) in this list. These weights are folded into the weights of the
+    /// layer too.
     Folded(&'a [R]),
-    /// The presences are an input of the step. The step weights the nodes and computes their mean; the layer reads the
-    /// results.
+    /// The presences are an input of the step. The step weights the nodes and computes their mean, and the layer reads
+    /// the weighted nodes.
     InStep,
 }
 
@@ -35,7 +36,7 @@ pub struct Fold<'a, R> {
     ground: &'a Ground,
     nodes: usize,
     sight: Sight,
-    /// Whether the folded layer has columns for positions, and whether it has columns for velocities.
+    /// Says whether the folded layer has columns for positions, and whether it has columns for velocities.
     senses: Senses,
     mean: Mean<'a, R>,
     /// For each clock, the sine of its phase: the coefficient of `cos(omega t)` in `sin(omega t + phase)`.
@@ -45,7 +46,8 @@ pub struct Fold<'a, R> {
 }
 
 impl<'a, R: Real> Fold<'a, R> {
-    /// A fold whose layer has a column for everything that `sight` observes.
+    /// The weights of a folded layer that has a column for everything that `sight` observes. No column is left out or
+    /// joined with another.
     ///
     /// # Panics
     /// If there is not one presence per node.
@@ -78,7 +80,7 @@ impl<'a, R: Real> Fold<'a, R> {
         }
     }
 
-    /// This fold without columns whose weights are always zero: the columns for positions or velocities that the policy
+    /// This fold without the columns whose weights are always zero: those for positions or velocities that the policy
     /// does not observe.
     #[must_use]
     pub(crate) fn without_constants(self) -> Self {
@@ -122,7 +124,7 @@ impl<'a, R: Real> Fold<'a, R> {
         inputs
     }
 
-    /// The two weights with which a row multiplies the goal, times the scale of the goal.
+    /// The two weights in `row` that multiply the goal's coordinates, multiplied by the scale of the goal.
     fn on_goal(&self, row: &[R]) -> Vector<R> {
         let scale = R::lit(self.settings.goal_scale);
         let goal = &row[self.settings.clocks..];
@@ -170,7 +172,7 @@ impl<'a, R: Real> Fold<'a, R> {
         })
     }
 
-    /// Multiplies the weight of each node by the presence of the node, if the presences are folded.
+    /// Multiplies the weights of a column by the presences of the nodes. Does nothing if the presences are not folded.
     fn present(&self, mut column: Vec<R>) -> Vec<R> {
         if let Mean::Folded(presence) = self.mean {
             for (weight, &presence) in column.iter_mut().zip(presence) {
@@ -180,8 +182,8 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// Converts the weights of a column of offsets from the mean position to weights of positions. `goal` is the weight
-    /// of a goal that is relative to the mean position.
+    /// Converts the weights of a column: weights of offsets from the mean position become weights of positions. `goal`
+    /// is the weight of a goal that is relative to the mean position.
     fn centred(&self, column: Vec<R>, goal: Option<R>) -> Vec<R> {
         let mut column = self.present(column);
         let mut on_mean = R::sum_of(&column);
@@ -204,8 +206,8 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// The part of the goal that does not move with the robot. For a relative goal it corrects a difference of origins:
-    /// positions are measured from a point of the ground, but the goal is measured from the world's origin.
+    /// The constant part of the goal, which does not move with the robot. For a relative goal, it corrects for
+    /// different origins: positions are measured from a point of the ground, the goal from the world's origin.
     fn constant_goal(&self) -> Vector<f64> {
         let goal = Vector::new(self.settings.goal);
         if !self.sight.follows_goal(self.settings) {

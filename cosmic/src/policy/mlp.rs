@@ -10,8 +10,8 @@ use super::step::PolicyStep;
 use crate::geometry::Ground;
 use crate::scene::ControllerSettings;
 
-/// The names of the blocks of the network, in their order: weights and biases of the hidden layer, then weights and
-/// biases of the output layer.
+/// The names of the network's blocks in order: weights and biases of the hidden layer, weights and biases of the output
+/// layer.
 pub const NETWORK: [&str; 4] = ["w1", "b1", "w2", "b2"];
 const W1: &str = NETWORK[0];
 const B1: &str = NETWORK[1];
@@ -81,8 +81,8 @@ impl<R: Real> Network<R> {
         })
     }
 
-    /// This network with its first layer [folded](Fold): the layer takes the state in the ground's frame. If `presence`
-    /// is empty, all nodes are present.
+    /// This network with a [folded](Fold) first layer, which takes the state in the ground's frame. If `presence` is
+    /// empty, all nodes are present.
     ///
     /// # Panics
     /// If the network does not fit the observation of these settings.

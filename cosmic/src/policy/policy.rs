@@ -9,7 +9,7 @@ use super::sensing::Sight;
 use super::step::PolicyStep;
 use crate::scene::ControllerSettings;
 
-/// What a policy knows of a robot when it declares its parameters.
+/// The properties of a robot that determine the parameters of its policy.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes<'a> {
     /// The number of nodes.
@@ -36,7 +36,7 @@ pub trait Policy: Debug + Send + Sync {
     /// and underscores.
     fn parameters(&self, robot: &Sizes) -> Vec<Block>;
 
-    /// What the input of [an observed layer](PolicyStep::observed_layer) contains.
+    /// What the policy observes: the content of the input of [an observed layer](PolicyStep::observed_layer).
     fn observe(&self) -> Sight {
         Sight::Robot
     }

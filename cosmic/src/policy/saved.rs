@@ -38,7 +38,7 @@ impl Numbers {
 }
 
 impl Weights {
-    /// Makes a controller with these parameters. `blocks` are the blocks that the policy declares.
+    /// Makes a controller with the saved parameters. `blocks` are the blocks that the policy declares.
     ///
     /// # Errors
     /// If a block is missing, is unknown or has the wrong shape. The message names `file`.
@@ -82,7 +82,7 @@ impl Weights {
         Ok(Controller::new(blocks, numbers))
     }
 
-    /// The number of hidden units; `None` if these parameters do not belong to a network.
+    /// The number of hidden units; `None` if the parameters do not belong to a network.
     fn hidden(&self) -> Option<usize> {
         let found = self.0.iter().find(|(name, _)| *name == HIDDEN);
         found.map(|(_, numbers)| match numbers {
@@ -91,7 +91,7 @@ impl Weights {
         })
     }
 
-    /// If these parameters belong to a network, copies its number of hidden units to `settings`.
+    /// If the parameters belong to a network, copies its number of hidden units to `settings`.
     ///
     /// # Errors
     /// If the network has no hidden units.
@@ -107,8 +107,8 @@ impl Weights {
         Ok(())
     }
 
-    /// Checks that a network with these parameters has as many hidden units as `settings` say. Parameters of another
-    /// policy always pass.
+    /// If the parameters belong to a network, checks that it has as many hidden units as `settings` state. Parameters
+    /// of any other policy pass.
     ///
     /// # Errors
     /// [`Error::Misfit`].
@@ -239,7 +239,7 @@ impl<'de> Visitor<'de> for Entries {
     }
 }
 
-/// The first entry in the file of a block. It decides whether the block is a vector or a matrix.
+/// The first entry of a block in a file. It shows whether the block is a vector or a matrix.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a number or a row of numbers")]
 enum Entry {
@@ -247,8 +247,8 @@ enum Entry {
     Row(Vec<f64>),
 }
 
-/// The key under which a snapshot stores the number of columns of the matrix `name`. The matrices `w1` and `w2` of the
-/// network have special keys, from a time when blocks had no names.
+/// The key under which a snapshot stores the number of columns of the matrix `name`. For the matrices `w1` and `w2`,
+/// this is `inputs` and `hidden`: in the first snapshots, blocks had no names.
 fn columns_key(name: &str) -> Cow<'static, str> {
     match name {
         "w1" => Cow::Borrowed("inputs"),
@@ -330,7 +330,7 @@ impl<'de> Visitor<'de> for FlatBlocks {
     }
 }
 
-/// A value in the file of a flat controller.
+/// A value in a controller whose blocks are stored as flat lists: a number of columns, or a list of numbers.
 #[derive(Deserialize)]
 #[serde(
     untagged,

@@ -28,7 +28,7 @@ impl Sight {
         settings.clocks.saturating_add(2 + robot)
     }
 
-    /// Whether an observation depends on the positions, and whether it depends on the velocities.
+    /// Says whether an observation depends on the positions, and whether it depends on the velocities.
     pub fn senses(self, settings: &ControllerSettings) -> Senses {
         match self {
             Self::Robot => settings.senses(),

@@ -15,7 +15,7 @@ pub(crate) struct Seen {
     pub(crate) nodes: Particle<Array>,
     /// The two numbers `sin(omega t)` and `cos(omega t)`.
     pub(crate) clock: Array,
-    /// How much each node belongs to the robot; `None` if all nodes belong to it.
+    /// The presence of each node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(crate) presence: Option<Array>,
 }
 
@@ -23,13 +23,13 @@ pub(crate) struct Seen {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outputs<'a> {
     pub(crate) graph: &'a Graph,
-    /// The slots of the graph whose edge has an actuator, ascending.
+    /// The slots of the edges that have an actuator, ascending.
     pub(crate) actuated: &'a [usize],
 }
 
 impl Outputs<'_> {
-    /// The edges with an actuator, in the order of their slots. In this order whole SIMD lanes of results can be moved
-    /// to slots.
+    /// The edges with an actuator, in the order of their slots. With this order, whole SIMD lanes of results can be
+    /// moved to slots.
     pub(crate) fn edges(&self) -> Vec<usize> {
         let edges = self.graph.edge_of_slot();
         let slots = self.actuated.iter();
@@ -37,24 +37,25 @@ impl Outputs<'_> {
     }
 }
 
-/// Where the numbers of one parameter of the step come from. The strings are names of blocks of the controller.
+/// The source of the numbers of one parameter of a step. The strings are names of blocks of the controller.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Given {
     /// The folded weights of a layer that reads the observation.
     Weights(&'static str),
-    /// The biases of a layer that reads the observation, plus the constant part of the observation. The names are those
-    /// of the layer's weights and biases.
+    /// The biases of a layer that reads the observation, plus the constant part of the observation. The two strings
+    /// name the layer's weights and its biases.
     Biases(&'static str, &'static str),
     /// A whole block.
     Whole(&'static str),
-    /// The rows of a block that belong to edges with an actuator. The block has one row, or one number, per edge.
+    /// Some rows of a block: the rows that belong to edges with an actuator. The block has one row, or one number, per
+    /// edge.
     OfActuators(&'static str),
-    /// A block with one number per edge. Each number is moved to the slot of its edge.
+    /// A block with one number per edge. The parameter has each number in the slot of its edge.
     OfEdges(&'static str),
 }
 
 impl Given {
-    /// Computes the numbers of this parameter from a controller.
+    /// Computes the numbers of this parameter, given a controller.
     pub(crate) fn numbers<R: Real>(
         self,
         controller: &Controller<R>,
@@ -79,9 +80,9 @@ impl Given {
     }
 }
 
-/// The observation of nodes that are weighted by their presence.
+/// An observation in which each node is weighted by its presence.
 pub(crate) struct Weighted {
-    /// The weighted offsets of the nodes from their mean, the weighted velocities, and the clock, in one array.
+    /// One array with the weighted offsets of the nodes from their mean, the weighted velocities, and the clock.
     all: Array,
     /// The weighted mean position of the nodes.
     mean: Array,
@@ -93,8 +94,8 @@ pub(crate) trait Recording {
     fn matrix(&mut self, rows: usize, columns: usize) -> Matrix;
     fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
-    /// Records the observation with weighted nodes: the positions and velocities that `senses` selects are weighted by
-    /// `presence`.
+    /// Records an observation in which the nodes are weighted by `presence`. `senses` selects whether it includes
+    /// positions, and whether it includes velocities.
     fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted;
     fn any(&mut self) -> AnyProgram<'_>;
 }
@@ -123,7 +124,7 @@ impl<R: Real> Recording for Program<R> {
     }
 }
 
-/// A program that records no operations and only declares arrays. It serves to list the parameters of a policy.
+/// A program that only declares arrays and records no operations. It is used to list the parameters of a policy.
 pub(crate) struct Declared(pub(crate) Program<f64>);
 
 impl Recording for Declared {
@@ -150,7 +151,7 @@ impl Recording for Declared {
     }
 }
 
-/// The step of a rollout, while a policy records its part of it.
+/// A step under construction, in which a policy records its part.
 pub struct PolicyStep<'a> {
     program: &'a mut dyn Recording,
     blocks: &'a [Block],
@@ -161,7 +162,7 @@ pub struct PolicyStep<'a> {
     outputs: Outputs<'a>,
     /// The arrays of the observation, once they are recorded.
     observation: Option<Vec<Array>>,
-    /// The sources of the parameters that were declared so far.
+    /// The sources of the parameters declared so far.
     given: Vec<Given>,
 }
 
@@ -260,7 +261,7 @@ impl<'a> PolicyStep<'a> {
         self.program.parameter(self.outputs.graph.slots())
     }
 
-    /// An array in the order of the activations. Every entry is the number of `x` at `index`.
+    /// An array with one entry per activation. All entries are the number at `index` of `x`.
     pub fn for_every_edge(&mut self, x: Array, index: usize) -> Array {
         let slots = self.outputs.graph.slots();
         self.program().gather(x, &vec![Some(index); slots])
@@ -271,8 +272,7 @@ impl<'a> PolicyStep<'a> {
         self.program.any()
     }
 
-    /// Records the observation when it is called for the first time. Returns the arrays that the columns of [`Fold`]
-    /// read.
+    /// Records the observation on the first call. Returns the arrays that are the inputs of a layer folded by [`Fold`].
     fn observation(&mut self) -> Vec<Array> {
         if let Some(observation) = &self.observation {
             return observation.clone();

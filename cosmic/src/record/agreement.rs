@@ -12,12 +12,13 @@ use crate::scene::Scene;
 use crate::simulator::Span;
 use std::path::Path;
 
-/// The largest difference that rounding may cause between two results.
+/// The largest difference between two results that rounding can explain.
 const ROUNDING: f64 = 1e-9;
 
-/// Two rollouts belong to the same robot if, at the second state of a trajectory file, no node differs by more than
-/// this distance, as a share of the lattice's spacing. Platforms and versions of the program round differently, but in
-/// so few steps the difference stays below this distance. Robots of different seeds are farther apart.
+/// A distance, as a share of the lattice's spacing. If, at the second state of a trajectory file, any node of two
+/// rollouts differs by more than this distance, the rollouts belong to different robots. Platforms and versions of the
+/// program round differently, but in so few steps the difference stays below this distance. Robots of different seeds
+/// are farther apart.
 const APART: f64 = 1e-6;
 
 /// Checks that the files of a finished run belong together.
@@ -35,7 +36,7 @@ pub fn check_one_run(
     check_motion(folder, scene, design, trajectory)
 }
 
-/// The error for a file that contradicts the other files.
+/// The error for a file that contradicts the other files of a run.
 fn differs(folder: &Path, name: &str, what: &str) -> Error {
     let file = folder.join(name).display().to_string();
     Error::Usage(format!(
@@ -43,7 +44,7 @@ fn differs(folder: &Path, name: &str, what: &str) -> Error {
     ))
 }
 
-/// Does those checks of [`check_one_run`] that need no simulation: the volumes and the displacement.
+/// Does those checks of [`check_one_run`] that need no simulation: it compares the volumes and the displacement.
 ///
 /// # Errors
 /// Like [`check_one_run`].
@@ -98,8 +99,9 @@ fn check_motion(
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| a.distance(*b));
     if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {
-        let what =
-            format!("after {step} steps, the robot is not where a simulation of {DESIGN} puts it");
+        let what = format!(
+            "after {step} steps, the robot's position differs from a simulation of {DESIGN}"
+        );
         return Err(differs(folder, TRAJECTORY, &what));
     }
     Ok(())

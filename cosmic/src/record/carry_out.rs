@@ -56,14 +56,13 @@ pub fn optimise_with(
     let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
     if !is_of_plan || progress.own_loss != first.own_loss {
         return Err(Error::Usage(
-            "the optimisation and its progress do not belong to the plan; they must have its scene and seed, and \
-            the same loss".into(),
+            "the scene, the seed and the loss of the optimisation and of its progress must be those of the plan".into(),
         ));
     }
     progress.fits(&first, "the initial progress")?;
     if progress.iteration != progress.before_first() {
         return Err(Error::Usage(format!(
-            "the initial progress must have no iterations done, found {}; to continue a run, use `resume_with`",
+            "the initial progress must be at iteration 0, but {} iterations are done; to continue a run, use `resume_with`",
             progress.iteration - progress.before_first()
         )));
     }
@@ -93,7 +92,7 @@ pub fn resume_with(
     resume_if(folder, &registry, |_| Ok(()), Some(codesign), observer)
 }
 
-/// Like [`resume`], but only if the run in the folder has this plan.
+/// Like [`resume`], but only if the run in the folder has the plan `plan`.
 ///
 /// # Errors
 /// Like [`resume`]; [`Error::Usage`] if the folder holds an unfinished run of another plan, which is left unchanged.
@@ -128,9 +127,9 @@ fn resume_if(
     multistart::search(lock, &snapshot.plan, observer)
 }
 
-/// Delivers the current robot of an unfinished run into a new or empty folder. The run itself does not change. An
-/// earlier delivery of this run in the folder is overwritten. For a run with the caller's loss, `codesign` must have
-/// that loss.
+/// Writes the result of an unfinished run for its current robot into the folder `into`, which is new, empty, or holds
+/// an earlier result of this run. An earlier result is overwritten; the run itself does not change. For a run with the
+/// caller's loss, `codesign` must have that loss.
 ///
 /// # Errors
 /// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and if `into` holds anything
@@ -150,7 +149,7 @@ pub fn deliver_so_far(
     };
     let done = progress.iteration - progress.before_first();
     let Some(done) = NonZeroUsize::new(done) else {
-        return refused("the run has not done any iteration yet; there is nothing to deliver");
+        return refused("the run has not done any iteration yet, so there is no robot to deliver");
     };
     let codesign = codesign.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
     // All checks come before the first write.
@@ -164,8 +163,8 @@ pub fn deliver_so_far(
     Run::open(lock, copy, Some(codesign))?.finish(&mut ())
 }
 
-/// Locks `into`, which must be new, empty, or an earlier delivery of the run. Removes the summary of the earlier
-/// delivery, so that the folder counts as an unfinished run until the new summary is written.
+/// Locks the folder `into`, which must be new, empty, or hold an earlier delivery of the run. Removes the summary of
+/// the earlier delivery. The folder then counts as an unfinished run until the new summary is written.
 fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     if !is_earlier_delivery(into, run) {
         return begin(into);
@@ -178,8 +177,8 @@ fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     }
 }
 
-/// True if the history in `into` is the beginning of the run's history. The lines of a history contain wall times, so
-/// the histories of two runs are never equal.
+/// True if `into` holds an earlier delivery of the run: its history is the beginning of the run's history. The lines of
+/// a history contain wall times, so the histories of two runs are never equal.
 fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
     let own = |folder: &Path| folder.canonicalize().ok();
     if own(into) == own(run) {

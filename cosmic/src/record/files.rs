@@ -72,7 +72,7 @@ fn is_temporary(name: &OsStr) -> bool {
     name != LOCK && name.to_string_lossy().starts_with(TEMPORARY)
 }
 
-/// True if a folder holds any file other than a lock and the temporary files of killed processes.
+/// True if a folder contains any files other than the lock and temporary files that killed processes left.
 ///
 /// # Errors
 /// The error of the operating system if the folder cannot be listed.
@@ -138,7 +138,8 @@ pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     ))
 }
 
-/// Creates a temporary file in a folder. The file is removed when it is dropped, unless it was renamed before.
+/// Creates a temporary file in a folder. The file is removed when the value is dropped, unless the file was renamed
+/// before.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY);

@@ -34,11 +34,11 @@ impl Format {
     /// One line of JSON with the keys `format` and `version` and the keys of the body.
     pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
         let text = serde_json::to_string(&Stamped { format: self, body });
-        text.expect("plain numbers and string keys serialise") + "\n"
+        text.expect("numbers with string keys can be written as JSON") + "\n"
     }
 }
 
-/// The keys `format` and `version`, as they are read from a file.
+/// The keys `format` and `version` of a file that is being read.
 #[derive(Deserialize)]
 struct Stamp {
     format: String,
@@ -54,7 +54,8 @@ pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format
     parse_stamped(path, 0, bytes, format)
 }
 
-/// Like [`parse_json`], for a part of a file that begins after `lines` lines, so that errors name the right line.
+/// Like [`parse_json`], for the part of a file that begins after `lines` lines. Errors name the line within the whole
+/// file.
 pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
     path: &Path,
     lines: usize,

@@ -60,7 +60,7 @@ impl Search {
 }
 
 impl<S> RunPlan<S> {
-    /// This plan with its scene in another form.
+    /// A copy of this plan whose scene is `scene`. The scene may have another form.
     fn with_scene<T>(&self, scene: T) -> RunPlan<T> {
         RunPlan {
             name: self.name.clone(),
@@ -114,8 +114,9 @@ impl RunPlan {
             return Ok(());
         }
         Err(Error::Usage(format!(
-            "{}: the folder holds another run (scene `{}`, seed {}) than expected (scene `{}`, seed {}, \
-             perhaps with other settings or another number of iterations); move the folder elsewhere",
+            "{}: the folder holds a run of the scene `{}` with the seed {}, but the run of the scene \
+             `{}` with the seed {} is expected (settings or the number of iterations may also differ); \
+             move the folder elsewhere",
             folder.display(),
             self.name,
             self.seed,
@@ -326,8 +327,8 @@ impl Snapshot {
             && ((entered != 0 && entered != snap_at) || entered > iteration)
         {
             return Err(Error::Usage(format!(
-                "{file}: `progress.entered` is {entered}; it must be 0, or {snap_at} (the iteration of the snap) once \
-                 that iteration is reached; this run is at {iteration}"
+                "{file}: `progress.entered` is {entered} after iteration {iteration}; it must be 0, or \
+                 {snap_at} (the iteration of the snap) if the run has reached that iteration"
             )));
         }
         Ok((plan, progress))

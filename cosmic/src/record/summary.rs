@@ -146,7 +146,7 @@ keys! {
 }
 
 impl Start {
-    /// The entry of a start. `summary` is `None` if the start was dropped or diverged.
+    /// Makes the entry of a start in the list of starts. `summary` is `None` if the start was dropped or diverged.
     pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
         Self {
             seed,
@@ -173,8 +173,8 @@ impl Summary {
         self.cells().into_iter().map(Cell::number).collect()
     }
 
-    /// The [`ratio`] of the robot's displacement without feedback to its displacement with feedback. `None` also for an
-    /// unreliable robot.
+    /// The robot's displacement without feedback divided by its displacement with feedback, as a [`ratio`]. `None` also
+    /// for an unreliable robot.
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
         ratio(self.displacement_clock_p50, whole)
@@ -262,7 +262,7 @@ impl Summary {
     }
 }
 
-/// The path of a file that a run writes at its end.
+/// The path of a file that a run writes when it ends.
 ///
 /// # Errors
 /// [`Error::Read`] for a run that is not finished, and for a folder that is not a run.
@@ -277,7 +277,7 @@ pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }
 
-/// A text that says why the run in a folder has no result, and what the user can do.
+/// Text that says why the run in a folder has no result, and what the user can do.
 fn unfinished(folder: &Path) -> String {
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
@@ -320,8 +320,7 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
         departures.push(named("start", says));
     }
     if progress.own_loss {
-        let says =
-            "robots are designed for a loss that was supplied by the program that began the run";
+        let says = "robots are designed for a loss of the program that began the run";
         departures.push(named("loss", says));
     }
     departures

@@ -1,4 +1,4 @@
-//! `trajectory.json`: the motion of the delivered robot.
+//! `trajectory.json`: the motion of the run's final robot.
 
 use super::format::Format;
 use crate::lattice::State;

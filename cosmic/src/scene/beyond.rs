@@ -91,9 +91,9 @@ settings! {
 }
 
 impl RobustSettings {
-    /// How much faster a random variation of the robot may vibrate than the nominal robot, because its edges may be
-    /// stiffer and its nodes lighter: the largest ratio of their highest frequencies. It is 1 if there are no
-    /// variations.
+    /// The largest ratio of the highest frequency of a random variation of the robot to that of the nominal robot. A
+    /// variation may vibrate faster, because its edges may be stiffer and its nodes lighter. The ratio is 1 if there
+    /// are no variations.
     pub fn faster(&self) -> f64 {
         match self.samples {
             0 => 1.0,

@@ -21,7 +21,7 @@ pub struct Builtin {
     pub text: &'static str,
 }
 
-/// The beginning of the line in which a built-in scene names its base.
+/// The beginning of the line by which a built-in scene states its base.
 const BASE_LINE: &str = "base = ";
 
 impl Builtin {
@@ -59,7 +59,7 @@ impl Base {
         BUILTIN.map(|builtin| builtin.name)
     }
 
-    /// The scene that this base names. It is its own base.
+    /// The built-in scene with the name of this base. This base is also the base of that scene.
     ///
     /// # Panics
     /// If a built-in scene is invalid; a test reads them all.
@@ -114,7 +114,7 @@ pub const BUILTIN: [Builtin; 13] = builtin![
     "large",
 ];
 
-/// The noun by which registries and messages call a scene.
+/// The noun for a scene in messages and in the registry.
 const SCENE: &str = "scene";
 
 /// The size of the largest scene file that is read, in bytes. A complete scene has about ten thousand bytes.
@@ -210,9 +210,9 @@ impl Registry {
         self.parse(&path.display().to_string(), text_of(path, bytes)?)
     }
 
-    /// The error for a setting whose value turned out to be wrong after the scene was read. It shows the place that
-    /// sets the key, with the message and the remedy. The place is in one of `settings` (in the form that
-    /// [`Scene::set`] takes), or else in the scene with this name or file. `None` if no place sets the key.
+    /// The error for a setting whose value turned out to be wrong after the scene was read. It has the message, the
+    /// remedy, and the place that sets the key: an entry of `settings` (in the form that [`Scene::set`] takes), or a
+    /// line of the scene with this name or file. `None` if the key is set nowhere.
     pub fn fault(
         &self,
         name: &str,

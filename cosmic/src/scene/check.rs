@@ -115,7 +115,7 @@ fn horizons(scene: &Scene, found: &mut Conflicts) {
     found.require(
         every <= window,
         ["loss.every", "loss.window"],
-        format!("the loss takes every {every}th step of a window of only {window} steps"),
+        format!("the loss takes every {every}th step, but its window has only {window} steps"),
     );
 }
 
@@ -170,7 +170,7 @@ fn volumes(scene: &Scene, found: &mut Conflicts) {
     found.require(
         least <= most,
         ["volume.actuator", "volume.solid"],
-        format!("the smallest share of actuators ({least}) is above the largest share of solids ({most})"),
+        format!("the smallest allowed share of actuators ({least}) is above the largest allowed share of solids ({most})"),
     );
 }
 
@@ -252,9 +252,9 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
     }
 }
 
-/// The bounds on asymptotes must ascend, and the rungs too. Only the task "far" can have a second goal: the loss of the
-/// second goal is the negated loss of the first, and a negated loss of another task would reward wasting energy or
-/// avoiding the target.
+/// The bounds on asymptotes must ascend, and so must the rungs. Only the task "far" can have a second goal: the loss
+/// for a second goal is minus the loss for the first. With other tasks, this would reward wasting energy or avoiding
+/// the target.
 fn searches(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.mma.asymin, scene.mma.asymax);
     found.require(
@@ -273,7 +273,7 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
         !scene.controller.two_goals || task == TaskKind::Far,
         ["controller.two_goals", "objective.task"],
         format!(
-            "two goals need the task far, but the task is {}",
+            "two goals need the task \"far\", but the task is \"{}\"",
             task.name()
         ),
     );

@@ -9,7 +9,7 @@ use toml::de::DeValue;
 use crate::registry::{OFF, Registry};
 use crate::settings::{Filled, Limits, SettingValue, quoted, unknown, word};
 
-/// A policy or a loss that a scene chooses by its name.
+/// The policy or the loss that a scene chooses by its name.
 #[derive(Clone)]
 pub struct Chosen {
     kind: &'static str,
@@ -19,19 +19,19 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// The noun by which registries and messages call a policy.
+    /// The noun for a policy in messages and in the registry.
     pub(crate) const POLICY: &'static str = "policy";
-    /// The noun by which registries and messages call a loss.
+    /// The noun for a loss in messages and in the registry.
     pub(crate) const LOSS: &'static str = "loss";
     /// The names of the [network](crate::policy::Mlp) and of the [open-loop clock](crate::policy::Clock).
     pub(crate) const POLICIES: [&'static str; 2] = ["mlp", "clock"];
 
-    /// A setting that chooses a policy. It starts with the paper's network.
+    /// The setting that chooses a policy. The default is the paper's network.
     pub(super) fn policy() -> Self {
         Self::of(Self::POLICY, &Self::POLICIES)
     }
 
-    /// A setting that chooses a loss. It starts with the loss of the scene's task.
+    /// The setting that chooses a loss. The default is the loss of the scene's task.
     pub(super) fn loss() -> Self {
         Self::of(Self::LOSS, &[OFF])
     }
@@ -101,7 +101,7 @@ impl PartialEq for Chosen {
 impl SettingValue for Chosen {
     fn allowed(&self, _: &Limits) -> String {
         let (kind, names) = (self.kind, quoted(self.known(), " or "));
-        format!("{names}; any other {kind} needs the program that adds it")
+        format!("{names}; any other {kind} needs a program that adds it")
     }
 
     fn json(&self) -> serde_json::Value {

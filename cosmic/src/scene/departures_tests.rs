@@ -21,9 +21,9 @@ selection.kind = 'last'
 design.one_piece = false
 ";
 
-/// For each key, the values that are no departures: the paper uses them or leaves them open, or they do not change the
-/// method. A new name among the values of a key, or a new key whose values are not numbers, must be added here or be a
-/// departure.
+/// For each key, the values that agree with the paper: the paper uses them or leaves them open, or they do not change
+/// the method. A new word that a key allows, or a new key whose values are not numbers, is listed here or is a departure
+/// from the paper.
 const PAPERS: &[(&str, &[&str])] = &[
     ("lattice.kind", &["\"rectangular\""]),
     ("lattice.file", &["\"off\""]),

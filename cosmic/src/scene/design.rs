@@ -9,15 +9,15 @@ settings! {
     struct ProjectionSettings {
         /// Sharpness of the performance projection.
         beta: f64 = 20.0, allowed above(0.0, 1e4),
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper, table 2";
         /// Sharpness of the stability projection's value.
         beta_stability: f64 = 500.0, allowed above(0.0, 1e4),
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper, table 2";
         /// Sharpness of the stability projection's straight-through derivative.
         beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4),
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper, table 2";
         /// Small number added to the mean of two shares in the overlap measures, so that they never divide zero by
         /// zero.
@@ -26,7 +26,7 @@ settings! {
         /// edge does not have in the layout "filled". A large number fixes the solid materials, so that only the
         /// topology is designed.
         hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
     }
 }
@@ -93,15 +93,15 @@ settings! {
         one_piece: bool = true, since 1 before false, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
         free_ends: bool = true, since 1,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper silent";
         /// Whether bars may cross.
         crossings: bool = true, since 1,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: true";
         /// Smallest number of nodes in the lowest row that must have a bar.
         feet: usize = 0, allowed within(0.0, 1e4), since 1,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
     }
 }

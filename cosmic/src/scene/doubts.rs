@@ -1,4 +1,4 @@
-//! Doubts: settings that can be simulated but are probably a mistake.
+//! Warnings about settings that can be simulated but are probably a mistake.
 
 use super::{ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
@@ -6,10 +6,10 @@ use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
 
-/// A remark about settings of a scene.
+/// A warning about settings of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// The settings that the remark is about. The user should change the first one.
+    /// The settings that the warning is about. The user should change the first one.
     pub settings: Vec<Setting>,
     /// The problem, in a sentence.
     pub says: String,
@@ -18,7 +18,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Makes a remark about the settings with these keys.
+    /// Makes a warning about the settings with the given keys.
     ///
     /// # Panics
     /// If the scene does not have one of the keys.
@@ -51,15 +51,15 @@ impl fmt::Display for Finding {
     }
 }
 
-/// A possible doubt: the condition under which it holds, the keys that it is about, and the problem.
+/// A possible warning: the condition under which it is given, the keys that it is about, and the problem.
 struct Doubt {
     holds: fn(&Scene) -> bool,
     keys: &'static [&'static str],
     says: &'static str,
 }
 
-/// Makes a list of possible doubts. Each has its keys, a sentence about the problem, and the condition under which it
-/// holds.
+/// Makes a list of possible warnings. Each has its keys, a sentence about the problem, and the condition under which it
+/// is given.
 macro_rules! doubts {
     ($([$($key:literal),+]: $says:literal if $holds:expr;)+) => {
         [$(Doubt { keys: &[$($key),+], says: $says, holds: $holds }),+]
@@ -97,9 +97,9 @@ const DOUBTS: &[Doubt] = &doubts! {
             let is_default = s.controller.gain == Scene::paper().controller.gain;
             nodes > 100 && !s.lattice.is_truss() && is_default
         };
-    ["controller.omega"]: "the clock stands still"
+    ["controller.omega"]: "the clock does not advance"
         if |s| s.controller.omega == 0.0;
-    ["controller.omega", "physics.dt"]: "the clock turns by half a period or more in a time step"
+    ["controller.omega", "physics.dt"]: "the clock advances by half a period or more in a time step"
         if |s| s.controller.omega * s.physics.dt >= PI;
     ["selection.perturbation"]: "all perturbed starts are equal, so medians over them are meaningless"
         if |s| s.selection.perturbation == 0.0;
@@ -138,8 +138,8 @@ fn ends_soon(scene: &Scene) -> bool {
 }
 
 impl Scene {
-    /// Remarks about valid settings that are probably a mistake, such as void that is stiffer than skeleton. Includes
-    /// changed settings that have no effect.
+    /// Warnings about valid settings that are probably a mistake, such as void that is stiffer than skeleton. Changed
+    /// settings that have no effect are included.
     pub fn doubts(&self) -> Vec<Finding> {
         let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
         in_doubt

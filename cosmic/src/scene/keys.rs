@@ -87,8 +87,8 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     })
 }
 
-/// Checks whether a key such as `physics.dt` allows `number`. If not, returns the allowed values as a phrase; `None` if
-/// it does.
+/// If the key at `path`, such as `physics.dt`, does not allow `number`, returns the allowed values as a phrase. Returns
+/// `None` if it allows the number.
 ///
 /// # Panics
 /// If no scene has the key.

@@ -89,13 +89,13 @@ settings! {
         /// Requirements on layouts.
         design: DesignSettings;
         /// Bounds on the volume fractions.
-        volume: VolumeSettings, read "with a start other than a layout" if Scene::designs;
+        volume: VolumeSettings, read "if the initial design is not a layout" if Scene::designs;
         /// What each iteration does.
         schedule: ScheduleSettings;
         /// The augmented Lagrangian and the attraction.
-        binarisation: BinarisationSettings, read "with a start other than a layout" if Scene::designs;
+        binarisation: BinarisationSettings, read "if the initial design is not a layout" if Scene::designs;
         /// The optimiser of the design vectors.
-        mma: MmaSettings, read "with a start other than a layout" if Scene::designs;
+        mma: MmaSettings, read "if the initial design is not a layout" if Scene::designs;
         /// The optimiser of the controller.
         adam: AdamSettings;
         /// Bounds on gradients.

@@ -23,20 +23,20 @@ settings! {
         horizon_mode: HorizonMode = HorizonMode::Head, source "D11";
         /// First iteration in which edges are attracted to a single material.
         attraction_from: usize = 170, allowed ITERATIONS,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: 170";
         /// Iteration of the hard snap; 0 for a "layout" start, which has no snap.
         snap_at: usize = 240, allowed ITERATIONS, source "paper: 240";
         /// Number of trials at the snap. Each trial changes the material of one of the edges with the least confidence
         /// and takes a full rollout. The best layout is kept.
         snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Number of trials in each polish after the snap. Each trial changes the material of the edge for which the
         /// gradient promises most. All trials take a short rollout, and the best quarter a full one. The best layout is
         /// kept.
         polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Iterations from one polish to the next. The first polish is right after the snap. No polish happens while
         /// the fine-tuning settles.
@@ -45,11 +45,11 @@ settings! {
             source "paper silent";
         /// Sequence of passes, which repeats: d updates the design, c the controller.
         cycle: Vec<Pass> = passes("dcdcddcdcd"), allowed within(1.0, 1e3),
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: three to two";
         /// Share of the stability projection's update in a design pass.
         stability_share: f64 = 1.0 / 3.0, allowed SHARE,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Share of the fine-tuning, at its end, that continues from the best controller and takes back updates that
         /// lose distance.
@@ -100,7 +100,7 @@ settings! {
     struct AdamSettings {
         /// Learning rate while design and controller are both updated.
         rate: f64 = 0.003, allowed within(0.0, 10.0),
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when only the controller is updated.
         fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
@@ -121,12 +121,12 @@ settings! {
     struct GradientSettings {
         /// Bound on the norm of the displacement's design gradient, or "off".
         design_norm: Option<f64> = Some(0.3), allowed POSITIVE,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Weight of the earlier design gradients in the running mean that moves the design. Each gradient is bounded
         /// before it enters the mean. 0 uses only the newest gradient.
         design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
-            read "with a start other than a layout" if Scene::designs,
+            read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,

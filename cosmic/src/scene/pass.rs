@@ -25,7 +25,7 @@ impl Pass {
     }
 }
 
-/// The passes that the letters of a cycle such as `"dcdc"` stand for; `None` if a letter is unknown.
+/// The passes that the letters of a cycle such as `"dcdc"` stand for; `None` if a letter has no meaning.
 pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
     let pass = |letter| {
         [Pass::Design, Pass::Controller]
@@ -37,7 +37,7 @@ pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
 
 impl SettingValue for Vec<Pass> {
     fn allowed(&self, limits: &Limits) -> String {
-        format!("letters d and c in quotes, their number {limits}")
+        format!("a string of the letters d and c, its length {limits}")
     }
 
     fn toml(&self) -> String {

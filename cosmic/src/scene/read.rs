@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What a file among the sources contains.
+/// The kind of content that a source has.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Settings that change another scene.
@@ -164,14 +164,14 @@ impl Lacks {
     }
 }
 
-/// Makes a source from each setting that was given with `--set`.
+/// Makes a source from each `KEY=VALUE` of the option `--set`.
 pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
     settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
-/// The error for a setting whose value turned out to be wrong after the scene was read. It shows the last place in the
-/// sources that sets `key`. `None` if no source sets it.
+/// The error for a setting whose value turned out to be wrong after the scene was read. The error points at the last
+/// place that sets `key`. `None` if no source sets it.
 pub(super) fn pointed(
     registry: &Registry,
     sources: &[SceneText],
@@ -230,7 +230,7 @@ impl<'s, 't> Reader<'s, 't> {
         reader.resolved()
     }
 
-    /// A reader that has not read anything yet. [`over`](Self::over) makes one and reads all sources.
+    /// A reader at the beginning of its sources. [`over`](Self::over) makes it and then reads all sources.
     fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
             sources,
@@ -327,7 +327,7 @@ impl<'s, 't> Reader<'s, 't> {
                 return;
             }
             if let Some(remedy) = self.scene.registry().choosing(name) {
-                let message = format!("the law `{name}` is not chosen");
+                let message = format!("the scene does not choose the law `{name}`");
                 return self.fault(span, message, remedy);
             }
             let owner = known.iter().find(|section| section.keys.contains(&name));
@@ -384,8 +384,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.fault(span, message, allowed + &point.unwrap_or_default());
     }
 
-    /// The folder of the file that was the last to set a key. If the command line set it, the folder is the working
-    /// directory.
+    /// The folder of the file that set a key last. For a key that the command line set, this is the working directory.
     fn folder(&self, key: &str) -> PathBuf {
         let file = self
             .places
@@ -448,7 +447,7 @@ pub(super) fn parsed(
     })
 }
 
-/// Finds the number with a decimal comma around the byte `comma` of a text. Returns its place, and the number written
+/// Finds the number around the decimal comma at byte `comma` of a text. Returns the place of the number, and the number
 /// with a decimal point.
 fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
     let (before, after) = text.split_at_checked(comma)?;
@@ -462,7 +461,7 @@ fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
 /// The keys that choose laws. If a law has settings, the scene has a section with the name of the law.
 const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
 
-/// The string in a value, or the strings in an array.
+/// Returns the string in a value, or all strings if the value is an array.
 fn words(value: &Spanned<DeValue>) -> Vec<String> {
     let entries = value.get_ref().as_array();
     let entries = entries.map_or(vec![value], |entries| entries.iter().collect());

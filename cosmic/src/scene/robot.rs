@@ -100,7 +100,7 @@ impl LatticeSettings {
         truss.map_or(self.drop, |truss| truss.lowest())
     }
 
-    /// These settings for a lattice with this number of nodes. For a truss, they state one row with all nodes:
+    /// A copy of the settings for a lattice with `nodes` nodes. For a truss, it states one row with all nodes:
     /// `columns` is `nodes` and `rows` is 1.
     #[must_use]
     pub(crate) fn fitted(&self, nodes: usize) -> Self {
@@ -329,7 +329,7 @@ impl ControllerSettings {
         }
     }
 
-    /// These settings with the goal on the other side of the origin.
+    /// A copy of the settings with the goal on the other side of the origin.
     pub fn turned_back(&self) -> Self {
         let [along, height] = self.goal;
         Self {

@@ -69,7 +69,7 @@ settings! {
     }
 }
 
-/// True if the scene has ground, and its profile is of one of these kinds.
+/// True if the scene has ground whose profile is of one of the given kinds.
 fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     let physics = &scene.physics;
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
@@ -79,7 +79,7 @@ fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
 pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
 
 impl GroundSettings {
-    /// The profile that these settings describe.
+    /// The profile that the settings describe.
     ///
     /// # Panics
     /// If the settings contradict one another. The reader of scenes refuses such settings.
@@ -88,7 +88,7 @@ impl GroundSettings {
         profile.unwrap_or_else(|says| panic!("the profile of the ground {says}"))
     }
 
-    /// The profile that these settings describe.
+    /// The profile that the settings describe.
     ///
     /// # Errors
     /// A sentence if the settings contradict one another.
@@ -148,7 +148,9 @@ impl From<Profile> for GroundSettings {
 
 impl SettingValue for Profile {
     fn allowed(&self, limits: &Limits) -> String {
-        format!("up to {MOST_POINTS} pairs [along, height], along increasing, each number {limits}")
+        format!(
+            "up to {MOST_POINTS} pairs [along, height] in ascending order of along, each number {limits}"
+        )
     }
 
     fn toml(&self) -> String {

@@ -106,7 +106,7 @@ fn two_goals_need_the_task_far() {
     {
         let says = of(task).unwrap_err();
         assert!(
-            says.contains(&format!("the task far, but the task is {task}")),
+            says.contains(&format!("the task \"far\", but the task is \"{task}\"")),
             "{says}"
         );
         assert!(says.contains("two:2:"), "{says}");

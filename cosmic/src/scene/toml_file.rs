@@ -50,8 +50,8 @@ impl<'t> TomlFile<'t> {
         })
     }
 
-    /// Changes a scene by the settings in the table at a path such as `trials[3].settings`. If there is no such table,
-    /// the scene stays as it is.
+    /// Changes a scene by the settings in the table at `path`, such as `trials[3].settings`. Without such a table, the
+    /// scene does not change.
     ///
     /// # Errors
     /// The errors of [`Scene::with`].

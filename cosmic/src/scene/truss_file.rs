@@ -53,7 +53,7 @@ impl TrussFile {
     /// The file name of the copy of the truss that the folder of a run holds.
     pub const COPY: &'static str = "truss.json";
 
-    /// Chooses `truss`. `path` is the path by which a scene names it.
+    /// Chooses `truss`. A scene names it by `path`.
     pub fn new(path: &str, truss: Arc<Truss>) -> Self {
         Self {
             path: path.to_owned(),

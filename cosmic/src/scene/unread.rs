@@ -3,7 +3,7 @@
 use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
-    /// The settings whose values differ from the base of the scene.
+    /// The settings whose values differ from those of the scene's base.
     pub fn changed(&self) -> Vec<Setting> {
         let base = self.base.scene().settings();
         let mut settings = self.settings();
@@ -21,8 +21,8 @@ impl Scene {
         self.changed().into_iter().filter_map(remark).collect()
     }
 
-    /// If the scene does not read the key at `path`, the condition under which the key is read, as a phrase. `None` if
-    /// the scene reads it.
+    /// Returns the condition under which scenes read the key at `path`, as a phrase, if this scene does not read it.
+    /// `None` if this scene reads the key.
     pub(super) fn when_read(&mut self, path: &str, scene: &Scene) -> Option<&'static str> {
         let (section, _) = path.split_once('.')?;
         let (when, is_read) = scene.section_is_read(section);
@@ -43,7 +43,7 @@ impl Scene {
         self.objective.own_loss.is_default()
     }
 
-    /// True if the loss depends on other states than the last one.
+    /// True if the loss depends on more states than the last one.
     pub(super) fn sees_several_states(&self) -> bool {
         self.loss.kind == LossKind::Mean || self.objective.task == TaskKind::Economy
     }

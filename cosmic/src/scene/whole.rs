@@ -13,9 +13,9 @@ use toml::de::{DeTable, DeValue};
 const BASE: &str = "base";
 
 impl Reader<'_, '_> {
-    /// Begins to read a source. If it is a whole scene, the reader starts again from the base of the scene, or from the
-    /// declared defaults if the file must be complete. Returns the version whose keys a complete file must hold; `None`
-    /// if keys may be missing.
+    /// Begins to read a source. If the source is a whole scene, the reader starts again: from the base of that scene,
+    /// or from the declared defaults if the file must be complete. Returns the version whose keys a complete file must
+    /// hold; `None` if keys may be missing.
     pub(super) fn begin(&mut self, document: &DeTable) -> Result<Option<u32>, Fault> {
         if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
             let mut stated = TOP_KEYS

@@ -141,8 +141,8 @@ macro_rules! settings {
                 Self { base, $($section: <$Settings>::default(),)+ }
             }
 
-            /// The condition under which a section is read, as a phrase, and whether this scene reads the section. The
-            /// phrase is empty if every scene reads it.
+            /// Two things about a section: the condition under which scenes read it, as a phrase, and whether this
+            /// scene does. The phrase is empty if every scene reads the section.
             fn section_is_read(&self, section: &str) -> (&'static str, bool) {
                 match section {
                     $($(stringify!($section) => {

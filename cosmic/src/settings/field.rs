@@ -20,9 +20,9 @@ pub struct Field<'a> {
     pub unit: &'static str,
     /// The source of the default: the paper, a decision (D1 to D11), or an experiment.
     pub source: &'static str,
-    /// The version of the scenes of runs in which the key appears first.
+    /// The first version of the scenes of runs that has the key.
     pub since: u32,
-    /// The value that the key has in scenes older than the key, as TOML. Empty if it is the default.
+    /// The value of the key in scenes that are older than the key, as TOML. Empty if it is the default.
     pub before: &'static str,
     /// The condition under which the key is read, as a phrase. Empty if every scene reads the key.
     pub when: &'static str,
@@ -43,7 +43,7 @@ impl Field<'_> {
     /// Reads a value written in TOML into the setting.
     ///
     /// # Errors
-    /// The part of the error message that stands between the key and the value.
+    /// The middle part of the error message, which goes between the key and the value.
     pub(crate) fn read_text(self, text: &str) -> Result<(), String> {
         let text = format!("value = {text}");
         let table = DeTable::parse(&text).ok();
@@ -55,16 +55,16 @@ impl Field<'_> {
         read.map_err(|misfit| misfit.says)
     }
 
-    /// Gives the key the value that it has in scenes older than the key. Returns false if the declaration of this value
-    /// is invalid.
+    /// Gives the key the value that it has in scenes that are older than the key. Returns false if that value cannot be
+    /// read.
     pub(crate) fn take_before(self) -> bool {
         let before = self.before;
         before.is_empty() || self.read_text(before).is_ok()
     }
 }
 
-/// Evaluates a condition on a scene. The type of the scene is a parameter, because the module of scenes comes after
-/// this module.
+/// Evaluates a condition on a scene. The scene is passed as `Any`, because the module of scenes comes after this
+/// module.
 pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> bool {
     scene.downcast_ref().is_none_or(condition)
 }

@@ -8,27 +8,27 @@ use super::value::Named;
 /// robots that are simulated together may have different numbers. [`settings!`](crate::settings!) implements this
 /// trait: the numbers of `struct Mud<R>` are its fields of type `R`.
 pub trait Inputs: Sized {
-    /// The type of these settings if their numbers have the type `R`.
+    /// The type of the settings if their numbers have the type `R`.
     type Of<R: Real>;
-    /// The number of inputs in these settings.
+    /// The number of inputs that the settings have.
     const COUNT: usize;
 
-    /// The key and the value of each input. For a setting of another section, the key names its section too:
-    /// `physics.friction`.
+    /// The key and the value of each input. If the setting belongs to another section, its key begins with that
+    /// section: `physics.friction`.
     fn inputs(&self) -> Vec<(String, f64)>;
 
-    /// These settings with `numbers` as their inputs, in the order of [`inputs`](Inputs::inputs).
+    /// A copy of the settings whose inputs are `numbers`, in the order of [`inputs`](Inputs::inputs).
     fn of<R: Real>(&self, numbers: &[R]) -> Self::Of<R>;
 
-    /// These settings with their inputs as constants of the number type `R`.
+    /// A copy of the settings whose inputs are constants of the number type `R`.
     fn constant<R: Real>(&self) -> Self::Of<R> {
         let numbers = self.inputs().into_iter();
         self.of(&numbers.map(|(_, x)| R::lit(x)).collect::<Vec<_>>())
     }
 }
 
-/// The type of a field in settings of a law. If the numbers of the settings have the type `N`, the field has the type
-/// `Out`.
+/// The type of a field in the settings of a law. `N` is the type of the settings' numbers; `Out` is then the type of
+/// the field.
 #[doc(hidden)]
 pub trait InputField<N, Out> {
     /// The number of inputs in the field; 0 for a field without inputs.
@@ -37,7 +37,7 @@ pub trait InputField<N, Out> {
     fn inputs(&self, _key: &str) -> Vec<(String, f64)> {
         Vec::new()
     }
-    /// This field with other inputs. They are taken from the front of `numbers`.
+    /// This field with new inputs, which are removed from the front of `numbers`.
     fn of(&self, numbers: &mut &[N]) -> Out;
 }
 

@@ -30,21 +30,21 @@ pub trait SettingValue: Debug {
     fn know(&mut self, _registry: &Registry) {}
 }
 
-/// The reason why a value is refused, for a message such as "`physics.dt` is a string: "fast"".
+/// The reason why a value is refused. It becomes part of a message such as "`physics.dt` is a string: "fast"".
 pub struct Misfit {
     /// The place of the value: its bytes in the text.
     pub span: Range<usize>,
-    /// The part of the message between key and value, such as "is a string:".
+    /// The middle part of the message, which goes between key and value, such as "is a string:".
     pub says: String,
-    /// The names in the value of laws or losses that this program does not have. If they are the only error, the
-    /// setting holds the rest of the value.
+    /// The names of laws or losses in the value that this program does not have. If these are the only errors in the
+    /// value, the setting holds the rest of it.
     pub unknown: Vec<String>,
 }
 
 /// The result of reading a value.
 pub type Filled<T> = Result<T, Misfit>;
 
-/// A refusal of a value. `says` is the part of the message between key and value.
+/// A refusal of a value. `says` is the middle part of the message, between key and value.
 pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     Misfit {
         span: value.span(),

@@ -36,7 +36,7 @@ pub enum Cause {
 }
 
 impl Simulator {
-    /// Finds the term of a step that gave a node most of its velocity, or a term that is NaN. The step is the first
+    /// Finds the part of a step that gave a node most of its velocity, or a part that is NaN. The step is the first
     /// substep after the state `before`. Contact with the ground is not considered, because it only reduces velocities.
     pub(super) fn blame(
         &self,

@@ -15,9 +15,9 @@ use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
-/// The number of states that the repeated rollout holds in memory at a time.
+/// The number of states that the repeated rollout keeps in memory at a time.
 const BLOCK: usize = 64;
-/// The number of earlier states that a [`Divergence`] contains, besides the state that is absurd or too fast.
+/// The number of states in a [`Divergence`] before the state that is absurd or too fast.
 const KEPT: usize = 8;
 
 /// The first state of a rollout that is absurd or too fast.
@@ -31,7 +31,7 @@ pub struct Divergence {
     pub position: Vector<f64>,
     /// The velocity of that node, m/s.
     pub velocity: Vector<f64>,
-    /// The term of the step that caused the divergence, or the speed bound that was exceeded.
+    /// The part of the step that caused the divergence, or the speed bound that was exceeded.
     pub term: Cause,
     /// The last states of the rollout. The last of them is the state that is absurd or too fast.
     pub last: Trajectory<f64>,
@@ -89,9 +89,9 @@ impl Simulator {
         }
     }
 
-    /// The limit on the absolute value of each number of a state in a watched rollout. Positions (m) and velocities
-    /// (m/s) share this limit. So if there is a bound on speeds, a position may exceed the limit although nothing is
-    /// wrong. The exact check of every state then clears this false alarm.
+    /// A limit for the cheap watch of a rollout. If the absolute value of a number of some state exceeds it, every state
+    /// is checked exactly. Positions (m) and velocities (m/s) share the limit. With a bound on speeds, a valid position
+    /// may exceed it; the exact check then finds no error.
     pub(super) fn watched(&self) -> f64 {
         // If both components of a velocity are below this number, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();
@@ -99,8 +99,8 @@ impl Simulator {
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
 
-    /// Decides from the last state of a watched rollout. True if no state of the rollout was absurd or too fast. False
-    /// if one may have been; [`guarded`](Simulator::guarded) then finds out.
+    /// Decides by the last state of a watched rollout whether all of its states are fine. Returns false if a state may
+    /// have been absurd or too fast; [`guarded`](Simulator::guarded) then checks every state.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
         // A node whose components in the ground's frame are below the limit is at most this far from the world's
         // origin. The origin of the ground's frame may be far above the world's origin.
@@ -143,9 +143,8 @@ impl Simulator {
         Some(self.diagnose(body, controller, node, bound, last))
     }
 
-    /// Simulates the steps of the range `steps`, and calls `show` with the number of steps so far and the state, for
-    /// every state after the start. Ends early if `show` returns `Break`. Holds only a block of states in memory at a
-    /// time.
+    /// Simulates the steps of the range `steps`. After each step, calls `show` with the number of steps so far and the
+    /// new state. Ends early if `show` returns `Break`. Keeps only a block of states in memory at a time.
     pub(super) fn each_state(
         &self,
         body: &Body<f64>,

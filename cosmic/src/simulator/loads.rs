@@ -16,7 +16,7 @@ use crate::policy::Controller;
 /// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
 
-/// The size of a quantity over several states: statistics of its absolute value.
+/// The magnitude of a quantity over several states: its largest absolute value and a quantile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Magnitude {
     /// The largest absolute value.
@@ -30,9 +30,9 @@ pub struct Magnitude {
 struct Largest {
     /// The number of largest values that determine the quantile.
     needed: usize,
-    /// The `needed` largest values and fewer than `needed` other values, unsorted.
+    /// The `needed` largest values, unsorted, and fewer than `needed` other values.
     values: Vec<f64>,
-    /// New values that are not larger than this one are not needed.
+    /// The smallest value that is still needed: smaller new values are ignored.
     floor: f64,
 }
 
@@ -89,14 +89,14 @@ impl Magnitude {
 pub struct BarLoad {
     /// The smallest and the largest strain. Strain is the change of length divided by the rest length.
     pub strains: Range,
-    /// The size of the strain.
+    /// The magnitude of the strain.
     pub strain: Magnitude,
-    /// The size of the force along the bar, N.
+    /// The magnitude of the force along the bar, N.
     pub force: Magnitude,
-    /// The size of the rate at which the length changes, m/s.
+    /// The magnitude of the rate at which the length changes, m/s.
     pub speed: Magnitude,
-    /// The size of the power that the bar gives to its nodes or takes from them, W: the force times the rate of the
-    /// length.
+    /// The magnitude of the power that the bar gives to its nodes or takes from them, W. Power is the force times the
+    /// rate of the length.
     pub power: Magnitude,
     /// The largest force with which the bar pulls its ends together, N.
     pub tension: f64,
@@ -206,8 +206,8 @@ impl Simulator {
         }
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars over all states. The result has one entry per edge of
-    /// the layout, which is `None` for a void edge. Only about 1 % of the values are held in memory.
+    /// Simulates `steps` steps and returns the loads of the bars over all states. There is an entry for each edge of
+    /// the layout, which is `None` for a void edge. Only about 1 % of the values are kept in memory.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -308,7 +308,7 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// Prepares to collect from this number of states.
+    /// Prepares to collect the loads in this number of states.
     fn over(states: usize) -> Self {
         Self {
             strains: Range::default(),

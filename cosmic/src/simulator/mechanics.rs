@@ -22,7 +22,7 @@ use crate::scene::{Integrator, PhysicsSettings};
 #[derive(Clone, Debug)]
 pub(super) struct Mechanics {
     substeps: usize,
-    /// The drift before the push, if the integrator has one.
+    /// The drift before the push; `None` for an integrator without one.
     first: Option<Drift>,
     /// The time for which the forces push in a substep, s.
     pub(super) push: f64,
@@ -30,7 +30,7 @@ pub(super) struct Mechanics {
     softening: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
-    /// The profile of the ground; `None` if the ground is a straight line.
+    /// The profile of the ground above the ground line; `None` if the ground is a straight line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,

@@ -19,8 +19,8 @@ const BLOCK: usize = 64;
 /// The step of a reverse sweep that makes the cotangent of the state infinite or NaN. Its text is part of a message.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the reverse sweep overflows in step {step}, first at node {node}, from a cotangent of at most \
-     {largest:.1e}"
+    "the reverse sweep overflows in step {step}, first at node {node}, although the cotangents after \
+     that step are at most {largest:.1e}"
 )]
 pub struct Overflow {
     /// The step, counted from 0. The cotangent of the state after the step is finite; the cotangent of the state before

@@ -16,12 +16,12 @@ pub(super) struct Parameters<A> {
     pub(super) strain: A,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// For every node, how much it belongs to the robot, from 0 to 1; `None` if all nodes belong to it.
+    /// The presence of every node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(super) presence: Option<A>,
-    /// Activations that stay constant, one per slot of the graph, in place of a policy.
+    /// Activations that stay constant during a rollout, one per slot of the graph. They take the place of a policy.
     pub(super) held: Option<A>,
-    /// The positions and velocities that the policy of a robot without feedback sees in every step; `None` for a robot
-    /// with feedback, whose policy sees the current ones.
+    /// For a robot without feedback: the positions and velocities that the policy sees in every step. `None` for a
+    /// robot with feedback, whose policy sees the current ones.
     pub(super) seen: Option<Particle<A>>,
     /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
     pub(super) contact: Vec<A>,
@@ -29,30 +29,30 @@ pub(super) struct Parameters<A> {
     pub(super) forces: Vec<Given<A>>,
 }
 
-/// A use of the list of parameters. A robot lists its parameters once, by calls to the methods of this trait. There are
-/// two implementations: a [`Program`] declares an array for each parameter, and [`Filled`] collects the numbers of each
-/// parameter in the same order.
+/// Receives the list of a robot's parameters. A robot calls a method of this trait once for each parameter, always in
+/// the same order. There are two implementations: a [`Program`] declares an array for each parameter, and [`Filled`]
+/// collects its numbers.
 pub(super) trait Road {
     type Number: Real;
     type Array;
 
-    /// Adds a parameter of `len` numbers that depend on the body.
+    /// Adds a parameter that depends on the body. It has `len` numbers.
     fn of_body(
         &mut self,
         len: usize,
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
-    /// Adds a parameter of one number that depends on the surroundings.
+    /// Adds a parameter that depends on the surroundings, such as gravity. It has one number.
     fn of_surroundings(
         &mut self,
         number: impl Fn(&Surroundings<Self::Number>) -> Self::Number,
     ) -> Self::Array;
 
-    /// Adds a parameter of `len` numbers that the caller gives for each start.
+    /// Adds a parameter that the caller gives for each start. It has `len` numbers.
     fn of_start(&mut self, len: usize) -> Self::Array;
 
-    /// Adds a parameter whose numbers are the same for all robots.
+    /// Adds a parameter that is the same for all robots.
     fn shared(&mut self, numbers: &[f64]) -> Self::Array;
 }
 

@@ -15,7 +15,7 @@ use crate::policy::{
 };
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// The robot as a [`Model`] of `autodiff`. The arrays of the model are, in this order:
+/// The robot as a [`Model`] of `autodiff`. The model declares these arrays, in this order:
 ///
 /// - Parameters: the fields of [`Parameters`], then the parameters of the policy.
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
@@ -30,10 +30,10 @@ pub(super) struct Robot {
     pub(super) drive: Drive,
     /// The scene's section `controller`.
     pub(super) settings: ControllerSettings,
-    /// True if bodies have a presence: for each node, how much it belongs to the robot.
+    /// True if bodies state the presence (weight) of their nodes.
     weighs: bool,
-    /// For a robot without feedback, the state that the policy sees in place of the current one: x, y, x velocity and y
-    /// velocity of all nodes.
+    /// For a robot without feedback: the state that the policy sees in every step, as x, y, x velocity and y velocity
+    /// of all nodes.
     seen: Option<Arc<[f64]>>,
     pub(super) mechanics: Mechanics,
 }
@@ -108,8 +108,8 @@ impl Robot {
         driver
     }
 
-    /// A copy of this robot without the parts that none of these bodies needs. It leaves out edges without stiffness,
-    /// which never pull. It also leaves out the outputs of the policy for those edges and for edges whose strain is 0.
+    /// A copy of this robot without the parts that none of these bodies needs: the edges without stiffness, which never
+    /// pull, and the outputs of the policy for edges without stiffness or with a strain of 0.
     pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         let mut robot = self.for_all_edges(bodies);
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
@@ -125,7 +125,8 @@ impl Robot {
         robot
     }
 
-    /// A copy of this robot with all of its edges. Its steps use the presence of nodes if one of these bodies has it.
+    /// A copy of this robot with all of its edges. If one of these bodies states the presence (weight) of its nodes,
+    /// the steps use it.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),
@@ -209,7 +210,7 @@ impl Robot {
     }
 
     /// Records the activation of every slot as a function of the state and the clock. If the robot has no actuators,
-    /// activations have no effect. The policy is then not recorded, and the result is any array of the right length.
+    /// activations have no effect: the policy is not recorded, and any array of the right length is returned.
     pub(super) fn activation<R: Real>(
         &self,
         p: &mut Program<R>,
@@ -221,7 +222,7 @@ impl Robot {
             Drive::Held => {
                 return given
                     .held
-                    .expect("a held robot has activations as a parameter");
+                    .expect("a robot with constant activations declares them as a parameter");
             }
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,

@@ -17,15 +17,14 @@ use crate::scene::{ControllerSettings, PhysicsSettings};
 /// The steps of a rollout, and the states that are observed.
 #[derive(Clone, Debug)]
 pub struct Span {
-    /// The number of steps that the clock has made before the start: after `n` steps of the span, the time is
-    /// `(first + n) dt`.
+    /// The number of steps on the clock at the start: after `n` steps of the span, the time is `(first + n) dt`.
     pub first: usize,
     /// The numbers of steps after which the state is observed, ascending. The rollout ends at the last one.
     pub observed: Vec<usize>,
     /// The number of nodes in an observed state, at least one: it contains only the first `nodes` nodes.
     pub nodes: usize,
-    /// If true, a cheap check of every state after the start finds out whether it is absurd or too fast, or nearly so.
-    /// If the check finds such a state, all observations become NaN. [`Simulator::guarded`] relies on this.
+    /// If true, every state after the start is checked in a cheap way for absurd positions and too fast nodes. If a
+    /// state fails this check, all observations become NaN. [`Simulator::guarded`] relies on this.
     pub watched: bool,
     /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact. Its norm counts
     /// cotangents of velocities in units of the [time scale](Lattice::time_scale).
@@ -55,7 +54,7 @@ impl Span {
 pub struct Simulator {
     pub(super) lattice: Lattice,
     pub(super) robot: Robot,
-    /// Duration of a step, s.
+    /// The length of a time step, s.
     pub(super) dt: f64,
     pub(super) ground: Ground,
     /// The largest allowed speed of a node, m/s: a guarded rollout with a faster node counts as diverged. `None` if
@@ -460,8 +459,8 @@ impl Simulator {
     }
 }
 
-/// The nodes that do not belong to a robot, with the positions at which they stay. No bar pulls on them, and the
-/// controller does not see them. In the simulation they fall, so they are put back at these positions afterwards.
+/// The nodes that do not belong to a robot, each with the position at which it stays. No bar pulls on these nodes, and
+/// the controller does not see them. In the simulation they fall, so they are put back afterwards.
 pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
 
 impl<R: Real> Still<R> {
@@ -471,7 +470,8 @@ impl<R: Real> Still<R> {
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
-    /// Puts these nodes back to their positions, at rest. The state has all nodes, or only the first nodes.
+    /// Puts the nodes that do not belong to the robot back to their positions, at rest. The state has all nodes, or
+    /// only the first nodes.
     pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {
             if node < state.x.len() {
@@ -505,7 +505,7 @@ fn run_together<M: Model, R: Real>(
     rollout.run_batch(starts, &given.collect::<Vec<_>>())
 }
 
-/// A robot that is prepared for rollouts, with the numbers of its parameters.
+/// A robot that is prepared for rollouts, and the values of its parameters.
 pub(super) struct Planned<R> {
     pub(super) model: Robot,
     pub(super) parameters: Vec<Vec<R>>,

@@ -62,7 +62,8 @@ impl<R: Real> Surroundings<R> {
         names.zip(self.numbers.iter().copied())
     }
 
-    /// These surroundings with the value `value` for the number `name`. The value has the unit of the key of that name.
+    /// A copy of the surroundings with the value `value` for the number `name`. The value has the unit of the key of
+    /// that name.
     ///
     /// # Panics
     /// If no law of the scene has a number of this name.
@@ -79,7 +80,7 @@ impl<R: Real> Surroundings<R> {
         self
     }
 
-    /// True if the numbers have the names of `inputs`.
+    /// True if the surroundings have numbers with the names of `inputs`.
     pub(super) fn fits(&self, inputs: &[StepInput]) -> bool {
         let names = self.inputs.iter().map(|input| &input.name);
         names.eq(inputs.iter().map(|input| &input.name))

@@ -59,7 +59,7 @@ impl<R> Trajectory<R> {
         match self.steps.binary_search(&step) {
             Ok(index) => &self.states[index],
             Err(_) => panic!(
-                "the state after {step} steps was not observed; observed: {:?}",
+                "the state after {step} steps was not observed; the observed steps are {:?}",
                 self.steps
             ),
         }

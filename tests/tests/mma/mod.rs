@@ -106,12 +106,12 @@ impl Case {
         Mma::new(parameters, &self.xmin, &self.xmax).expect("usable settings")
     }
 
-    /// The iterations whose vectors were recorded.
+    /// The iterations in which vectors were recorded.
     fn kept(&self) -> impl Iterator<Item = (usize, &Iteration)> {
         (self.trace.iter().enumerate()).filter(|(_, iteration)| iteration.x_next_exact.is_some())
     }
 
-    /// The recorded state before iteration `k`.
+    /// The optimiser's state before iteration `k`, as it was recorded.
     fn state(&self, k: usize) -> MmaState {
         let point = |back: usize| self.trace[k.saturating_sub(back)].x.clone();
         let before = &self.trace[k.saturating_sub(1)];
@@ -186,8 +186,8 @@ fn problems_have_the_recorded_values() {
     }
 }
 
-/// From each recorded state, the update gives the recorded asymptotes and the recorded new point. Every update starts
-/// from the record, so that errors do not add up.
+/// An update from a recorded state gives the recorded asymptotes and the recorded new point. Every update starts from
+/// the record, so that errors do not add up.
 #[test]
 fn each_update_is_the_recorded_one() {
     for case in cases() {
@@ -208,7 +208,7 @@ fn each_update_is_the_recorded_one() {
     }
 }
 
-/// Compares the elastic variables of an update with the record. Also compares the multipliers, if they are unique.
+/// Compares the elastic variables of an update with the recorded ones, and also the multipliers if they are unique.
 fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
     let (elastic, exact) = (kept(&iteration.y_exact), kept(&iteration.lam_exact));
     assert_eq!(update.diagnostics.elastic.len(), elastic.len(), "{name}");
@@ -256,9 +256,9 @@ fn whole_runs_end_where_the_recorded_ones_do() {
 }
 
 impl Case {
-    /// The tolerance for the last point of a run. The record solves its subproblems only to 1e-7, which moves points by
-    /// up to 4e-2. A converged run ends at the same point in spite of that, to 1e-5. For a run that has not converged,
-    /// the tolerance is the distance that the recorded run moves in its last ten iterations.
+    /// The tolerance for the last point of a run. The recorded run solved its subproblems only to 1e-7, which moved
+    /// points by up to 4e-2. A converged run still ends at the same point, to 1e-5. For a run that has not converged,
+    /// the tolerance is the distance that the recorded run moved in its last ten iterations.
     fn run_tolerance(&self) -> f64 {
         let last = self
             .trace

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 /// An optimisation problem: the objective `f_0`, the constraints `f_1, ... f_m`, and their derivatives.
 pub(crate) trait Problem {
-    /// Returns the values of all functions at `x`, and their gradients as the rows of a matrix.
+    /// Returns the values of all functions at `x`, and a matrix with the gradient of each function as a row.
     fn linearise(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
 }
 

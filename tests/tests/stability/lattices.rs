@@ -24,14 +24,14 @@ pub(super) fn has_stable_steps(case: &StabilityCase) {
     case.relative("dt_limit_from_bound", limit(bound));
 }
 
-/// Calls `look` with the state after every step.
+/// Simulates a robot and calls `look` with the state after every step.
 pub(super) fn every_step(
     bare: &Bare,
     mut state: State<f64>,
     steps: usize,
     mut look: impl FnMut(&State<f64>),
 ) {
-    /// The number of states that are in memory at a time.
+    /// The number of states that are kept in memory at a time.
     const CHUNK: usize = 10_000;
     for first in (0..steps).step_by(CHUNK) {
         let chunk = CHUNK.min(steps - first);
@@ -41,7 +41,8 @@ pub(super) fn every_step(
     }
 }
 
-/// Checks that the energy of a lattice of skeleton without damping oscillates within a band and does not drift.
+/// Checks the energy of a lattice without damping in which every edge is skeleton. The energy must oscillate within a
+/// band and must not drift.
 pub(super) fn keeps_its_energy(case: &StabilityCase) {
     let [columns, rows] = ["columns", "rows"].map(|key| case.number(key) as usize);
     let material = &case.case["material"];
@@ -107,8 +108,8 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
     assert_near(momentum, 0.0, number(expect, "momentum_abs"), &"momentum");
 }
 
-/// Checks that a dropped lattice with one material per edge and idle actuators comes to rest on the ground within a
-/// hundred thousand steps. If friction is too weak to hold it, checks how it slides.
+/// Checks that a dropped lattice comes to rest on the ground within a hundred thousand steps. It has one material per
+/// edge and idle actuators. If friction is too weak to hold it, checks how it slides.
 pub(super) fn comes_to_rest(case: &StabilityCase) {
     let physics = case.world();
     let lattice = Lattice::between(case.points("x0"), case.edges());
@@ -153,7 +154,7 @@ fn largest_difference(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
-/// Asserts that nodes on the ground stand still and that other nodes almost stand still, within the bounds of the file.
+/// Asserts that nodes on the ground stand still and that other nodes almost stand still. The file states the bounds.
 fn stands_still(state: &State<f64>, ground: &Ground) {
     let mut contacts = 0;
     for (x, v) in state.to_ground(ground).x.iter().zip(&state.v) {

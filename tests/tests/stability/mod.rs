@@ -110,27 +110,27 @@ impl StabilityCase {
         number(&self.file, key)
     }
 
-    /// Asserts that `got` differs from the case's number `key` by at most `bound`.
+    /// Asserts that `got` differs by at most `bound` from the number that the case has under `key`.
     #[track_caller]
     fn near(&self, key: &str, got: f64, bound: f64) {
         let of = format!("{key} of {}", self.case);
         assert_near(got, self.number(key), bound, &of);
     }
 
-    /// Asserts that `got` equals the case's number `key` within the absolute tolerance of the file.
+    /// Asserts that `got` equals the number that the case has under `key`, within the absolute tolerance of the file.
     #[track_caller]
     fn absolute(&self, key: &str, got: f64) {
         self.near(key, got, self.of_file("tolerance_abs"));
     }
 
-    /// Asserts that `got` equals the case's number `key` within the relative tolerance of the file.
+    /// Asserts that `got` equals the number that the case has under `key`, within the relative tolerance of the file.
     #[track_caller]
     fn relative(&self, key: &str, got: f64) {
         let bound = self.of_file("tolerance_rel") * self.number(key).abs();
         self.near(key, got, bound);
     }
 
-    /// The regular lattice of the case with these edges in place of its own.
+    /// The regular lattice of the case, with `edges` instead of its own edges.
     fn lattice(&self, edges: Vec<[usize; 2]>) -> Lattice {
         let [columns, rows] = ["columns", "rows"].map(|key| self.number(key) as usize);
         let spacing = self.number("spacing");

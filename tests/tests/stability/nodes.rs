@@ -9,7 +9,7 @@ use cosmic::laws::ContactLaw;
 use cosmic::scene::PhysicsSettings;
 use cosmic_tests::{Bare, assert_near, number};
 
-/// A state of [`Bare::free_node`] in which both nodes have this position and this velocity.
+/// A state of [`Bare::free_node`]: both nodes have the position `x` and the velocity `v`.
 fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     State {
         x: vec![x.into(); 2],
@@ -17,7 +17,7 @@ fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     }
 }
 
-/// The number of steps after which damping has reduced a velocity by the factor exp(-40) = 4e-18.
+/// The number of steps in which damping reduces a velocity by the factor exp(-40) = 4e-18.
 fn forty_decays(physics: &PhysicsSettings) -> usize {
     (40.0 / (physics.damping * physics.dt)).ceil() as usize
 }
@@ -135,8 +135,8 @@ pub(super) fn brakes(case: &StabilityCase) {
     case.absolute("distance", seen.at(stop + 9).x[0][0]);
 }
 
-/// Checks the end of the bounce of a node that moves sideways, and the derivative of this end with respect to the drop
-/// height.
+/// Checks the bounce of a node that also moves sideways: its last state, and the derivative of that state with respect
+/// to the drop height.
 pub(super) fn bounces(case: &StabilityCase) {
     fn end<R: Real>(case: &StabilityCase, contact: ContactLaw, height: R) -> R {
         let physics = on_ground(case, contact);

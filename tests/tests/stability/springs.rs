@@ -53,8 +53,8 @@ pub(super) fn projects(case: &StabilityCase) {
     }
 }
 
-/// Checks the force of an edge, the velocity after one step, the derivative of the force, and the factor by which a
-/// step amplifies a small displacement across the edge.
+/// Checks four results for an edge: its force, the velocity after one step, the derivative of the force, and the factor
+/// by which a step amplifies a small displacement across the edge.
 pub(super) fn pulls(case: &StabilityCase) {
     let kick = &case.case["kick_v_of_mass"];
     let (mass, dt) = (number(kick, "m"), number(kick, "dt"));
@@ -99,8 +99,8 @@ pub(super) fn pulls(case: &StabilityCase) {
     }
 }
 
-/// The force of an edge on its first node, as a function of the vector `d` from the first node to the second. It is
-/// computed as half the difference of the momenta of the nodes after a step, divided by the time step.
+/// The force of an edge on its first node. The argument `d` is the vector from the first node to the second. The force
+/// is half the difference of the nodes' momenta after a step, divided by the time step.
 fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     let start = State {
         x: vec![Vector::zero(), d.into()],
@@ -184,8 +184,8 @@ pub(super) fn oscillates(case: &StabilityCase) {
     case.near("spectral_radius", radius, 1e-6);
 }
 
-/// Checks that `v^2 + omega^2 x^2 - dt omega^2 x v` of an oscillator is constant. From this follows a band for the
-/// energy; checks that the energy stays in this band and fills it.
+/// Checks that `v^2 + omega^2 x^2 - dt omega^2 x v` of an oscillator is constant. This implies a band for the energy.
+/// Checks that the energy stays in this band and reaches both of its ends.
 pub(super) fn keeps_its_invariant(case: &StabilityCase) {
     let (omega, dt) = (case.number("omega"), case.number("dt"));
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);

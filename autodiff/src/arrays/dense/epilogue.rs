@@ -7,8 +7,8 @@ use crate::simd::Lane;
 pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
-    /// For each row of the product, the register of `y` that receives it; empty if row `k` goes to register `k`. Only
-    /// used if each lane of a register belongs to a different start.
+    /// For each row of the product, the index of the register of `y` that receives its result. If the list is empty,
+    /// row `k` goes to register `k`. Only used if each lane of a register belongs to a different start (initial state).
     pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
@@ -24,7 +24,7 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
     }
 
-    /// Does the last steps for `H` registers of rows, beginning with row `first`, for each of `K` vectors. `sums` holds
+    /// Does the last steps for the `K` vectors and for `H` registers of rows, beginning with row `first`. `sums` holds
     /// these rows of the matrix product. The results for the `K` vectors are interleaved in the output.
     #[inline(always)]
     pub(super) fn add_rows<L: Lane<R>, const H: usize, const K: usize>(
@@ -50,8 +50,8 @@ impl<'a, R: Real> Epilogue<'a, R> {
         }
     }
 
-    /// Does the last steps for `N` rows, beginning with row `first`. Each item of `sums` belongs to one row and has one
-    /// lane per start. Rows with the index `rows` or more do not exist and are dropped.
+    /// Does the last steps for `N` rows, beginning with row `first`. Each register in `sums` holds the sums of one row,
+    /// with one lane per start (initial state). Rows with the index `rows` or more do not exist and are dropped.
     #[inline(always)]
     pub(super) fn add_starts<L: Lane<R>, const N: usize>(
         &mut self,

@@ -13,7 +13,7 @@ use super::product::{MatrixProduct, PackedMatrix};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
-/// The declaration of a layer.
+/// The declaration of a dense layer in a step.
 pub(crate) struct Layer<'a> {
     pub(crate) matrix: Matrix,
     pub(crate) x: &'a [Array],
@@ -31,7 +31,7 @@ pub(crate) struct DenseLayer<R> {
     inputs_active: Vec<usize>,
     bias: Array,
     output: Array,
-    /// Where in the output the results of the rows go, if the output also has elements that are always zero.
+    /// The positions of the rows' results in the output; `None` if every element of the output is the result of a row.
     spread: Option<Spread<R>>,
     tanh: bool,
     /// `W`, stored for the product `W x`.
@@ -47,24 +47,26 @@ pub(crate) struct DenseLayer<R> {
     active: Active,
 }
 
-/// Describes an output in which zeros lie between the results of the rows.
+/// Describes an output in which some elements are always zero, because no row of the matrix computes them.
 struct Spread<R> {
     lanes: Vec<LaneOfRows>,
-    /// Used if a register holds all starts of one row: for each row, its register in the output.
+    /// For each row, the index of its register in the output. Used if one register holds the results of a row for all
+    /// starts.
     places: Vec<usize>,
-    /// Used otherwise: the results of the rows, without the zeros between them. There is room for one more register
-    /// after the last result.
+    /// A buffer for the results of the rows, without zeros between them. It has room for one register more. Used if
+    /// each register holds the results of several rows.
     y: Aligned<R>,
 }
 
-/// A register of the output: the first row whose result is in it, and a bit for each lane that holds a result.
+/// One register of the output: the index of the first row whose result it holds, and a bit for each lane that holds a
+/// result.
 #[derive(Clone, Copy)]
 struct LaneOfRows {
     first: usize,
     bits: u16,
 }
 
-/// Which cotangents the reverse sweep must compute.
+/// Which cotangents the reverse sweep of the layer must compute.
 struct Active {
     inputs: bool,
     weights: bool,
@@ -172,7 +174,8 @@ impl<R: Real> DenseLayer<R> {
         }
     }
 
-    /// Stores this step's inputs for the outer product. When the batch is full, adds it to `weights_bar`.
+    /// Stores this step's inputs for the outer product. When the batch is full, adds the
+    /// outer products of the batch to `weights_bar`.
     fn reverse_weights(&mut self, values: StepValues<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
         if self.batch.keep(x) {
@@ -289,7 +292,8 @@ impl<R: Real> Vectorized<R> for SetOut<'_, R> {
     }
 }
 
-/// Writes the zeros to the output, if a register holds all starts of one row.
+/// Writes zeros to the elements of the output that no row computes. For outputs in which one register holds the results
+/// of a row for all starts.
 struct Gaps<'a, R> {
     lanes: &'a [LaneOfRows],
     output: &'a mut [R],
@@ -311,12 +315,12 @@ impl<R: Real> Vectorized<R> for Gaps<'_, R> {
 struct BeforeTanh<'a, R> {
     y: &'a [R],
     bar: &'a [R],
-    /// The length of the output, if every element is the result of a row.
+    /// The number of rows, which is the length of an output without zeros in between.
     rows: usize,
-    /// The registers of the output, if zeros lie between the results of the rows.
+    /// The registers of an output in which zeros lie between the results of the rows; `None` for other outputs.
     lanes: Option<&'a [LaneOfRows]>,
     tanh: bool,
-    /// The computed cotangents, without the zeros. There is room for one more register after the last row.
+    /// A buffer for the computed cotangents, one for each row. It has room for one register more.
     y_bar: &'a mut [R],
 }
 

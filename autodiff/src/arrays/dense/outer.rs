@@ -8,24 +8,25 @@ use crate::product::{Product, Strided, Transpose};
 use crate::real::Real;
 use crate::simd::lanes;
 
-/// The number of outer products that are added together. Each step and start contributes one.
+/// The number of outer products that are collected before they are added to the gradient. Each step and start (initial
+/// state) contributes one.
 const BATCH: usize = 16;
 
 /// The inputs (`x`) and output cotangents (`y_bar`) of recent steps: the factors of outer products. Each start of a
 /// step has its own pair, and the pairs of a step follow each other.
 pub(super) struct Pending<R> {
     x: Vec<R>,
-    /// Each start's cotangents are padded to whole registers. With one start, the current step is written after the
-    /// steps that are kept.
+    /// The output cotangents of the stored steps. The cotangents of each start are padded to whole registers. With one
+    /// start, the cotangents of the current step follow after the stored steps.
     y_bar: Aligned<R>,
-    /// With several starts: the cotangents of the current step, interleaved.
+    /// The output cotangents of the current step, interleaved. Only used with several starts.
     interleaved: Aligned<R>,
     starts: usize,
     rows: usize,
     columns: usize,
-    /// The distance between the cotangents of consecutive starts in `y_bar`.
+    /// The distance in `y_bar` from the cotangents of one start to those of the next.
     stride: usize,
-    /// The number of outer products that are kept so far.
+    /// The number of outer products in the batch.
     len: usize,
 }
 
@@ -54,7 +55,7 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// Where to write the output cotangents of the current step. There is room for one register past the end.
+    /// A buffer for the output cotangents of the current step. It has room for one register more.
     pub(super) fn current_mut(&mut self) -> &mut [R] {
         match self.starts {
             1 => &mut self.y_bar[self.len * self.stride..],
@@ -62,7 +63,8 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// Adds the factors of the current step, whose inputs are `x`, to the batch. Returns true if the batch is now full.
+    /// Adds the factors of the current step to the batch. `x` is the step's input vector. Returns true if the batch is
+    /// full afterwards.
     pub(super) fn keep(&mut self, x: &[R]) -> bool {
         let (starts, stride, columns) = (self.starts, self.stride, self.columns);
         let to = &mut self.x[self.len * columns..][..columns * starts];

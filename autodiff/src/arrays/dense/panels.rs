@@ -1,5 +1,5 @@
-//! A matrix in panels, and its product with a vector. A panel is a block of rows that fills a few registers: as many as
-//! can be summed at once.
+//! A matrix in panels, and its product with a vector. A panel is a block of rows that fills a few registers. Their
+//! number is chosen so that the sums of all rows of a panel fit into the processor's registers.
 
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;

@@ -14,7 +14,7 @@ pub(super) enum PackedMatrix<R> {
 }
 
 impl<R: Real> PackedMatrix<R> {
-    /// Returns a matrix of zeros for products with the vectors of `starts` starts.
+    /// Returns a matrix of zeros for products with the vectors of `starts` starts (initial states).
     pub(super) fn zero(rows: usize, columns: usize, starts: usize) -> Self {
         match starts {
             1 => Self::One(Panels::zero(rows, columns)),
@@ -23,7 +23,7 @@ impl<R: Real> PackedMatrix<R> {
         }
     }
 
-    /// See [`Panels::each`].
+    /// Calls a function for the entries of each column; see [`Panels::each`].
     pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut [R])) {
         match self {
             Self::One(panels) | Self::Two(panels) => panels.each(f),
@@ -52,8 +52,8 @@ impl<R: Real> MatrixProduct<'_, R> {
     }
 }
 
-/// The product of a matrix in panels with `K` vectors. Each value of `K` has its own entry to SIMD code, and so does
-/// the product of a matrix in tiles. One common entry would be slower.
+/// The product of a matrix in panels with `K` vectors. Each `K` is dispatched to SIMD code separately, and so is the
+/// product of a matrix in tiles: one common dispatch would be slower.
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
@@ -62,7 +62,7 @@ impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     fn run<L: Lane<R>>(mut self) {
         // Here and below, the condition is constant and the impossible case is not compiled.
         if const { K > L::N } {
-            unreachable!("one lane cannot hold {K} starts");
+            unreachable!("a register of one lane cannot hold {K} starts");
         }
         self.0.times::<L, K>(self.1, &mut self.2);
     }

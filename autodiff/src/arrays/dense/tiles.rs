@@ -15,7 +15,8 @@ const TILE: usize = if cfg!(lanes = "simd128") { 8 } else { 16 };
 /// The number of rows whose bias and activation are applied at once. More rows would need too many registers.
 const ABREAST: usize = 4;
 
-/// A matrix in tiles of [`TILE`] rows. Within a tile the columns are ordered by [phase](PHASES).
+/// A matrix in tiles of [`TILE`] rows. Within a tile, the columns are ordered by [phase](PHASES): the index of the
+/// partial sum to which a column belongs.
 pub(super) struct Tiles<R> {
     entries: Aligned<R>,
     rows: usize,
@@ -31,7 +32,7 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// See [`Panels::each`](super::panels::Panels::each).
+    /// Calls a function for the entries of each column; see [`Panels::each`](super::panels::Panels::each).
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let tiles = self.entries.chunks_exact_mut(TILE * self.columns.max(1));
         for (first, tile) in (0..self.rows).step_by(TILE).zip(tiles) {

@@ -21,8 +21,8 @@ pub struct Options {
     /// steps. The estimated error of the difference quotients is allowed in addition.
     pub tolerance: f64,
     /// The relative error of the function's values and arguments. This is the epsilon of the number type, or more if
-    /// the computation amplifies rounding errors. Value differences below this error are ignored. So is a slope that is
-    /// too small to change the value by more than this error, even over a step as long as `x`.
+    /// the computation amplifies rounding errors. Value differences below this error are ignored. A slope also is
+    /// ignored if it changes the value by less than this error over a step of the length of `x`.
     pub noise: f64,
     /// The seed of the random directions.
     pub seed: u64,
@@ -45,7 +45,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Returns the default options with these names for the components, for example
+    /// Returns the default options, with a name for each component of the gradient; for example
     /// [`Parameters::names`](crate::Parameters::names).
     pub fn named(names: Vec<String>) -> Self {
         Self {

@@ -49,16 +49,16 @@ pub struct Direction {
     /// steps whose remainders clearly exceed rounding errors. `None` if there are not two such steps, as for a linear
     /// function.
     pub taylor: Option<f64>,
-    /// The error `|gradient - central|`, divided by the larger one of the slope and the typical slope.
+    /// The error `|gradient - central|`, divided by the slope or by the typical slope, whichever is larger.
     pub error: f64,
     /// An estimate of how wrong `central` may be, in the unit of `error`. It comes from the neighbouring steps, and is
     /// infinite if the difference quotients do not settle.
     pub unsure: f64,
     /// The verdict on the claimed slope.
     pub verdict: Verdict,
-    /// The verdict of the same difference quotients on a slope that is wrong on purpose, by the relative error
-    /// [`WRONG_BY`]. `None` if this verdict would prove nothing: if the claimed slope is not smooth, or if the
-    /// quotients may be wrong by more than a quarter of that error.
+    /// The negative control: the verdict on a slope that is wrong on purpose, by the relative error [`WRONG_BY`], from
+    /// the same difference quotients. `None` if this verdict would prove nothing. This is the case if the claimed slope
+    /// is not smooth, or if the quotients may be wrong by more than a quarter of that error.
     pub control: Option<Verdict>,
 }
 

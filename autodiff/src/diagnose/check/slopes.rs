@@ -20,7 +20,7 @@ pub(super) struct Quotients {
     pub(super) left: f64,
     pub(super) central: f64,
     pub(super) right: f64,
-    /// How far the quotients may be off because of noise in the function's values.
+    /// A bound on the error of the quotients that noise in the function's values causes.
     pub(super) noise: f64,
 }
 
@@ -30,7 +30,7 @@ impl Quotients {
         (self.right - self.left).abs()
     }
 
-    /// Returns the distance of the left or the right slope from `base`, whichever is larger.
+    /// Returns the larger of two distances: that of the left slope and that of the right slope from `base`.
     pub(super) fn steepest(&self, base: f64) -> f64 {
         (self.left - base).abs().max((self.right - base).abs())
     }
@@ -39,7 +39,7 @@ impl Quotients {
 /// A step around which the quotients change little from one step to the next.
 #[derive(Clone, Copy)]
 struct Plateau {
-    /// The index of the step in the sweep. Steps shrink as the index grows.
+    /// The index of the step in the sweep. A larger index means a smaller step.
     level: usize,
     slope: f64,
     /// The difference from the slopes of the neighbouring steps, plus the noise. This estimates the error of the slope:
@@ -118,10 +118,10 @@ fn settled(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64) -> Option<Pla
         .min_by(|a, b| a.spread.total_cmp(&b.spread))
 }
 
-/// Returns the noise that is observed in the values: the median error with which values at steps smaller than step
-/// number `level` miss a line with that step's central slope. Noise and a jump beside the point move the values on the
-/// two sides differently, so they count. A kink, a cusp or a spike at the point moves both sides alike, so it does not
-/// count.
+/// Returns the noise that is observed in the values. It is measured at all steps smaller than step number `level`: the
+/// noise is the median error with which their values miss a line with the central slope of step `level`. Noise, and a
+/// jump beside the point, move the values on the two sides differently, so they count. A kink, a cusp or a spike at the
+/// point moves both sides alike, so it does not count.
 pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
     let miss = |slopes: &Quotients| (slopes.central - sweep[level].central).abs() * slopes.step;
     let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
@@ -129,8 +129,8 @@ pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
     misses[misses.len() / 2]
 }
 
-/// Returns whether the values bend at the point by more than the observed noise (`missed`) and by more than the noise
-/// of the options.
+/// Returns whether the left and the right slope differ by more than noise can explain: by more than the observed noise
+/// (`missed`), and by more than the noise that the options state.
 fn bends(slopes: &Quotients, missed: f64) -> bool {
     slopes.gap() * slopes.step > Judge::BENT * missed && slopes.gap() > Judge::SAFETY * slopes.noise
 }
@@ -146,22 +146,22 @@ pub(super) struct Judge {
     pub(super) claimed: f64,
     pub(super) typical: f64,
     pub(super) tolerance: f64,
-    /// The smallest slope that can be seen. A step as long as the point changes the value by its noise at this slope.
-    /// Smaller slopes count as zero.
+    /// Slopes smaller than this count as zero. Over a step as long as the point, such a slope changes the value by less
+    /// than the noise.
     pub(super) unseen: f64,
 }
 
 impl Judge {
-    /// The largest spread of a plateau, relative to its slope.
+    /// The largest spread of a plateau, as a fraction of its slope.
     const ROUGH: f64 = 1e-2;
     /// The spread of a plateau estimates the error of its slope. The error is assumed to be below this many times the
     /// spread.
     const SAFETY: f64 = 4.0;
-    /// If the values bend by more than this many times their observed noise, the noise cannot be the reason. Noise of
-    /// amplitude 1 bends them by up to 4, and its observed median is at least 1/8.
+    /// If the values bend at the point by more than this many times their observed noise, noise cannot be the reason.
+    /// Noise of amplitude 1 bends the values by up to 4, and its observed median is at least 1/8.
     const BENT: f64 = 32.0;
-    /// If the gap between the left and the right slope keeps more than this part from one step to the next smaller one,
-    /// it counts as staying open. For a smooth function 0.32 of the gap is left.
+    /// The gap between the left and the right slope counts as staying open if, from one step to the next smaller one,
+    /// it keeps more than this fraction. For a smooth function it keeps 0.32.
     const STAYS: f64 = 0.5;
 
     /// Returns the scale for relative errors of a slope. It is clamped to finite numbers, because an error divided by
@@ -242,8 +242,8 @@ impl Judge {
     }
 
     /// Returns whether the gap between the left and the right slope stays open or grows over some four successive
-    /// steps, from the plateau's step to smaller ones. At a smooth point the gap shrinks like the step. Three steps are
-    /// not enough, because noise may keep the gap open over three by chance.
+    /// steps, from the plateau's step to smaller ones. At a smooth point, the gap shrinks in proportion to the step.
+    /// Three steps are not enough, because noise may keep the gap open over three steps by chance.
     fn stays_apart(&self, sweep: &[Quotients], best: &Plateau) -> bool {
         let missed = missed(sweep, best.level);
         let first = best.level.min(sweep.len().saturating_sub(4));
@@ -258,8 +258,8 @@ impl Judge {
     }
 
     /// Looks for a plateau at smaller steps than those of `best`, where the left and the right slope approach each
-    /// other. Returns the one with the least spread. If there is one, the gap at larger steps was caused by a narrow
-    /// term and not by a kink.
+    /// other. Returns the plateau with the least spread. If it exists, a narrow term caused the gap at larger steps,
+    /// and not a kink.
     fn closer(&self, sweep: &[Quotients], best: &Plateau) -> Option<Plateau> {
         let together = |closer: &Plateau| {
             let levels = &sweep[closer.level - 1..=closer.level + 1];

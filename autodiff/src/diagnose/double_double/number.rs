@@ -26,7 +26,7 @@ impl DoubleDouble {
         Self::normal(high, low)
     }
 
-    /// Returns the two floats: the number rounded to f64, and what the rounding left out.
+    /// Returns the two floats of which the number consists: the number rounded to f64, and the remainder.
     #[inline]
     pub fn parts(self) -> [f64; 2] {
         [self.high, self.low]

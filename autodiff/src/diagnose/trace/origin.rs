@@ -14,9 +14,9 @@ pub struct NonFinite {
     pub operation: &'static str,
     /// The number of the operation, counted from 1; 0 for an argument of the function.
     pub number: usize,
-    /// The step of a [`Rollout`](crate::Rollout), if one was running.
+    /// The step of the [`Rollout`](crate::Rollout) in which the operation ran, if it ran in one.
     pub step: Option<usize>,
-    /// The line of the operation. For an argument, the line of the call to
+    /// The line of the operation in the source code. For an argument, the line of the call to
     /// [`first_non_finite`](super::first_non_finite).
     pub place: &'static Location<'static>,
     /// The operands, the value and the partials of the operation, as text.
@@ -34,7 +34,7 @@ impl fmt::Display for NonFinite {
     }
 }
 
-/// The trace that is running on this thread.
+/// The trace that is running on this thread, if any.
 #[derive(Default)]
 pub(super) struct Trace {
     operations: usize,
@@ -48,11 +48,11 @@ thread_local! {
 /// The origin of a number, as an index into `Trace::found`.
 pub(super) type Origin = u32;
 
-/// The index of a number without an origin, because no infinity or NaN contributed to it. It is the largest index. So
-/// if several numbers are combined, the minimum of their indices is the first operation to report.
+/// The origin of a number to which no infinity or NaN contributed. It is the largest index, so that the minimum over
+/// several numbers is the index of the first operation to report.
 pub(super) const CLEAN: Origin = Origin::MAX;
 
-/// Counts an operation.
+/// Counts one more operation of the running trace.
 pub(super) fn count() {
     RUNNING.with_borrow_mut(|trace| {
         if let Some(trace) = trace {
@@ -61,7 +61,7 @@ pub(super) fn count() {
     });
 }
 
-/// Records an origin. Does nothing outside a trace.
+/// Records an origin of an infinity or NaN. Does nothing outside a trace.
 pub(super) fn note(
     operation: &'static str,
     place: &'static Location<'static>,

@@ -137,7 +137,7 @@ impl<R: Real> Real for Traced<R> {
         |x, y, operation, rule| x.apply2(operation, y, rule),
     }
 
-    /// Only the chosen operand passes on its origin.
+    /// The result has the origin of the chosen operand.
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
             Some(true) => if_true,
@@ -165,7 +165,7 @@ impl<R: Real> Real for Traced<R> {
             ..self.detach()
         }
     }
-    /// Drops the partials, and with them the origin. A value that is not finite keeps its origin.
+    /// Drops the partials and their origin. If the value itself is not finite, its origin is kept.
     fn detach(self) -> Self {
         let sound = self.value.finite().all();
         Self {

@@ -13,8 +13,7 @@ use crate::real::Real;
 
 impl<R: Real> Field for Element<R> {}
 
-/// For nalgebra an element is a SIMD register with one lane: the lanes inside `R` belong to the number, not to the
-/// matrix.
+/// For nalgebra, an element is a SIMD register with one lane. The lanes inside `R` are not visible to nalgebra.
 #[allow(unsafe_code)] // Only the signatures of the trait are unsafe.
 impl<R: Real> SimdValue for Element<R> {
     const LANES: usize = 1;

@@ -5,7 +5,7 @@ use ::nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
 use super::super::element::Element;
 use crate::real::Real;
 
-/// Returns a slice of numbers as a vector.
+/// Converts a slice of numbers to a vector of elements.
 pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
     DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
 }

@@ -13,9 +13,9 @@ use crate::record::operation::{Op, Place};
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 
-/// The values that each field takes: numbers that code may treat as special, exponents and loop lengths, and very small
-/// and very large magnitudes. Moderate values come first, so that the check fails before an enormous value becomes the
-/// length of a loop.
+/// The values that the check gives to each field: numbers that code may treat as special, exponents and loop lengths,
+/// and very small and very large magnitudes. Moderate values come first, so that the check fails before an enormous
+/// value becomes the length of a loop.
 const VALUES: [f64; 19] = [
     2.0,
     1.0,
@@ -108,7 +108,8 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
     }
 }
 
-/// Returns whether operation `op` correctly becomes `got` when the fields change from `usual` to `values`.
+/// Returns whether the operation `got` is the expected one. The fields have changed from the values `usual` to
+/// `values`, and `op` is the operation for `usual`.
 fn follows(op: Op, got: Op, usual: &[f64], values: &[f64]) -> bool {
     let (Op::Constant(before), Op::Constant(after)) = (op, got) else {
         return op == got;
@@ -124,7 +125,7 @@ fn follows(op: Op, got: Op, usual: &[f64], values: &[f64]) -> bool {
     after == expected || after.is_nan() && expected.is_nan()
 }
 
-/// Returns field values between 0 and 1 that no kernel uses as a literal.
+/// Returns field values between 0 and 1 that are unlikely to be literals of any kernel.
 pub(super) fn stand_ins(seed: f64, count: usize) -> impl Iterator<Item = f64> + Clone {
     (1..=count).map(move |k| (seed + k as f64).sqrt().fract())
 }

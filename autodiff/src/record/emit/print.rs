@@ -25,7 +25,7 @@ pub(super) struct Printer<'a> {
     fields: &'a [(&'a str, f64)],
     /// For each number, how often the formula reads it.
     reads: Vec<usize>,
-    /// For each number, whether it depends on the cotangents of the results.
+    /// For each number of the formula, whether it depends on the cotangents of the kernel's results.
     of_bars: Vec<bool>,
 }
 
@@ -79,7 +79,8 @@ impl<'a> Printer<'a> {
         )
     }
 
-    /// Returns the definitions of all numbers that depend on the cotangents (if `of_bars`), or of all others.
+    /// Returns the definitions of the numbers that depend on the cotangents (if `of_bars`), or of the numbers that do
+    /// not.
     fn statements(&self, of_bars: bool) -> String {
         let mut text = String::new();
         for (at, &op) in self.recording.ops.iter().enumerate() {
@@ -126,8 +127,8 @@ impl<'a> Printer<'a> {
         results.iter().position(|&result| result == place)
     }
 
-    /// If `op` adds a term to a product that nothing else reads, returns the product and the term. The two operations
-    /// are printed as one fused multiply-add.
+    /// If `op` adds a term to a product, and nothing else reads the product, returns the product and the term. The two
+    /// operations are then printed as one fused multiply-add.
     fn fused(&self, op: Op) -> Option<(Place, Place)> {
         match op {
             Op::Binary(Binary::Add | Binary::Sub, [a, b]) if self.is_lone_product(b) => {
@@ -144,7 +145,7 @@ impl<'a> Printer<'a> {
             && self.given(place).is_none()
     }
 
-    /// Whether a product is printed as part of a fused multiply-add.
+    /// Whether a product is not printed by itself, but as part of a fused multiply-add.
     fn is_folded(&self, place: Place) -> bool {
         let read = self.recording.ops.iter().zip(&self.reads);
         let mut read = read.filter(|(_, reads)| **reads > 0);
@@ -178,7 +179,9 @@ impl<'a> Printer<'a> {
         }
         match op {
             Op::Input(_) => unreachable!("inputs have names"),
-            Op::Dot(..) | Op::Sum(..) => unreachable!("a simplified recording has their terms"),
+            Op::Dot(..) | Op::Sum(..) => {
+                unreachable!("a simplified recording has neither dot products nor sums")
+            }
             Op::Constant(bits) => self.constant(f64::from_bits(bits)),
             Op::Always(value) => format!("<R::Mask as Mask>::splat({value})"),
             Op::Unary(f, x) => unary(f, &name(x)),

@@ -3,7 +3,7 @@
 use crate::real::{Mask, Real};
 use crate::simd::Lane;
 
-/// The values of one number of the recording at `W * L::N` points.
+/// The values of one recorded number at `W * L::N` points: `W` registers of `L::N` lanes.
 pub(super) type Block<L, const W: usize> = [L; W];
 
 #[inline(always)]
@@ -64,7 +64,7 @@ pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     found.any()
 }
 
-/// Loads block number `place`.
+/// Loads the block with the index `place`.
 #[inline(always)]
 pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
     let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);
@@ -74,7 +74,7 @@ pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize
     block
 }
 
-/// Stores block number `place`.
+/// Stores a block at the index `place`.
 #[inline(always)]
 pub(super) fn store<R: Real, L: Lane<R>, const W: usize>(
     to: &mut [R],

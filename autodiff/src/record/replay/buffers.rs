@@ -9,29 +9,29 @@ use crate::record::arithmetic::number;
 use crate::record::operation::Op;
 use crate::simd::Lane;
 
-/// The buffers of a replay. A thread keeps them for its next replay. "Own" numbers differ from point to point, in
-/// contrast to shared arguments.
+/// The buffers of a replay. A thread keeps them for its next replay. Numbers that differ from point to point are called
+/// "own", in contrast to shared arguments.
 pub(super) struct ReplayBuffers<R, L, const W: usize> {
     /// The shared arguments that operations outside of layers read.
     pub(super) read: Vec<R>,
-    /// The cotangents of `read`. Each lane holds the sum over the points that were computed in this lane.
+    /// The cotangents of `read`. Each lane holds a partial sum: the sum over the points that this lane has processed.
     pub(super) read_bars: Vec<L>,
     /// The contribution of layers to the cotangents of all shared arguments.
     pub(super) gradient: Vec<R>,
     /// For each layer, whether all its weights are finite.
     pub(super) finite: Vec<bool>,
-    /// The result of each operation.
+    /// The result of each operation at the current block of points.
     pub(super) values: Vec<Block<L, W>>,
-    /// The cotangent of each result.
+    /// The cotangent of each operation's result at the current block of points.
     pub(super) bars: Vec<Block<L, W>>,
-    /// The partials of functions of one number, which the forward sweep stores for the reverse sweep.
+    /// The partial derivatives of functions of one number. The forward sweep stores them for the reverse sweep.
     pub(super) partials: Vec<Block<L, W>>,
-    /// The own inputs of a layer, their cotangents (`own_bars`), and the rows of the layer. All three are stored block
-    /// by block.
+    /// The own inputs of a layer (`own`), the cotangents of these inputs (`own_bars`), and the results of the layer's
+    /// rows (`rows`). All three are stored block by block.
     pub(super) own: Aligned<R>,
     pub(super) own_bars: Aligned<R>,
     pub(super) rows: Aligned<R>,
-    /// The own inputs of a layer, point by point.
+    /// The own inputs of a layer (those that differ from point to point), stored point by point.
     pub(super) by_point: Aligned<R>,
 }
 

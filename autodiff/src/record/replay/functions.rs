@@ -9,8 +9,8 @@ use crate::rule;
 use crate::simd::Lane;
 
 /// Returns the values and the partials of a function of one number. The partials are only valid if `differentiates` is
-/// true, which requires `REVERSE`. Short functions have their own loops. All others are compiled once for all block
-/// lengths.
+/// true. `differentiates` may only be true if `REVERSE` is. Short functions have their own loops. All others are
+/// compiled once for all block lengths.
 #[inline(always)]
 pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: bool>(
     (f, differentiates): (Unary, bool),

@@ -1,4 +1,4 @@
-//! Computes the layers of a network as matrix products.
+//! Computes a network's layers as matrix products during a replay.
 
 use super::block::{Block, load, store};
 use super::buffers::ReplayBuffers;
@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::simd::Lane;
 
 impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
-    /// Copies the own inputs of a layer to adjacent memory.
+    /// Copies the own inputs of a layer (those that differ from point to point) to adjacent memory.
     fn gather_own(&mut self, layer: Layer) {
         self.own.make_room(layer.columns * W * L::N);
         for j in 0..layer.columns {
@@ -38,7 +38,8 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         }
     }
 
-    /// Pulls back the cotangents of all rows of layer `number`. Numbers at places below `inputs` need no cotangents.
+    /// Pulls back the cotangents of all rows of layer `number`. Inputs of the recording, which have places below
+    /// `inputs`, get no cotangents.
     pub(super) fn reverse_layer(
         &mut self,
         (layer, number): (Layer, usize),

@@ -11,12 +11,12 @@ use crate::record::symbol::Symbol;
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(super) steps: Vec<Step>,
-    /// The places of the results, among the steps or among the shared arguments. Shared places are numbered as in
+    /// The places of the results. A result is either a step or a shared argument. Shared arguments are numbered as in
     /// `read`.
     pub(super) results: Vec<Place>,
     pub(super) layers: Vec<Layer>,
-    /// Which shared arguments are read outside of layers or are results. Shared places in `steps` and `results` are
-    /// indices into this list. `None` if there are no layers; then they are indices into all shared arguments.
+    /// The shared arguments that are results or are read outside of layers. Shared places in `steps` and `results` are
+    /// indices into this list. `None` if there are no layers; then these places are indices into all shared arguments.
     pub(super) read: Option<Vec<usize>>,
 }
 
@@ -24,24 +24,25 @@ pub(crate) struct Plan {
 pub(super) enum Step {
     /// A single operation.
     Single(Op),
-    /// The first row of the layer with this index. The whole layer is computed at this step.
+    /// The layer with this index. The step belongs to its first row, but computes the whole layer.
     Layer(usize),
-    /// Another row of a layer, which is already computed.
+    /// A row of a layer that is already computed; nothing remains to be done.
     Row,
 }
 
-/// A matrix-vector product: dot products of rows of shared numbers with the same vector of own numbers.
+/// A matrix-vector product: dot products of rows of shared numbers with a vector of own numbers. Own numbers differ
+/// from point to point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// The place of the first row's dot product. The places of consecutive rows differ by `step`.
+    /// The place of the dot product for the first row. The dot product of each further row is `step` places later.
     pub(super) first: usize,
     pub(super) step: usize,
     /// The index of the first matrix entry among the shared arguments. The distance between rows is `stride`.
     pub(super) weights: usize,
     pub(super) stride: usize,
-    /// The vector that the matrix is multiplied by. Its numbers differ from point to point.
+    /// The run of own numbers by which the matrix is multiplied. They differ from point to point.
     pub(super) own: Run,
 }
 
@@ -49,11 +50,12 @@ pub(super) struct Layer {
 /// time than the matrix product saves.
 const LEAST_ROWS: usize = 4;
 const LEAST_ENTRIES: usize = 64;
-/// When a new row is found, it is compared with this many of the most recent layers.
+/// A new row is compared with this many of the most recent layers, to find its layer.
 const OPEN: usize = 4;
 
 impl Layer {
-    /// Returns a layer of one row if `op` is a dot product of adjacent shared numbers with own numbers.
+    /// Returns a layer of one row if `op` is a dot product of adjacent shared numbers with own numbers, which differ
+    /// from point to point.
     fn of_row(place: usize, op: Op) -> Option<Self> {
         let Op::Dot([a, b], len) = op else {
             return None;
@@ -93,7 +95,7 @@ impl Layer {
         self.rows >= LEAST_ROWS && self.rows * self.columns >= LEAST_ENTRIES
     }
 
-    /// The place of a row's dot product.
+    /// The place of the dot product that belongs to a row.
     pub(super) fn place(&self, row: usize) -> usize {
         self.first + row * self.step
     }
@@ -159,8 +161,8 @@ impl Plan {
     }
 }
 
-/// Changes shared places to indices into a list of the shared arguments that are read outside of layers or are results.
-/// Returns this list.
+/// Lists the shared arguments that are results or are read outside of layers, and returns this list. Changes the shared
+/// places in `steps` and `results` to indices into the list.
 fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     let mut read = Vec::new();
     each_shared_run(steps, results, |run, len| {
@@ -178,7 +180,8 @@ fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     read
 }
 
-/// Applies `f` to each run of shared places that is read outside of layers, and to each result that is a shared place.
+/// Replaces, by the result of `f`, each run of shared places that is read outside of layers, and each result that is a
+/// shared place.
 fn each_shared_run(steps: &mut [Step], results: &mut [Place], mut f: impl FnMut(Run, u32) -> Run) {
     let mut replaced = |run: Run, len| {
         if run.first.is_shared() {

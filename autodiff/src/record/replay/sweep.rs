@@ -21,7 +21,8 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
     plan: &'a Plan,
     /// The arguments that all points share.
     shared: &'a [R],
-    /// The number of inputs whose cotangents are not needed. These inputs are the first operations of the recording.
+    /// If no cotangents of inputs are needed, the number of inputs; otherwise 0. Inputs are the first operations of the
+    /// recording.
     inputs: usize,
     /// Whether [`reverse`](Self::reverse) will be called.
     differentiates: bool,
@@ -29,7 +30,7 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
-    /// Prepares a replay in the buffers of the thread's last replay of this number type.
+    /// Prepares a replay. Uses the buffers of the thread's last replay of this number type.
     #[inline(always)]
     pub(super) fn new(
         plan: &'a Plan,
@@ -53,7 +54,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         self.memory.values[input] = block;
     }
 
-    /// Returns the cotangent of an input. Call this once for each block, and only for inputs whose cotangent is needed.
+    /// Returns the cotangent of an input and resets it to zero. Call this once for each block, and only if the
+    /// cotangent is needed.
     #[inline(always)]
     pub(super) fn take_input_bar(&mut self, input: usize) -> Block<L, W> {
         std::mem::replace(&mut self.memory.partials[input], [L::zero(); W])
@@ -82,7 +84,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Adds to the cotangent of a number. Does nothing for an input whose cotangent is not needed.
+    /// Adds to the cotangent of the number at `place`. Does nothing for an input whose cotangent is not needed.
     #[inline(always)]
     fn add(&mut self, place: Place, part: Block<L, W>) {
         if place.is_shared() {
@@ -156,7 +158,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Returns the values of a result at the block of points that [`forward`](Self::forward) computed last.
+    /// Returns the values of a result at the points of the block that [`forward`](Self::forward) has computed last.
     #[inline(always)]
     pub(super) fn result(&self, result: usize) -> Block<L, W> {
         self.get(self.plan.results[result])
@@ -271,9 +273,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Pulls back the dot product at `place`. The operation before it may be a dot product of another shared row with
-    /// the same own numbers, as in a matrix-vector product. Then that operation is also pulled back, and the result is
-    /// true.
+    /// Pulls back the dot product at `place`. If the operation before it is a dot product of another shared row with
+    /// the same own numbers, as in a matrix-vector product, pulls that operation back too and returns true.
     #[inline(always)]
     fn reverse_dot(
         &mut self,
@@ -323,7 +324,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         false
     }
 
-    /// Pulls back the dot products of `D` shared rows with the same own numbers `b`. All have length `len`. The
+    /// Pulls back `D` dot products of shared rows with the same own numbers `b`. All rows have the length `len`. The
     /// cotangents of the products, `bars`, must not be zero.
     #[inline(always)]
     fn reverse_rows<const D: usize>(

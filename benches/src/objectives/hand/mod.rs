@@ -45,7 +45,7 @@ impl Hand {
         self.jacobian.chunks(columns).collect()
     }
 
-    /// Computes the residuals from the posed skin. With `with_derivatives` it also computes the Jacobian from the
+    /// Computes the residuals from the posed skin. If `with_derivatives` is true, also computes the Jacobian from the
     /// derivatives of the skin.
     fn measure(&mut self, with_derivatives: bool) {
         let rows = if with_derivatives {

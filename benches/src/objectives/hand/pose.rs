@@ -53,8 +53,8 @@ impl Skin {
     }
 }
 
-/// Poses all vertices. The numbers are plain, or carry derivatives: those of a bone are along the directions of its own
-/// finger, and those of the whole hand along its own directions.
+/// Poses all vertices. The numbers are plain numbers or carry derivatives. The derivatives of a bone are along the
+/// directions of its own finger; those of the whole hand are along other directions.
 struct Pose<'a, B, G> {
     instance: &'a Instance,
     bones: &'a [Affine<B>],
@@ -95,9 +95,9 @@ impl Vectorized<f64> for Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
 }
 
 impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
-    /// Adds the part of the vertices that comes from a finger without its first bone. Only this part depends on the
-    /// finger's angles. Blending and turning are linear in the transformations of the bones. So applied to the
-    /// derivatives of these transformations, they give the derivatives of the part.
+    /// Adds the part of the vertices that depends on the angles of a finger, which is the part from all bones of the
+    /// finger but the first. Blending and turning are linear in the transformations of the bones. So the same code,
+    /// applied to the derivatives of these transformations, computes the derivatives of the part.
     #[inline(always)]
     fn add_finger<L: Lane<f64>>(&mut self, finger: usize) {
         let Self {
@@ -189,7 +189,7 @@ impl<R: Real> Vectorized<f64> for Bones<'_, R> {
     }
 }
 
-/// Returns the angles of a bone about x, y and z. The bone must not be one of those that no angle moves.
+/// Returns the angles of a bone about x, y and z. The bone must be moved by some angle.
 #[inline(always)]
 fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
     let (finger, joint) = ((bone - 1) / JOINTS, (bone - 1) % JOINTS);
@@ -219,7 +219,7 @@ fn global<R: Real>(theta: &[R]) -> Affine<R> {
     Affine(matrix)
 }
 
-/// Returns numbers as variables. Each variable has a direction of its own.
+/// Returns numbers as variables: dual numbers in which each variable has its own direction.
 fn seeded<const N: usize>(numbers: &[f64]) -> [Dual<f64, N>; N] {
     let mut variables = [Dual::constant(0.0); N];
     for i in 0..N {

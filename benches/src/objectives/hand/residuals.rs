@@ -16,8 +16,8 @@ fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
     point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
 }
 
-/// Writes the residuals of all targets and, unless `jacobian` is empty, the rows of the Jacobian. A row has the
-/// derivatives with respect to `u1` and `u2`, if it has room for them, and then those with respect to `theta`.
+/// Computes the residuals of all targets. Unless `jacobian` is empty, also computes the rows of the Jacobian. A row has
+/// the derivatives with respect to `u1` and `u2`, if it has room for them, and then those with respect to `theta`.
 pub(super) struct Residuals<'a> {
     pub(super) targets: &'a [Target],
     pub(super) skin: &'a Skin,
@@ -92,7 +92,7 @@ impl<'a> Here<'a> {
         Self { targets, corners }
     }
 
-    /// Writes each lane to a list, in which the places of the lanes are `stride` apart. Repeated targets are left out.
+    /// Writes each lane to a list. The entries for consecutive lanes are `stride` apart. Repeated targets are left out.
     #[inline(always)]
     fn scatter<L: Lane<f64>>(&self, values: L, to: &mut [f64], stride: usize) {
         let mut lanes = [0.0; WIDEST];
@@ -111,8 +111,8 @@ impl<'a> Here<'a> {
         L::load(&lanes)
     }
 
-    /// Loads the numbers of the three corners of each target. `of_vertices` is a coordinate of the skin or a derivative
-    /// of it.
+    /// Loads, for each target, the numbers that belong to its three vertices. `of_vertices` is a coordinate of the skin
+    /// or a derivative of it.
     #[inline(always)]
     fn corners<L: Lane<f64>>(&self, of_vertices: &[f64]) -> [L; 3] {
         let mut numbers = [L::zero(); 3];

@@ -1,4 +1,4 @@
-//! The tables `bars.csv` and `nodes.csv`, in SI units. Numbers have nine decimals: lengths are right to a nanometre,
+//! The tables `bars.csv` and `nodes.csv`, in SI units. Numbers have nine decimals: lengths are exact to a nanometre,
 //! masses to a microgram, forces to a nanonewton.
 
 use super::layers::joints;
@@ -77,7 +77,7 @@ pub(super) fn bars(
         )
         .column(
             "plate_density",
-            "density of the plate with which the strip weighs as much as the bar, kg/m3",
+            "density of the plate for which the strip has the mass of the bar, kg/m3",
             |(_, m)| mass(m) / (volume(m) / MM.powi(3)),
         );
     Ok(table.rounded(DECIMALS).done())

@@ -24,7 +24,7 @@ impl Dxf {
         let _ = write!(self.0, "{code}\r\n{value}\r\n");
     }
 
-    /// Writes the beginning of an entity or of a vertex: its type `name`, its layer and its position.
+    /// Begins an entity or a vertex: writes its type `name`, its layer and its position.
     fn begin(&mut self, name: &str, layer: &str, place: Vector<f64>) {
         self.pair(0, name);
         self.pair(8, layer);
@@ -65,7 +65,7 @@ impl Dxf {
         self.pair(8, layer);
     }
 
-    /// Writes a text whose middle is at `place`.
+    /// Draws a text whose middle is at `place`.
     fn text(&mut self, place: Vector<f64>, height: f64, angle: f64, text: &str) {
         self.begin("TEXT", LABELS, place);
         self.pair(40, format_args!("{height:.6}"));
@@ -123,7 +123,7 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.0
 }
 
-/// Writes the table of line types, which layers need, and the table of layers.
+/// Writes two tables of the DXF file: the line types, which layers refer to, and the layers.
 fn tables(dxf: &mut Dxf, pattern: &Pattern) {
     let lines = "0 TABLE 2 LTYPE 70 1 0 LTYPE 2 CONTINUOUS 70 0 3 Solid 72 65 73 0 40 0.0 0 ENDTAB";
     let words: Vec<&str> = lines.split(' ').collect();

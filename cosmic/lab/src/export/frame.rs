@@ -43,7 +43,7 @@ impl Kind {
 pub(super) struct Frame {
     members: Vec<Member>,
     radii: Radii,
-    /// For each strut, the index of its plane.
+    /// For each strut, the index of the plane in which it lies.
     levels: Vec<usize>,
     joints: Vec<Joint>,
     /// The distance between neighbouring planes, in mm.
@@ -133,7 +133,7 @@ impl Frame {
         )
     }
 
-    /// Returns the prisms of all parts whose kind satisfies `is_asked`.
+    /// Returns the prisms of the parts whose kind satisfies `is_asked`.
     pub(super) fn prisms(&self, is_asked: impl Fn(Kind) -> bool) -> Vec<Prism> {
         let own = self.members.iter().zip(&self.levels);
         let own = own.filter(|(member, _)| is_asked(Kind::Strut(member.material)));
@@ -186,7 +186,7 @@ impl Frame {
         // Nine decimals of metres, kilograms and millilitres are enough for a workshop.
         let head = |name, says| Column::new(name, says).rounded(9);
         let cubic = Column::new("volume", "m3").rounded(15);
-        let says = "the density with which every part has the mass of its bars, kg/m3";
+        let says = "the density for which every part has the mass of its bars, kg/m3";
         Table::of("", "", &rows)
             .column("part", "the kind of part", |row| row.0)
             .column("count", "number of struts or joints", |row| count(row.1))
@@ -198,8 +198,9 @@ impl Frame {
     }
 }
 
-/// Returns the smallest distance between neighbouring planes that leaves `gap` between the struts, and between the
-/// discs of a joint, in different planes. All lengths are in mm; `strut` is the thickness of the thickest strut.
+/// Returns the distance between neighbouring planes. It is the smallest distance at which struts in different planes,
+/// and discs of a joint in different planes, are at least `gap` apart. All lengths are in mm; `strut` is the thickness
+/// of the thickest strut.
 fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
     let needed = |d: &[Disc]| {
         let levels = (d[1].level - d[0].level) as f64;

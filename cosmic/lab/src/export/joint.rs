@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// The number of sides of a strut, which is a prism. Its corners are a little outside the circle of the given radius,
 /// so that polygon and circle have equal areas.
 pub(super) const SIDES: usize = 24;
-/// The largest fraction of a joint's volume that may be in its columns.
+/// The largest fraction of a joint's volume that its columns may have.
 const COLUMNS: f64 = 0.2;
 
 /// The radii of the struts, in mm.
@@ -50,13 +50,13 @@ impl Radii {
         PI * self.radius(member).powi(2)
     }
 
-    /// Returns the distance from a strut's axis to its corners, in mm.
+    /// Returns the distance from a strut's axis to the corners of its cross section, in mm.
     pub(super) fn reach(&self, member: &Member) -> f64 {
         self.radius(member) * corners_at(SIDES)
     }
 
-    /// Returns the distance from `node`, in mm, at which the struts `a` and `b` must end so that neither crosses the
-    /// line half-way between them. Both struts are in one plane.
+    /// Two struts, `a` and `b`, meet at `node` in one plane. Returns the distance from the node, in mm, at which both
+    /// must end so that neither crosses the line half-way between them.
     pub(super) fn trim(&self, node: usize, a: &Member, b: &Member) -> f64 {
         let (one, other) = (a.away_from(node), b.away_from(node));
         let between = one.cross(other).abs().atan2(one.dot(other));
@@ -71,10 +71,10 @@ fn corners_at(sides: usize) -> f64 {
     (TAU / (n * (TAU / n).sin())).sqrt()
 }
 
-/// The part of a joint in one plane: a flat prism.
+/// The part of a joint in one plane: a flat prism, called a disc.
 pub(super) struct Disc {
     pub(super) level: usize,
-    /// The volume of the strut ends that the disc replaces, in mm3.
+    /// The volume of the strut ends that this disc replaces, in mm3.
     missing: f64,
     /// The thickness of the disc, in mm.
     pub(super) height: f64,
@@ -88,9 +88,9 @@ pub(super) struct Joint {
     pub(super) trim: f64,
     /// The corners of the prism's base relative to the node, counterclockwise.
     corners: Vec<Vector<f64>>,
-    /// One disc for each plane of the node, from the lowest to the highest.
+    /// The discs of the joint, one for each plane of the node, from the lowest to the highest.
     pub(super) discs: Vec<Disc>,
-    /// The cross section of the column between two discs, in mm2.
+    /// The cross section of the column that connects one disc with the next, in mm2.
     column: f64,
 }
 
@@ -107,15 +107,15 @@ impl Joint {
         far.fold(0.0, f64::max)
     }
 
-    /// Returns the range from the height of the joint's lowest point to that of its highest, in mm.
+    /// Returns the range of heights that the joint covers, in mm.
     pub(super) fn heights(&self, pitch: f64) -> Range {
         let z = |disc: &Disc, side: f64| disc.level as f64 * pitch + side * 0.5 * disc.height;
         let (lowest, highest) = (&self.discs[0], &self.discs[self.discs.len() - 1]);
         Range::new(z(lowest, -1.0), z(highest, 1.0))
     }
 
-    /// Thins all discs by one factor to make room for the columns. Before this, the discs alone have the volume of the
-    /// missing strut ends. Afterwards, discs and columns together have it.
+    /// Makes all discs thinner by one factor, so that there is room for the columns. Before this, the discs alone have
+    /// the volume of the missing strut ends; afterwards, discs and columns together have it.
     pub(super) fn make_columns(&mut self, pitch: f64) {
         let pairs = || self.discs.windows(2);
         let rise: f64 = pairs()
@@ -154,7 +154,7 @@ impl Joint {
     }
 }
 
-/// Builds the joint of a node without columns. [`Joint::make_columns`] then makes room for them.
+/// Builds the joint of a node, without columns. Call [`Joint::make_columns`] afterwards.
 pub(super) fn joint(
     node: usize,
     place: Vector<f64>,

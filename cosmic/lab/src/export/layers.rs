@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 pub(super) struct Stack {
     /// The layer of each bar.
     pub(super) of_member: Vec<usize>,
-    /// For each node at which a bar ends, the range from the lowest to the highest layer of its bars.
+    /// For each node at which a bar ends, the lowest and the highest layer of its bars, as a range.
     pub(super) at_node: BTreeMap<usize, RangeInclusive<usize>>,
     /// `None` if the stack can be built. Otherwise the index of an edge and the index of a node: the bar of this edge
     /// lies across the pin of this node.
@@ -17,9 +17,9 @@ pub(super) struct Stack {
 }
 
 impl Stack {
-    /// Stacks bars greedily, those with the most conflicts first (D. Welsh and M. Powell, 1967). Each bar gets the
-    /// lowest layer in which it has no conflict. A bar that passes a node within `reach` (mm) without ending there goes
-    /// on top of all others, above the node's pin.
+    /// Assigns bars to layers. Bars are taken in the order of their conflicts, the bar with the most conflicts first
+    /// (D. Welsh and M. Powell, 1967), and each gets the lowest layer in which it has no conflict. A bar that passes a
+    /// node within `reach` (mm) without ending there goes on top of all others, above the node's pin.
     pub(super) fn new(
         members: &[Member],
         reach: f64,
@@ -76,8 +76,8 @@ pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, Vector<f64>> {
     members.iter().flat_map(ends).collect()
 }
 
-/// Returns for each bar the nodes that it passes: those at which it does not end and that are nearer to it than
-/// `reach`.
+/// Returns, for each bar, the nodes that it passes. A bar passes a node that is nearer to it than `reach` and is not
+/// one of its ends.
 fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
     let joints = joints(members);
     let of_member = |m: &Member| {

@@ -73,8 +73,8 @@ pub fn pattern_dxf(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     Ok(vec![ExportFile::new("pattern.dxf", dxf::draw(&pattern))])
 }
 
-/// Returns `robot.stl`, the whole solid; `skeleton.stl`, its skeleton struts and joints; `actuators.stl`, its
-/// actuators; and `solid.csv`, the volumes, densities and masses of these parts.
+/// Returns four files: `robot.stl`, the whole solid; `skeleton.stl` and `actuators.stl`, the struts and joints of one
+/// material; and `solid.csv`, the volumes, densities and masses of these parts.
 ///
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for struts that are too thick for the robot.

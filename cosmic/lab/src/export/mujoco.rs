@@ -38,16 +38,16 @@ pub struct MujocoSettings {
     /// Coefficient of friction. `None` takes the scene's coefficient, but at most [`MOST_FRICTION`]. Ground without
     /// slipping gets [`MOST_FRICTION`].
     pub friction: Option<f64>,
-    /// The number of mechanical steps in each step of the controller. If the scene's number is larger, that one is
-    /// used.
+    /// The number of mechanical steps in each step of the controller. If the scene
+    /// has more, the model has as many as the scene.
     pub substeps: usize,
-    /// The time constant of a contact, in seconds. MuJoCo raises it to two mechanical steps if it is shorter.
+    /// The time constant of a contact, in seconds. MuJoCo uses two mechanical steps if that is longer.
     pub contact_time: f64,
     /// Ratio of frictional to normal impedance. Large values reduce creep.
     pub impedance_ratio: f64,
     /// The largest number of iterations of the contact solver in a step.
     pub iterations: usize,
-    /// The tolerance at which the solver stops.
+    /// The solver stops when its improvement is below this tolerance.
     pub tolerance: f64,
 }
 
@@ -113,7 +113,7 @@ fn check(case: &Case) -> Result<()> {
     }
 }
 
-/// The robot of a case, with those of its nodes and edges that the MuJoCo model contains.
+/// The robot of a case, reduced to the nodes and edges that the MuJoCo model contains.
 struct Robot<'c> {
     case: &'c Case,
     settings: &'c MujocoSettings,
@@ -136,7 +136,7 @@ impl<'c> Robot<'c> {
         let ground = Ground::from(&case.physics);
         let body = case.body();
         let count = case.lattice.nodes();
-        let network = Network::of(&case.controller).expect("`check` has accepted a network");
+        let network = Network::of(&case.controller).expect("`check` accepts only networks");
         let folded = network.folded(&case.observation, count, &body.presence, &ground);
         let layout = case.design.layout();
         let is_bar = |edge: &usize| layout.is_none_or(|layout| layout[*edge].is_solid());
@@ -302,8 +302,8 @@ impl<'c> Robot<'c> {
         self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
     }
 
-    /// Returns the end stops of an actuator as an element for a second tendon: a spring that has no force as long as
-    /// the length is between the two stops.
+    /// Returns an element for the end stops of an actuator. It is a second tendon: a spring that has no force as long
+    /// as the length is between the two stops.
     fn stops(&self, edge: usize) -> String {
         let strain = self.body.strain[edge];
         match &self.stops {
@@ -409,9 +409,9 @@ struct ControllerFile {
     steps: usize,
 }
 
-/// Converts a controller for the model. `folded` is a network whose inputs are the raw state of all `count` nodes and
-/// the clock. The inputs of the result are the positions of `nodes` node by node, their velocities node by node, and
-/// the clock. Its outputs are those for `actuators`.
+/// Converts a controller for the model. The inputs of `folded` are the raw state of all `count` nodes and the clock.
+/// The inputs of the result are the positions of `nodes`, node by node, then their velocities, then the clock. The
+/// outputs of the result are the outputs for `actuators`.
 fn reordered(
     folded: &Network<f64>,
     nodes: &[usize],

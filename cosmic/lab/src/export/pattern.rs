@@ -16,7 +16,7 @@ const MARGIN: f64 = 10.0;
 /// The height of the labels of layers, in mm.
 pub(super) const LABEL: f64 = 6.0;
 
-/// A bar on the sheet. Positions are in mm from the sheet's lower left corner.
+/// A bar on the sheet of the flat pattern. Positions are in mm from the sheet's lower left corner.
 pub(super) struct Part {
     /// The index of the bar's edge.
     pub(super) edge: usize,
@@ -29,7 +29,7 @@ pub(super) struct Part {
     pub(super) corners: [Vector<f64>; 4],
     /// The angle between the bar and the sheet's lower edge, in degrees.
     pub(super) angle: f64,
-    /// True for an actuator. Its strip only shows the space that the actuator needs.
+    /// True for an actuator. The strip of an actuator only shows how much space it needs.
     pub(super) is_actuator: bool,
 }
 
@@ -41,7 +41,7 @@ impl Part {
     }
 }
 
-/// A layer on the sheet.
+/// A layer of bars on the sheet.
 pub(super) struct Layer {
     /// The bars of the layer.
     pub(super) parts: Vec<Part>,
@@ -49,11 +49,11 @@ pub(super) struct Layer {
     pub(super) label: Vector<f64>,
 }
 
-/// The drawing of all layers on one sheet.
+/// The drawing of all layers on one sheet, as SVG or DXF files show it.
 pub(super) struct Pattern {
     /// Layers from the lowest to the highest.
     pub(super) layers: Vec<Layer>,
-    /// The assignment of bars to layers.
+    /// The layer of each bar.
     pub(super) stack: Stack,
     /// The width and height of the sheet, in mm.
     pub(super) size: Vector<f64>,
@@ -112,7 +112,7 @@ impl Pattern {
     }
 }
 
-/// Returns a bar at its place on the sheet: moved by `shift`, and `width` wide.
+/// Returns a bar at its place on the sheet. `shift` moves the bar to this place, and `width` is the width of its strip.
 fn part(member: &Member, shift: Vector<f64>, width: f64) -> Part {
     let (a, b) = (member.axis.from + shift, member.axis.to + shift);
     let direction = member.axis.direction();

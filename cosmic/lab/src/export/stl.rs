@@ -33,7 +33,8 @@ impl Prism {
     }
 }
 
-/// Returns the unit normal of a triangle. It points to the side from which the corners run counterclockwise.
+/// Returns the unit normal of a triangle. Seen from the side to which the normal points, the corners run
+/// counterclockwise.
 fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     let edge = |to: [f32; 3]| [0, 1, 2].map(|k| f64::from(to[k]) - f64::from(a[k]));
     let (u, v) = (edge(b), edge(c));
@@ -55,7 +56,7 @@ pub(super) fn spatial(point: Vector<f64>, height: f64) -> [f64; 3] {
     [x, y, height]
 }
 
-/// Returns the bytes of a binary STL file of these prisms.
+/// Returns the bytes of a binary STL file that contains the prisms.
 pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
     let triangles: Vec<_> = prisms.iter().flat_map(Prism::triangles).collect();
     // The head of 80 bytes must not begin with "solid", which would mean a text file.

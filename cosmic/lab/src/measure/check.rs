@@ -20,10 +20,10 @@ const CHECK: &str = "check.json";
 /// at one of the perturbed starts that the summary also uses. A displacement is `None` if a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Check {
-    /// The 10 % quantile, the median and the 90 % quantile of the displacement at half the time step, with twice as
-    /// many steps.
+    /// The 10 % quantile, the median and the 90 % quantile of the displacement in rollouts with half the time step and
+    /// twice as many steps.
     half_step: [Option<f64>; 3],
-    /// The median displacement if the goal that the controller sees is mirrored behind the origin.
+    /// The median displacement if the controller sees the goal mirrored behind the origin.
     pub(super) goal_behind: Option<f64>,
     /// True if every edge has exactly one material.
     one_hot: bool,
@@ -31,12 +31,12 @@ pub(crate) struct Check {
     within_bounds: bool,
 }
 
-/// A function that returns one of the numbers of a check, or `None` if a rollout diverged.
+/// The type of a function that takes one number from a check. It returns `None` if a rollout diverged.
 pub(crate) type CheckNumber = fn(&Check) -> Option<f64>;
 
 impl Check {
-    /// The numbers of a check that tables show, each with the name of its column. For a yes-no answer, 1 is yes and 0
-    /// is no.
+    /// The numbers of a check that tables show, each with the name of its column. The answers yes and no are the
+    /// numbers 1 and 0.
     pub(crate) const NUMBERS: [(&str, CheckNumber); 6] = [
         ("half_step_p50", |check| check.half_step[1]),
         ("half_step_p10", |check| check.half_step[0]),

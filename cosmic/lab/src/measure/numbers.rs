@@ -15,8 +15,9 @@ struct Finished {
     walks: Option<Walks>,
 }
 
-/// Returns all numbers of a run, each with the name of its column. A number is NaN if a rollout diverged, and `None` if
-/// statistics must omit it. `folder` is `None` for a run that diverged.
+/// Returns all numbers of a run, each with the name of its column. A number is NaN if a rollout diverged. It is `None`
+/// if it is a ratio and the robot is unreliable, because such a ratio is meaningless. `folder` is `None` for a run that
+/// diverged.
 ///
 /// # Errors
 /// If a record is missing or malformed.

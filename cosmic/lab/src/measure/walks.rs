@@ -19,18 +19,18 @@ const TRANSFER: &str = "transfer.json";
 /// The name of the folder with the model for MuJoCo, beside the file.
 const MODEL: &str = "export";
 
-/// The walks of a delivered design in MuJoCo, and the walks in this simulator to compare them with. A displacement is
-/// in metres along the ground, and `None` if the rollout diverged.
+/// The displacements of a delivered design in MuJoCo, and its displacements in this simulator for comparison. A
+/// displacement is in metres along the ground, and `None` if the rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Walks {
     /// The version of MuJoCo.
     mujoco: String,
     /// The coefficients of friction.
     frictions: Vec<f64>,
-    /// For each friction, the displacement in MuJoCo from each of the perturbed starts.
+    /// For each friction, the displacements in MuJoCo, one for each perturbed start.
     walks: Vec<Vec<Option<f64>>>,
-    /// For each friction, the median displacement in this simulator, over equally many rollouts with the contact law
-    /// `coulomb`.
+    /// For each friction, the median displacement in this simulator with the contact law `coulomb`, over as many
+    /// rollouts as in MuJoCo.
     own: Vec<Option<f64>>,
 }
 
@@ -64,7 +64,7 @@ impl Walks {
         write_json(&folder.join(TRANSFER), FORMAT, &found).map(Some)
     }
 
-    /// Reads the walks of a run; `None` if they were not measured.
+    /// Reads the displacements of a run's robot in MuJoCo; `None` if they were not measured.
     ///
     /// # Errors
     /// The errors of [`read_json`].

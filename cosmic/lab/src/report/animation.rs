@@ -18,20 +18,21 @@ use super::view::{EARTH, MARK, View, label};
 use crate::child;
 use crate::table::decimals;
 
-/// The width and height of a [`frame`] in pixels. The next two constants are those of a GIF and of a film.
+/// The width and height of a [`frame`] in pixels. `GIF_SIZE` and `FILM_SIZE` are the sizes of a GIF and of a film.
 const FRAME_SIZE: [u16; 2] = [480, 240];
 const GIF_SIZE: [u16; 2] = [800, 334];
 const FILM_SIZE: [u16; 2] = [1600, 668];
 /// The width of a [`frame`] in pixels.
 pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
-/// The height of every frame in the units of its picture. The picture is then scaled to the pixels of the animation.
+/// The height of the picture of a frame, in the picture's own units. The picture is then scaled to the size of the
+/// animation in pixels.
 const ROWS: f64 = 240.0;
 /// The height of the part of the world that a frame shows, as a multiple of the lattice's side.
 const SIDES: f64 = 1.6;
 
-/// The pace of an animation: the seconds between two frames, and the largest number of frames of a rollout. A rollout
-/// that needs more frames is shown faster.
+/// The pace of an animation: the time between two frames (`every`, in seconds), and the largest number of frames
+/// (`most`). A rollout that needs more frames is shown faster.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {
     every: f64,
@@ -49,15 +50,15 @@ pub(super) const FILM: Pace = Pace {
 /// How many seconds the last frame is shown.
 const STAYS: f64 = 1.0;
 
-/// A frame of an animation before it is drawn: a state of a motion, and a label, which may be empty.
+/// A frame of an animation, not yet drawn: a state of a motion and a label. The label may be empty.
 pub(super) struct Shot<'m> {
     motion: &'m Motion<'m>,
     index: usize,
     label: String,
 }
 
-/// Returns the frames of the first `seconds` seconds of a rollout. The label of each frame is `says`, followed by the
-/// time and the distance travelled in metres.
+/// Returns the frames of the first `seconds` seconds of a rollout. The label of each frame is the text `says`, then the
+/// time, then the distance travelled in metres.
 pub(super) fn shots<'m>(
     motion: &'m Motion<'m>,
     pace: Pace,
@@ -168,7 +169,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
         .map_err(failed)
 }
 
-/// Draws the frames, writes them to ffmpeg, and waits until ffmpeg ends.
+/// Draws the frames and writes them to ffmpeg. Waits until ffmpeg has ended.
 fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
     let mut input = ffmpeg.stdin.take();
     let output = thread::spawn(move || ffmpeg.wait_with_output());
@@ -209,7 +210,7 @@ fn rgb(pixel: &PremultipliedColorU8) -> [u8; 3] {
 /// The number of shades between white and a colour. With fewer, edges look rough; with more, files become large.
 const SHADES: u16 = 4;
 
-/// The colour table of a GIF: shades of all colours that frames use.
+/// The colour table of a GIF: all colours that frames use, each in many shades.
 struct Palette {
     shades: Vec<[u8; 3]>,
     /// For every colour, the index of the nearest shade. Two colours count as equal if the upper five bits of their

@@ -14,16 +14,16 @@ const TOP: f64 = 56.0;
 /// The height of a bar including the space around it, in pixels.
 const ROW: f64 = 30.0;
 
-/// A bar, which stands for one experiment. Numbers that are not finite are not drawn.
+/// A bar of the chart, which stands for one experiment. Numbers that are not finite are not drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bar {
     /// The name of the experiment.
     pub name: String,
     /// The length of the bar.
     pub value: Option<f64>,
-    /// The sample behind `value`, drawn as points.
+    /// The numbers of the single runs from which `value` was computed. They are drawn as points.
     pub points: Vec<f64>,
-    /// A number to compare the bar with, drawn as a tall stroke.
+    /// A number to compare the bar with, such as a published one. It is drawn as a tall stroke.
     pub mark: Option<f64>,
 }
 
@@ -58,7 +58,7 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
     picture.to_svg([width, TOP + height + 56.0], title)
 }
 
-/// Draws one bar with its points and its mark.
+/// Draws one bar of the chart with its points and its mark.
 fn draw(picture: &mut Picture, bar: &Bar, middle: f64, across: &dyn Fn(f64) -> f64) {
     let zero = across(0.0);
     if let Some(value) = bar.value.filter(|value| value.is_finite()) {

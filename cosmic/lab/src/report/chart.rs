@@ -27,7 +27,7 @@ pub struct LogChart {
     pub along: String,
     /// The lines.
     pub lines: Vec<Line>,
-    /// A point to mark with a ring, and its name.
+    /// A point of the chart to mark with a ring, and the name of the point.
     pub marked: Option<(Vector<f64>, String)>,
 }
 
@@ -61,7 +61,7 @@ impl LogChart {
         picture.to_svg([WIDTH, HEIGHT], &self.title)
     }
 
-    /// Returns an axis that has room for all points. `number` selects a coordinate of a point.
+    /// Returns an axis that has room for all points. `number` returns one coordinate of a point.
     fn axis(&self, number: fn(Vector<f64>) -> f64) -> Axis {
         let points = self.lines.iter().flat_map(shown);
         let logs = Range::of(points.map(|point| number(point).log10()));
@@ -74,7 +74,7 @@ impl LogChart {
     }
 }
 
-/// Returns the points of a line that can be drawn: those whose coordinates are positive and finite.
+/// Returns the points of a line that can be drawn on logarithmic axes: points with positive and finite coordinates.
 fn shown(line: &Line) -> impl Iterator<Item = Vector<f64>> + Clone {
     let fits = |point: &Vector<f64>| point.iter().all(|v| v.is_finite() && *v > 0.0);
     line.points.iter().copied().filter(fits)

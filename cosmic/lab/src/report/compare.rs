@@ -23,7 +23,7 @@ pub struct Comparison {
 /// One run of a comparison.
 #[derive(Debug, Serialize)]
 struct ComparedRun {
-    /// The name of the run's folder, or the whole path if another run's folder has the same name.
+    /// The name of the run's folder. If the folder of another run has the same name, the whole path.
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
@@ -32,7 +32,7 @@ struct ComparedRun {
 }
 
 impl ComparedRun {
-    /// Returns the data of the run's lane on the page: the robot and its motion.
+    /// Returns the data from which the page draws one run: the robot and its motion.
     fn lane(&self, registry: &Registry) -> Result<Value> {
         let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
         let trajectory = read_trajectory(&self.folder, &robot)?;
@@ -43,7 +43,8 @@ impl ComparedRun {
     }
 }
 
-/// Reads the summary of a run. Fails if the scene file in its folder is not the scene that the run began with.
+/// Reads the summary of a run. Fails if the scene file in its folder has another scene than the one that the run began
+/// with.
 fn read(folder: &Path, registry: &Registry) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {
@@ -73,7 +74,8 @@ impl Comparison {
         Ok(Self { runs })
     }
 
-    /// Starts the table, which has a row for each run. The caller may add columns and then finishes it.
+    /// Starts the table with a row for each run and the columns that every comparison has. The caller may add columns
+    /// before it finishes the table.
     fn columns(&self) -> TableOf<'_, ComparedRun> {
         let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
         with_numbers(names, |run| &run.summary)

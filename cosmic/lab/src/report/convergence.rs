@@ -17,13 +17,13 @@ const HEIGHT: f64 = 130.0;
 /// The height of a chart with its titles, in pixels.
 const PITCH: f64 = 182.0;
 
-/// A chart of numbers over the iterations. It is drawn as part of a picture, or a page gets its data.
+/// A chart of numbers over the iterations. It is drawn as a part of a picture, or its data are written into a page.
 #[derive(Serialize)]
 pub(super) struct Chart {
-    /// The id of the chart's canvas in a page.
+    /// The id of the HTML canvas on which a page draws the chart.
     id: &'static str,
     title: &'static str,
-    /// The text that says what the dashed lines mean.
+    /// A text that explains the dashed lines.
     #[serde(skip)]
     note: &'static str,
     series: Vec<Series>,
@@ -39,7 +39,7 @@ struct Series {
     name: &'static str,
     /// The index of the line's colour.
     colour: usize,
-    /// A cell for each iteration. A missing number does not interrupt the line; a text does.
+    /// A cell for each iteration. The line continues over a missing number; a text interrupts the line.
     numbers: Vec<Cell>,
 }
 
@@ -61,8 +61,8 @@ fn series(
     }
 }
 
-/// Creates two lines: the displacement in a full rollout after each iteration, and the displacement in the rollout from
-/// which the gradient was computed.
+/// Creates two lines of the displacement over the iterations: in full rollouts, and in the rollouts from which
+/// gradients were computed.
 fn displacements(run: &RunFiles) -> Vec<Series> {
     let full = |r: &Record| match r.diverged {
         true => Some(f64::NAN),
@@ -95,7 +95,7 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
         Chart {
             id: "displacement",
             title: "Displacement along the ground, m",
-            note: " (dashed: median of the delivered robot)",
+            note: " (dashed: median of the final robot)",
             series: displacements(run),
             levels: run.summary.displacement_p50.into_iter().collect(),
             log: false,
@@ -169,8 +169,8 @@ pub(super) fn draw(run: &RunFiles) -> String {
 }
 
 impl Chart {
-    /// Returns the lines of the chart. The first number is drawn at iteration `before + 1`: `before` iterations precede
-    /// the history.
+    /// Returns the lines of the chart. The history begins after `before` iterations, so its first number is drawn at
+    /// iteration `before + 1`.
     fn lines(&self, before: usize) -> Vec<Line> {
         let number = |cell: &Cell| match cell {
             Cell::Missing => None,
@@ -199,7 +199,8 @@ impl Chart {
     }
 }
 
-/// Draws the phases as bands behind a chart. If `named`, writes their names above the bands.
+/// Draws the phases of the run as bands behind a chart. If `named` is true, writes the names of the phases above the
+/// bands.
 fn draw_phases(picture: &mut Picture, axes: &Axes, history: &[Record], named: bool) {
     for part in history.chunk_by(|a, b| a.phase == b.phase) {
         let [first, last] = [&part[0], &part[part.len() - 1]];

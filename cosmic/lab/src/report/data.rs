@@ -14,9 +14,9 @@ use cosmic::record::history::{DesignRow, Walk};
 const FRAME: f64 = 0.04;
 /// Seconds between two frames on a page with several runs.
 const LANE_FRAME: f64 = 0.08;
-/// On a page with one robot, positions are rounded to the lattice's spacing divided by this.
+/// On a page with one robot, positions are rounded to multiples of the lattice's spacing divided by this number.
 const PARTS: f64 = 1000.0;
-/// On a page with several runs, positions are rounded to the lattice's spacing divided by this.
+/// On a page with several runs, positions are rounded to multiples of the lattice's spacing divided by this number.
 const LANE_PARTS: f64 = 200.0;
 
 /// Returns the data of a page that shows only a robot in motion.
@@ -45,8 +45,8 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data
 }
 
-/// Returns the data of a robot and its world. `walks` begins with the walk of the delivered robot. The world contains
-/// the ground that any of the walks reaches.
+/// Returns the data of a robot and its world. The first of `walks` (recorded motions) is the motion of the run's final
+/// robot. The data contain the part of the ground that the walks reach.
 fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
     json!({
         "robot": of_robot(robot, &motion.states()[0].x),
@@ -55,8 +55,8 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
     })
 }
 
-/// Returns the data of one run for a page that shows several runs on one ground. Positions are measured along the
-/// ground from the payload's start, and in height from the ground's line.
+/// Returns the data of one run, for a page on which several runs share one ground. Distances are measured along the
+/// ground from the payload's start, and heights from the ground's line.
 pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
     // The payload's start is the origin only along the ground. Heights stay relative to the ground's line.
@@ -86,7 +86,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     })
 }
 
-/// Returns the data of a robot: its lattice and the delivered design.
+/// Returns the data of a robot: its lattice and its final design.
 fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
@@ -101,7 +101,7 @@ fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     })
 }
 
-/// Returns the mixture of every edge: its void, skeleton and actuator in thousandths.
+/// Returns the mixture of every edge: its shares of void, skeleton and actuator in thousandths.
 fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
     let mixtures = robot.mixtures(z).into_iter();
     mixtures
@@ -109,7 +109,7 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
-/// Returns the data of the world: the part of the ground that the walks reach.
+/// Returns the data of the world: the part of the ground that the motions `walks` reach.
 fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
@@ -127,7 +127,7 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     })
 }
 
-/// Returns the walk of the delivered robot, with 25 frames per second, or fewer if the rollout is long.
+/// Returns the motion of the run's final robot, with 25 frames per second, or fewer if the rollout is long.
 fn walk(motion: &Motion) -> Option<Walk> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);

@@ -1,5 +1,5 @@
-//! Shows how the robot changes during an optimisation: walks of robots from the first iteration to the last. The run
-//! recorded these walks.
+//! Shows how the robot changes during an optimisation, by the walks that the run has recorded: from the first iteration
+//! to the last.
 
 use super::animation::{Pace, Shot, shots};
 use super::files::{RobotFiles, RunFiles};
@@ -10,22 +10,22 @@ use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::record::history::{DESIGNS, Walk};
 
-/// The number of robots that are shown before the delivered robot.
+/// The number of robots that are shown before the run's final robot.
 const ROBOTS: usize = 6;
 /// How many seconds each robot is shown.
 const SECONDS: f64 = 2.0;
 
-/// A robot and its recorded walk, with a text and a duration for the animation.
+/// A robot with its recorded motion. A text and a duration say how the animation shows it.
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,
-    /// The text with which the labels of its frames begin.
+    /// The beginning of the labels of its frames.
     says: String,
-    /// How many seconds of the walk are shown.
+    /// How many seconds of the motion are shown.
     seconds: f64,
 }
 
-/// Returns a few robots at equal intervals of iterations, beginning with the first iteration, and then the delivered
+/// Returns a few robots at equal intervals of iterations, beginning with the first iteration, and then the run's final
 /// robot.
 ///
 /// # Errors
@@ -62,7 +62,7 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
     Ok(before.chain([delivered]).collect())
 }
 
-/// Prepares the walks for drawing.
+/// Prepares the recorded motions for drawing.
 pub(super) fn motions<'m>(walkers: &'m [Walker]) -> Vec<Motion<'m>> {
     let motion = |walker: &'m Walker| Motion::new(&walker.robot, &walker.trajectory);
     walkers.iter().map(motion).collect()
@@ -81,7 +81,7 @@ pub(super) fn in_turn<'m>(
     turns.flat_map(shots).collect()
 }
 
-/// Converts a walk to a trajectory whose steps are the recorded moments of the walk.
+/// Converts a recorded motion to a trajectory. A step of the trajectory is a recorded moment.
 fn trajectory(walk: &Walk) -> TrajectoryFile {
     let state = |x: Vec<Vector<f64>>| State {
         v: vec![Vector::zero(); x.len()],

@@ -14,7 +14,7 @@ use cosmic::record::{
 use cosmic::scene::{Lacks, Scene, ShownScene};
 use std::path::{Path, PathBuf};
 
-/// A scene that names laws or a loss that this program does not have.
+/// A scene, with the names of the laws and of the loss that this program does not have.
 #[derive(Clone, Debug)]
 pub struct ForeignScene {
     /// The laws and the loss that this program does not have.
@@ -84,16 +84,15 @@ impl RobotFiles {
         foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
-    /// Returns the indices of the edges whose delivered material satisfies `kind`.
+    /// Returns the indices of the edges whose material in the final design satisfies `kind`.
     pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
         let materials = self.design.materials.iter().enumerate();
         let of_kind = materials.filter(|(_, material)| kind(**material));
         of_kind.map(|(edge, _)| edge).collect()
     }
 
-    /// Returns a copy of the robot for drawing, with the design vectors `z` instead of its own. The copy's materials
-    /// follow from `z`: each edge gets the solid material of which it has more, or void if it has almost no solid
-    /// material.
+    /// Returns a copy of the robot for drawing: its design vectors are `z`, and its materials follow from `z`. Each
+    /// edge gets the solid material of which it has more, or void if it has almost no solid material.
     pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
         let drawn = |mixture: Mixture<f64>| {
             if mixture[Material::Void] > 0.98 {
@@ -115,8 +114,8 @@ impl RobotFiles {
         }
     }
 
-    /// Returns the mixture of each edge for the design vectors `z`. The rows of `z` may also be the one-hot vectors of
-    /// a layout.
+    /// Returns the mixture of each edge for the design vectors `z`. One-hot vectors, which are the form of a layout,
+    /// are allowed too.
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
         let settings = &self.scene.projection;
         let holds = Holds::new(settings, &self.lattice);
@@ -130,7 +129,7 @@ impl RobotFiles {
 pub struct RunFiles {
     /// The run's folder.
     pub folder: PathBuf,
-    /// The delivered design and its scene.
+    /// The final design of the run, and its scene.
     pub robot: RobotFiles,
     /// The summary of the run.
     pub summary: Summary,
@@ -138,7 +137,7 @@ pub struct RunFiles {
     pub history: Vec<Record>,
     /// The designs recorded during the optimisation; empty in runs of older versions.
     pub designs: Vec<DesignRow>,
-    /// The rollout of the delivered design. It has at least one state.
+    /// The rollout of the final design. It has at least one state.
     pub trajectory: TrajectoryFile,
 }
 
@@ -179,7 +178,7 @@ impl RunFiles {
     }
 }
 
-/// Reads the history: a record for every iteration. Returns no records if the run has no history.
+/// Reads the history of a run: a record for every iteration. Returns an empty list if the run has no history.
 fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     let path = folder.join(history::LINES);
     if !path.exists() {
@@ -230,7 +229,7 @@ pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<Traje
     Ok(file)
 }
 
-/// Reads the designs recorded during the optimisation. Fails if a design does not have an entry for every edge.
+/// Reads the designs recorded during the optimisation. Returns an error if a design does not have one entry per edge.
 fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
     if !path.exists() {
         return Ok(Vec::new());

@@ -24,7 +24,7 @@ const MOST_STATES: usize = 600;
 /// Contact puts nodes exactly onto the ground, except for rounding.
 const TOUCHES: f64 = 1e-6;
 
-/// A run's delivered robot, and the strains and forces of its edges in the states of the trajectory.
+/// The final robot of a run, with the strains and forces of its edges in the states of the trajectory file.
 pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
@@ -35,7 +35,7 @@ pub(super) struct Gait<'r> {
 }
 
 impl<'r> Gait<'r> {
-    /// Computes the strains and forces of a run's delivered robot from the states of the run's trajectory.
+    /// Computes the strains and forces of a run's final robot from the states of the run's trajectory.
     ///
     /// # Errors
     /// If the design does not fit its scene, or if this program does not have a law of the scene.
@@ -63,7 +63,7 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// Returns the words that end a sentence about loads and say which states the loads cover.
+    /// Returns the end of a sentence about loads: which states the loads cover.
     pub(super) fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {
@@ -77,7 +77,7 @@ impl<'r> Gait<'r> {
     }
 
     /// Returns the data of the last periods of the clock: which nodes are on the ground, and the target strains and
-    /// strains of actuators. Also returns the peaks of the strains and forces of all bars over the whole rollout.
+    /// strains of actuators. Also returns the largest strains and forces of all bars over the whole rollout.
     pub(super) fn last_periods(&self, motion: &Motion) -> Value {
         let omega = motion.scene().controller.omega;
         let period = (TAU / omega).min(motion.duration());
@@ -110,7 +110,7 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// Returns the nodes that are on the ground in at least one of `states`. Each has a text with a character for every
+    /// Returns the nodes that touch the ground in at least one of `states`. Each node has a text with one character per
     /// state: `1` if the node is on the ground in that state, otherwise `0`.
     fn feet(&self, motion: &Motion, states: &[State<f64>]) -> Vec<(usize, String)> {
         let ground = motion.ground();
@@ -134,7 +134,8 @@ impl<'r> Gait<'r> {
             .collect()
     }
 
-    /// Returns the forces along the bars in the states with these indices, rounded to 1/500 of the largest force.
+    /// Returns the forces along the bars in the states with the indices `states`, rounded to 1/500 of the largest
+    /// force.
     pub(super) fn forces(&self, states: &[usize]) -> Value {
         let bars = self.run.robot.edges_of(Material::is_solid);
         let tensions = |&state: &usize| bars.iter().map(move |&edge| (state, edge));

@@ -6,14 +6,14 @@ use cosmic::geometry::Vector;
 
 /// The height of a digit in the units of the glyphs.
 const DIGIT: f64 = 8.0;
-/// The height of a digit as a fraction of the font's size.
+/// The height of a digit divided by the font's size.
 const OF_SIZE: f64 = 0.7;
-/// The space after a glyph, in the units of the glyphs. The next constant is the width of a character without a glyph.
+/// The space after a character, in the units of the glyphs. `BLANK` is the width of a character that has no glyph.
 const GAP: f64 = 1.9;
 const BLANK: f64 = 4.1;
 
-/// Each character with its strokes. A stroke is a list of points `x,y`, where `x` is measured from the left edge of the
-/// character and `y` upwards from the baseline.
+/// For each character, the strokes that draw it. A stroke is a list of points `x,y`. `x` is measured from the left edge
+/// of the character, `y` upwards from the baseline.
 #[rustfmt::skip]
 const GLYPHS: [(char, &[&str]); 25] = [
     ('0', &["1,0 3,0 4,1 4,7 3,8 1,8 0,7 0,1 1,0"]),

@@ -15,7 +15,7 @@ pub(crate) fn loads(run: &RunFiles) -> Result<Vec<BarLoad>> {
     Ok(Gait::new(run)?.loads)
 }
 
-/// Returns a sentence that compares the largest strains of actuators with their limit.
+/// Returns a sentence that compares the largest strains of the actuators with the largest target strain.
 pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> String {
     let percent = |strain: f64| decimals(100.0 * strain, 1) + " %";
     let peak = |edge: &&usize| loads[**edge].strain.peak;

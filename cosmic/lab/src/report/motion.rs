@@ -14,8 +14,8 @@ use cosmic::scene::Scene;
 pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
 /// The colour of the payload and its path.
 pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
-/// The colour of an actuator at the largest contraction. The next three constants are the colours at rest, at the
-/// largest extension, and at strains beyond this range.
+/// The colour of an actuator at the largest contraction. The constants below it are the colours at rest, at the largest
+/// extension, and at strains beyond this range.
 const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
 const AT_REST: Colour = Colour::hex(0xb4aeba);
 const EXTENDED: Colour = Colour::hex(0xd61f1f);
@@ -24,10 +24,10 @@ pub(super) const BEYOND: Colour = Colour::hex(0xb800b8);
 /// The largest number of frames of an animation.
 const MOST_FRAMES: usize = 2000;
 
-/// The mean height of the ground in [`Motion::floor`] is taken over the ends of this many intervals.
+/// [`Motion::floor`] divides the width of the lattice into this many intervals and averages the heights at their ends.
 const FLOORS: u32 = 16;
 
-/// An edge as it is drawn.
+/// An edge of the robot in one state, ready to be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
     /// The line from the edge's first node to its second, in metres.
@@ -48,7 +48,7 @@ pub(super) struct Motion<'r> {
     pub(super) seen: Vec<usize>,
     /// For each edge, the fraction of solid material in its mixture. An edge with a smaller fraction is drawn fainter.
     presence: Vec<f64>,
-    /// The strain at which an actuator has its full colour.
+    /// The largest target strain of an actuator. At this strain, an actuator has its full colour.
     pub(super) limit: f64,
     /// The terrain, as heights above the ground's line.
     pub(super) profile: Profile,
@@ -86,7 +86,7 @@ impl<'r> Motion<'r> {
         self.trajectory.steps[index] as f64 * self.trajectory.dt
     }
 
-    /// Returns the index of the last state at or before a time. If there is none, returns 0.
+    /// Returns the index of the last state at or before a time; 0 if there is no such state.
     pub(super) fn index_at(&self, time: f64) -> usize {
         // Times are rounded products of a step and dt, so round to the nearest step.
         let step = (time / self.trajectory.dt + 0.5) as usize;
@@ -94,8 +94,8 @@ impl<'r> Motion<'r> {
         after.saturating_sub(1)
     }
 
-    /// Returns the interval between frames in seconds, and the indices of the frames' states. The interval is
-    /// `seconds`, or longer if the rollout would otherwise have too many frames.
+    /// Returns two things: the interval between frames in seconds, and the indices of the states that the frames show.
+    /// The interval is `seconds`, or longer if the rollout would otherwise have too many frames.
     pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
         let most = MOST_FRAMES as f64;
         let seconds = seconds.max(self.duration() / most);
@@ -163,8 +163,8 @@ impl<'r> Motion<'r> {
         Bounds::of(self.body.iter().map(|&node| state.x[node]))
     }
 
-    /// True if the middle of a bar is horizontally at most the lattice's width away from the body that carries the
-    /// payload.
+    /// True if the middle of a bar is near the body that carries the payload: at most the lattice's width away,
+    /// horizontally.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
         let width = self.robot.lattice.width();
         let Bounds { low, high } = self.bounds(state);
@@ -172,7 +172,7 @@ impl<'r> Motion<'r> {
         (low.forward() - width..high.forward() + width).contains(&middle)
     }
 
-    /// Returns the positions that a picture of a state must show: those of the payload and of the ends of solid edges.
+    /// Returns the positions that must be visible in a picture of a state: the payload, and the ends of solid edges.
     pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
         self.seen.iter().map(|&node| state.x[node])
     }
@@ -192,14 +192,14 @@ impl<'r> Motion<'r> {
         self.profile.height_in_world(&self.ground(), x)
     }
 
-    /// Returns the terrain as points of the world, above the part of the ground's line whose horizontal positions are
-    /// in `across`.
+    /// Returns the terrain as points of the world. It covers the part of the ground's line whose horizontal positions
+    /// are in the range `across`.
     pub(super) fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
         self.profile.in_world(&self.ground(), across)
     }
 
-    /// Returns the mean height of the terrain within half a lattice's width of `x`. A camera that follows it does not
-    /// jump where the ground has a step.
+    /// Returns the mean height of the terrain around `x`, over the lattice's width. A camera that follows this height
+    /// does not jump at a step in the ground.
     pub(super) fn floor(&self, x: f64) -> f64 {
         if self.profile.is_flat() {
             return self.ground_height(x);
@@ -230,7 +230,7 @@ impl<'r> Motion<'r> {
     }
 }
 
-/// Returns the colour of an actuator whose strain is `share` times the limit.
+/// Returns the colour of an actuator with this strain. `share` is the strain divided by the largest target strain.
 pub(super) fn strained(share: f64) -> Colour {
     if share.abs() > 1.0 {
         return BEYOND;

@@ -3,7 +3,7 @@
 use crate::table::{Cell, Column, TableOf};
 use cosmic::record::Summary;
 
-/// A column, and the function that returns its cell for a run.
+/// A column of a table of runs, and the function that returns the cell of a run.
 type Number = (Column, fn(&Summary) -> Cell);
 
 /// Adds columns with the numbers of every run's summary to a table of runs.
@@ -70,8 +70,9 @@ fn numbers() -> [Number; 16] {
     ]
 }
 
-/// Returns the columns that a table has only if one of its runs has the number. The first is the displacement with a
-/// second goal. The second is the loss, which ranks a run whose task is not distance or whose loss the caller supplied.
+/// Returns the columns that only some tables have: those in which one of the runs has the number. The first column is
+/// the displacement for a second goal. The second column is the loss, by which runs are ranked whose task is not
+/// distance or whose loss the caller supplied.
 fn rare() -> [Number; 2] {
     let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
     let behind = Column::new("behind", says).decimals(3, "diverged");
@@ -92,7 +93,7 @@ fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
     }
 }
 
-/// Returns a text with the names of the options by which a run departs from the paper.
+/// Returns a text that names the options by which a run departs from the paper.
 pub fn departures(summary: &Summary) -> String {
     let departures = summary.departures.iter();
     let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();

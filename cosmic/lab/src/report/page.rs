@@ -89,7 +89,7 @@ pub fn player_page(run: &RunFiles) -> String {
     html(&run.title(), &body.concat())
 }
 
-/// Returns the page of a design alone, without a run: the robot at rest.
+/// Returns the page of a design that has no run. It shows the robot at rest.
 pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     let at_rest = TrajectoryFile {
         dt: robot.scene.physics.dt,
@@ -107,8 +107,8 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     html(title, &body.concat())
 }
 
-/// Returns the script elements of a page: its data, the script that draws robots and curves on all pages, and the
-/// page's own script `of_page`.
+/// Returns the script elements of a page: the page's data, the script that all pages share, and the page's own script
+/// `of_page`.
 pub(super) fn script(data: &Value, of_page: &str) -> String {
     // A `</script>` in a text would end the script element, so `<` is escaped.
     let data = data.to_string().replace('<', "\\u003c");
@@ -119,10 +119,11 @@ pub(super) fn script(data: &Value, of_page: &str) -> String {
     )
 }
 
-/// The script of a page with one robot.
+/// The script of a page that shows one robot.
 const ONE_ROBOT: &str = concat!(include_str!("page/gait.js"), include_str!("page/page.js"));
 
-/// Returns the heading, and below it a line with the size of the lattice, followed by `about`.
+/// Returns the heading of a page and a line below it. The line states the size of the lattice, followed by the text
+/// `about`.
 fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
     let (nodes, edges) = (robot.lattice.nodes(), robot.lattice.edges.len());
     let title = escape(title);
@@ -187,10 +188,10 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
         .map(|(column, cell)| [column.says.clone(), column.shown_with_unit(cell)])
         .collect();
     let [x, y] = summary.displacement.map(|x| decimals(x, 3)).array();
-    let says = "displacement of one unperturbed rollout, x and y of the world";
+    let says = "displacement of one unperturbed rollout along the world's x and y axes";
     rows.push([says.to_owned(), format!("{x} m, {y} m")]);
     rows.extend(deepest_cut.map(|depth| {
-        let says = "deepest cut of a bar into the ground between its nodes";
+        let says = "largest depth of a bar below the ground between its nodes";
         [says.to_owned(), decimals(depth, 4) + " m"]
     }));
     let numbers = pairs(&rows);
@@ -203,7 +204,7 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
 }
 
-/// Returns a table of two columns without headings.
+/// Returns an HTML table of two columns, without headings.
 fn pairs(rows: &[[String; 2]]) -> String {
     let table = Table::of("", "", rows).columns(["", ""], "", |row, k| &row[k][..]);
     table.done().to_html()

@@ -127,7 +127,7 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// Draws a line through points. In SVG, one point alone is a dot.
+    /// Draws a line through points. In SVG, a line through a single point is a dot.
     pub(super) fn line<P: Into<Place>>(&mut self, points: impl IntoIterator<Item = P>, pen: Pen) {
         let points = points.into_iter().map(Into::into).collect();
         self.shapes.push(Shape::Line(points, pen));

@@ -8,20 +8,20 @@ use tiny_skia::{
     Transform,
 };
 
-/// Lines that leave the picture are cut this many pixels outside it. The number must exceed the width of any line.
+/// Lines that leave the picture are cut off this many pixels outside it. The number must exceed the width of any line.
 const MARGIN: f64 = 64.0;
 
 /// A picture while it is painted.
 struct Canvas {
     pixels: Pixmap,
-    /// The map from the picture's units to pixels.
+    /// The transformation from the picture's units to pixels.
     scale: Transform,
-    /// The bounds at which lines and discs are cut, because the rasteriser cannot draw shapes that are far away.
+    /// The bounds at which shapes are cut off, because the rasteriser cannot draw shapes that are far away.
     bounds: Bounds,
 }
 
 impl Picture {
-    /// Paints the upper left part of the picture, which has the size `size`. Enlarges it by `scale`. Returns `None` if
+    /// Paints the upper left part of the picture, which has the size `size`, enlarged by `scale`. Returns `None` if
     /// memory is short.
     pub(super) fn to_pixels(&self, size: impl Into<Place>, scale: f64) -> Option<Pixmap> {
         let size: Place = size.into();

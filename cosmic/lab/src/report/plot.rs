@@ -4,7 +4,7 @@ use cosmic::geometry::{Range, Vector};
 
 use super::picture::{Colour, Font, INK, Pen, Picture, Place, RULE};
 
-/// The two axes of a chart, with its place in the picture and the numbers that it shows.
+/// The two axes of a chart. They know the place of the chart in the picture and the range of numbers that it shows.
 pub(super) struct Axes {
     /// The upper left corner.
     pub(super) origin: Place,
@@ -15,7 +15,7 @@ pub(super) struct Axes {
     pub(super) y: Axis,
 }
 
-/// One axis: the range of its numbers, and its scale.
+/// One axis of a chart: the range of its numbers, and whether it is logarithmic.
 #[derive(Clone, Copy)]
 pub(super) struct Axis {
     pub(super) range: Range,
@@ -145,7 +145,7 @@ impl Axes {
         picture.text([middle, bottom + 36.0], label, Font::MIDDLE);
     }
 
-    /// Draws the lines, and their names to the right of the title.
+    /// Draws the lines of the chart. Their names are written to the right of the title.
     pub(super) fn draw_lines(&self, picture: &mut Picture, lines: &[Line]) {
         let mut left = (self.origin + self.size)[0];
         let y = self.origin[1] - 10.0;
@@ -168,7 +168,7 @@ impl Axes {
     }
 }
 
-/// Returns a range that contains `always` and those of `numbers` that are finite. Its width is not 0.
+/// Returns a range that contains the range `always` and all finite `numbers`. The width of the result is not 0.
 pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
     let range = numbers.filter(|v| v.is_finite()).fold(always, Range::with);
     if range.size() > 0.0 {
@@ -190,7 +190,7 @@ fn round_values(range: Range, count: usize) -> Vec<f64> {
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// Returns the powers of ten in a range, or only some of them if there are more than six.
+/// Returns the powers of ten in a range. If there are more than six, returns only some of them.
 fn decades(range: Range) -> Vec<f64> {
     let Range { low, high } = range;
     let [first, last] = [low.log10().ceil() as i32, high.log10().floor() as i32];

@@ -26,7 +26,7 @@ pub(super) fn draw(motion: &Motion) -> String {
     picture.to_svg([WIDTH, bottom + 44.0], title)
 }
 
-/// Draws the whole rollout in one view of the world. Returns the position of the view's lower edge.
+/// Draws the journey: the whole rollout in one view of the world. Returns the position of the view's lower edge.
 fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let moments = moments(motion);
     let states = moments.iter().map(|&i| &motion.states()[i]);
@@ -62,7 +62,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     bottom + 12.0
 }
 
-/// Returns the indices of the first state, the last state, and as many states in between as fit side by side.
+/// Returns the indices of the states to draw: the first, the last, and as many in between as fit side by side.
 fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
@@ -83,8 +83,8 @@ fn moments(motion: &Motion) -> Vec<usize> {
     once(0).chain(between.map(nearest)).chain([last]).collect()
 }
 
-/// Draws six moments of the last whole period of the clock, each in its own panel. Returns the position of the panels'
-/// lower edge.
+/// Draws six moments of the gait, each in its own panel. They divide the last whole period of the clock. Returns the
+/// position of the panels' lower edge.
 fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     let period = (TAU / motion.scene().controller.omega).min(motion.duration());
     let start = motion.duration() - period;
@@ -120,8 +120,8 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     bottom
 }
 
-/// Returns the largest distance by which the ground is above or below its mean height, in metres, up to `half` metres
-/// from each of the `middles`.
+/// Returns how far the ground rises above or falls below its mean height, in metres: the largest distance, within
+/// `half` metres of each of the `middles`.
 fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     let rises = middles.iter().flat_map(|&middle| {
         let line = motion.ground_line(Range::new(middle, middle).widened(half));
@@ -132,8 +132,8 @@ fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     rises.fold(0.0, f64::max)
 }
 
-/// Draws the robot in the last of `states`, and the payload's path through all of them. Cuts the robot and the path at
-/// the panel's edges.
+/// Draws the robot in the last of `states`, and the payload's path through all of them. Parts outside the panel are cut
+/// off.
 fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>) {
     let motion = view.motion;
     let state = &motion.states()[*states.end()];
@@ -149,7 +149,7 @@ fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>)
     view.draw_robot(picture, &bars, motion.payload(state));
 }
 
-/// Draws the legend of the colours at the right end of the first line.
+/// Draws the legend of the colours, right-aligned on the first line.
 fn draw_legend(picture: &mut Picture, motion: &Motion) {
     let (left, y) = (WIDTH - 532.0, 22.0);
     let mut key = |x: f64, colour, name: &str| {

@@ -21,7 +21,7 @@ pub const FORMAT: Format = Format {
 pub struct Section {
     /// The heading.
     pub title: String,
-    /// Explanations before the tables, each in a sentence or two.
+    /// Explanations that come before the tables. Each is a sentence or two.
     pub notes: Vec<String>,
     /// The tables. Each is also written as a file `name.csv`.
     pub tables: Vec<Table>,
@@ -34,7 +34,8 @@ pub struct Section {
 }
 
 impl Section {
-    /// Counts a check. If `holds` is false, records `failure`, a few words that describe the failed check.
+    /// Counts a check of the section. If `holds` is false, the check has failed, and `failure` describes it in a few
+    /// words.
     pub(crate) fn check(&mut self, holds: bool, failure: impl Into<String>) {
         self.checks += 1;
         if !holds {

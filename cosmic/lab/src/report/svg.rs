@@ -68,8 +68,8 @@ fn stroke(pen: &Pen) -> String {
     format!("{colour} stroke-width=\"{width:.1}\"{dashes}")
 }
 
-/// Returns two attributes for a colour: the attribute `name`, which is `fill` or `stroke`, and the attribute for its
-/// opacity.
+/// Returns two SVG attributes for a colour: `name` (which is `fill` or `stroke`) with the colour, and the attribute for
+/// its opacity.
 fn paint(name: &str, colour: Colour) -> String {
     let [r, g, b] = colour.rgb;
     let opacity = match colour.opacity {

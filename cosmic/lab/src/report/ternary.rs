@@ -69,7 +69,9 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     let ends = [run.designs.first(), run.designs.last()].map(|row| row.map(iteration));
     let caption = match ends {
         [Some(first), Some(last)] => {
-            format!("iterations {first} to {last}; rings count the edges that end there")
+            format!(
+                "iterations {first} to {last}; the size of a ring shows how many edges end at its place"
+            )
         }
         _ => "the designs of the iterations were not recorded".to_owned(),
     };
@@ -79,8 +81,8 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     picture.to_svg(SIZE, title)
 }
 
-/// Returns the places in the picture where the paths of solid edges end. With each place come the number of edges that
-/// end there and their material.
+/// Returns the places in the picture where the paths of solid edges end. For each place, also returns the number of
+/// edges that end there and their material.
 fn ends(robot: &RobotFiles) -> Vec<(Place, usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);

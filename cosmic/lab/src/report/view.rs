@@ -11,10 +11,10 @@ pub(super) const MARK: Colour = Colour::hex(0x999999);
 /// The largest number of marks across a picture.
 const MOST_MARKS: f64 = 100.0;
 
-/// A view of a motion's world: it maps points of the world to places in a picture.
+/// A view of the world in which a robot moves. It maps points of the world to places in a picture.
 pub(super) struct View<'m> {
     pub(super) motion: &'m Motion<'m>,
-    /// A point of the world, in metres. The picture shows it at the place `origin`.
+    /// A point of the world, in metres. It is drawn at the place `origin` of the picture.
     pub(super) corner: Vector<f64>,
     pub(super) origin: Place,
     /// Pixels per metre.

@@ -1,4 +1,4 @@
-//! Writes the report of a run, or of a design alone.
+//! Writes the report of a run, or of a design without a run.
 
 use super::animation::{self, FILM, GIF, Pace, Shot};
 use super::files::{RobotFiles, RunFiles};
@@ -88,7 +88,7 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// Writes an animation as GIF, MP4 or both. `shots` returns its frames at the pace of a format.
+/// Writes an animation as GIF, MP4 or both. `shots` returns the frames, for the pace of the format.
 fn animate<'m>(
     run: &RunFiles,
     animations: &Animations,

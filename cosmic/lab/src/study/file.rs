@@ -23,7 +23,7 @@ const OWN: [(&str, &str); 4] = [
 pub struct StudyFile {
     /// The study's name: the file's name without its extension.
     pub name: String,
-    /// The name of a built-in study or the path of a file, as the user wrote it.
+    /// The user's argument: the name of a built-in study, or the path of a file.
     pub path: String,
     text: String,
     pub(super) keys: Keys,
@@ -39,15 +39,15 @@ pub(super) struct Keys {
     pub(super) mujoco: Vec<f64>,
     pub(super) pictures: Vec<String>,
     pub(super) variants: Vec<Variant>,
-    /// True if the file defines no variants. The study then has one variant, which has the study's name.
+    /// True if the file defines no variants. The study then has a single variant, whose name is the study's name.
     #[serde(skip)]
     is_plain: bool,
     trials: Vec<TrialKeys>,
     pub(super) questions: Vec<Question>,
 }
 
-/// A variant of the study: settings with which all trials are run once more. Each variant has its own table in the
-/// document.
+/// A variant of the study: settings with which all trials are run once more. The document has a separate table for each
+/// variant.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Variant {
@@ -55,7 +55,7 @@ pub(super) struct Variant {
     pub(super) title: Option<String>,
     #[serde(default)]
     pub(super) about: String,
-    /// Accepts the key `settings`, whose value [`TomlFile::change`] reads.
+    /// Makes the parser accept the key `settings`. [`TomlFile::change`] reads its value.
     #[serde(rename = "settings")]
     _settings: Option<IgnoredAny>,
 }
@@ -89,7 +89,8 @@ pub(super) struct Question {
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     pub(super) name: String,
-    /// The name of the table that shows the trial: the name of its variant, or of the study if there are no variants.
+    /// The name of the table that shows the trial. It is the name of the trial's variant, or of the study if there are
+    /// no variants.
     pub(super) table: String,
     pub(super) title: String,
     /// The published displacement along the ground, m.
@@ -97,8 +98,8 @@ pub(super) struct Trial {
     pub(super) scene: Scene,
 }
 
-/// A file of the user with settings for all built-in scenes of a study. These settings replace the defaults of the
-/// scenes' keys, but a key that a scene or the study sets keeps that value. Without such a file, both texts are empty.
+/// A user's file with settings for all built-in scenes of a study. The settings are new defaults: a key that a scene or
+/// the study sets keeps its value. Without such a file, both texts are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Base {
     /// The file's name, which messages show.
@@ -166,7 +167,7 @@ impl StudyFile {
         entries
     }
 
-    /// Checks that all names that are used are defined, and that the frictions are in range.
+    /// Checks that every name that the file uses is defined, and that the frictions are in range.
     fn check(&self, file: &TomlFile) -> Result<()> {
         let keys = &self.keys;
         let pictures = PICTURES.map(|(name, _)| name.to_owned());
@@ -188,7 +189,7 @@ impl StudyFile {
         })
     }
 
-    /// Returns the trials in the order of the tables. Each built-in scene of a trial takes defaults from `base`.
+    /// Returns the trials in the order of the tables. The defaults of built-in scenes come from `base`.
     ///
     /// # Errors
     /// The errors of [`Scene::load`] and [`Scene::with`].
@@ -221,8 +222,8 @@ impl StudyFile {
         self.entries().into_iter().map(trial).collect()
     }
 
-    /// Reads the scene of a trial. A built-in scene takes defaults from `base`. Other names stand for a scene of the
-    /// registry or a file beside the study's file.
+    /// Reads the scene of a trial by its name. If it is a built-in scene, its defaults come from `base`. Any other name
+    /// stands for a scene of the registry or for a file beside the study's file.
     fn scene(&self, name: &str, base: &Base, registry: &Registry) -> Result<Scene> {
         if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
             let below = registry.load("stability")?.with(&base.file, &base.text)?;

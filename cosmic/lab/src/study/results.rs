@@ -18,9 +18,9 @@ use std::path::PathBuf;
 
 const FORMAT: Format = Format::new("cosmic-study", 2);
 
-/// The label of the axis in all charts: the unit of the bars, and what a bar, a dot and a stroke mean.
+/// The label of the axis in all charts. It states the unit, and explains the bars, dots and strokes.
 const UNIT: &str = "displacement along the ground, m \
-    (bar: median; dots: seeds; stroke: the paper's, or Coulomb here)";
+    (bar: median; dots: seeds; stroke: the paper, or Coulomb contact in this simulator)";
 
 /// The content of the results' JSON file.
 #[derive(Serialize, Deserialize)]
@@ -34,7 +34,7 @@ struct Results {
     tables: Vec<Value>,
 }
 
-/// The settings in which a trial's scene differs from its base.
+/// The settings of a trial that differ from the base of its scene.
 #[derive(Serialize, Deserialize)]
 struct Settings {
     trial: String,
@@ -62,7 +62,7 @@ impl Results {
     }
 
     /// Finds the first setting that differs between the existing results (`self`) and the new results (`now`). Returns
-    /// its name and its two values.
+    /// its name, its existing value and its new value.
     fn differs(&self, now: &Self) -> Option<[String; 3]> {
         let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
         if self.first_seed < now.first_seed || last(self) > last(now) {
@@ -88,8 +88,8 @@ impl Study {
         self.out.join(format!("{}.{extension}", self.file.name))
     }
 
-    /// Checks that the results may be written. Existing results must have the same settings, and no seeds that this
-    /// study lacks.
+    /// Checks whether the results may be written. If results exist, they must have the same settings, and this study
+    /// must have all of their seeds.
     ///
     /// # Errors
     /// [`Error::Usage`] if existing results are from other settings or seeds; the errors of reading the study's scenes;
@@ -103,8 +103,8 @@ impl Study {
                 (before?, self.file.trials(&self.base, &self.registry)?);
             if let Some([what, before, now]) = before.differs(&Results::of(self, &trials)) {
                 return Err(Error::Usage(format!(
-                    "{}: {what}: {before} in the existing results, but {now} in this study; name another \
-                     folder with --out",
+                    "{}: {what}: {before} in the existing results, but {now} in this study; name \
+                     another folder with --out",
                     path.display()
                 )));
             }
@@ -142,7 +142,7 @@ impl Study {
         Ok(written)
     }
 
-    /// Draws a chart for each table. For each trial of the first table, also draws pictures of its best run. Adds links
+    /// Draws a chart for each table. Also draws pictures of the best run of each trial of the first table. Adds links
     /// to all of them to `text`.
     fn write_figures(&self, rows: &[TrialRow], text: &mut String) -> Result<Vec<PathBuf>> {
         let (keys, name) = (&self.file.keys, &self.file.name);
@@ -177,7 +177,7 @@ fn rows_of<'r>(rows: &'r [TrialRow], variant: &Variant) -> Vec<&'r TrialRow> {
     rows.filter(|row| row.trial.table == variant.name).collect()
 }
 
-/// The bars of a trial in a chart: one for the trial's own scene, and one for each friction in MuJoCo.
+/// The bars that a chart shows for a trial: one for the trial's own scene, and one for each friction in MuJoCo.
 fn bars_of(row: &TrialRow, frictions: &[f64]) -> Vec<Bar> {
     let bar = |name: String, column: &str, mark: Option<f64>| Bar {
         name,

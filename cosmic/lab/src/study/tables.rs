@@ -1,4 +1,4 @@
-//! The tables of a study: trials, walks in MuJoCo, questions and runs.
+//! The tables of a study: its trials, the robots in MuJoCo, its questions and its runs.
 
 use super::file::{Question, Trial, Variant};
 use crate::statistics::{Statistics, mean};
@@ -15,13 +15,13 @@ pub(super) const DISPLACEMENT: &str = "displacement_p50";
 pub(super) struct Run {
     pub(super) seed: u64,
     pub(super) folder: PathBuf,
-    /// The name and the number of each column. A number is NaN if a rollout diverged, and `None` if statistics must
-    /// omit it.
+    /// The name and the number of each column. A number is NaN if a rollout diverged, and `None` if it is a ratio that
+    /// is meaningless because the robot is unreliable.
     pub(super) numbers: Vec<(String, Option<f64>)>,
 }
 
 impl Run {
-    /// The number in a column; `None` if a rollout diverged or statistics must omit it.
+    /// The number in a column; `None` if a rollout diverged or the number is meaningless for this run.
     pub(super) fn number(&self, column: &str) -> Option<f64> {
         let found = self.numbers.iter().find(|(name, _)| name == column)?;
         found.1.filter(|x| x.is_finite())
@@ -36,7 +36,7 @@ pub(super) struct TrialRow {
 }
 
 impl TrialRow {
-    /// The numbers of all runs in a column, except those that statistics must omit.
+    /// The numbers of all runs in a column, without those that are meaningless.
     pub(super) fn sample(&self, column: &str) -> Vec<f64> {
         let number = |run: &Run| run.numbers.iter().find(|(name, _)| name == column)?.1;
         self.runs.iter().filter_map(number).collect()
@@ -56,13 +56,14 @@ impl TrialRow {
     }
 }
 
-/// What tables show instead of a missing number.
+/// The text that tables show for a missing number.
 const NONE: &str = "–";
 
-/// The fraction of its displacement that a robot must keep in MuJoCo, to be counted in the column `at least 0.9`.
+/// To be counted in the column `at least 0.9`, a robot must keep this fraction of its displacement in MuJoCo.
 const MOST: f64 = 0.9;
 
-/// A function that reduces the numbers of all seeds to one number. NaN stands for a diverged run.
+/// The type of a function that computes one number from the numbers of all seeds, in which NaN stands for a diverged
+/// run.
 type OfSample = fn(&[f64]) -> Option<f64>;
 
 const BEST: OfSample = |s| Statistics::of(s).best;
@@ -72,8 +73,8 @@ const DIVERGED: OfSample = |s| Some(s.iter().filter(|x| x.is_nan()).count() as f
 const ONES: OfSample = |s| Some(s.iter().filter(|x| **x == 1.0).count() as f64);
 const SUM: OfSample = |s| Some(s.iter().filter(|x| !x.is_nan()).sum());
 
-/// The columns of the table of trials. Each entry has the column's heading, the name of a number that every run has,
-/// the function that reduces this number over all runs, and the number of decimals to show.
+/// The columns of the table of trials. Each entry has four parts: the heading; the name of a number that every run has;
+/// the function that computes one number from the numbers of all runs; and the number of decimals to show.
 const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("best", DISPLACEMENT, BEST, 2),
     ("p10", DISPLACEMENT, |s| Statistics::of(s).p10, 2),
@@ -101,7 +102,7 @@ const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("seconds", "seconds", MEDIAN, 1),
 ];
 
-/// Returns every way in which the trials depart from the paper, each once.
+/// Returns the departures of the trials from the paper, without repetition.
 pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     let mut known: Vec<Departure> = Vec::new();
     for departure in rows.iter().flat_map(|row| row.trial.scene.departures()) {
@@ -112,7 +113,8 @@ pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     known
 }
 
-/// The table with a row for each departure from the paper. Other tables refer to a departure by the letter in its row.
+/// The table with a row for each departure from the paper. Each row has a letter, by which other tables refer to the
+/// departure.
 pub(super) fn departures(known: &[Departure]) -> Table {
     let lettered: Vec<(char, &Departure)> = ('A'..).zip(known).collect();
     Table::of("departures", "Departures from the paper", &lettered)
@@ -122,7 +124,7 @@ pub(super) fn departures(known: &[Departure]) -> Table {
         .done()
 }
 
-/// The table with a row for each trial, in which letters stand for departures from the paper.
+/// The table with a row for each trial. Letters stand for the trial's departures from the paper.
 pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
     let title = variant.title.as_deref().unwrap_or("Trials");
     let over_paper = |row: &&TrialRow| Some(row.of(DISPLACEMENT).median? / row.trial.paper?);
@@ -146,7 +148,7 @@ pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure])
     table.column("departures", "", letters).done()
 }
 
-/// The table with a row for each trial and friction, which shows quantiles over the seeds.
+/// The table with a row for each trial and friction. It shows quantiles over the seeds.
 pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
     let of_row = |row| frictions.iter().map(move |friction| (row, friction));
     let pairs: Vec<(&TrialRow, &f64)> = rows.iter().flat_map(of_row).collect();
@@ -173,9 +175,9 @@ pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
     table.decimals(2, NONE).done()
 }
 
-/// The table with a row for each question, which asks for the change from some trials to other trials. Runs with equal
-/// seeds have equal starts. Therefore the change is computed for each seed, and then its mean over the seeds. If the
-/// mean is at most twice its standard error, the question is undecided.
+/// The table with a row for each question. A question asks for the change from one group of trials to another. Runs
+/// with equal seeds have equal starts. So the change is computed for each seed, and then its mean over the seeds. If
+/// the mean is at most twice its standard error, the question is undecided.
 pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
     let mean_of = |names: &[String], number: &dyn Fn(&TrialRow) -> Option<f64>| -> Option<f64> {
         let named = |name: &String| rows.iter().find(|row| row.trial.name == *name);
@@ -192,7 +194,7 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
     };
     let verdict = |asked: &Question| match changes(asked).map(|changes| mean(&changes)) {
         None => "unknown: runs diverged",
-        Some(None) => "undecided: with one seed, the change has no standard error",
+        Some(None) => "undecided: one seed gives no standard error",
         Some(Some([change, error])) if change.abs() <= 2.0 * error => "undecided",
         Some(Some([change, _])) if change < 0.0 => "less",
         Some(Some(_)) => "more",
@@ -210,7 +212,7 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
         .done()
 }
 
-/// The table with a row for each run and a column for every number. Cells of missing numbers are empty.
+/// The table with a row for each run and a column for every number. A cell without a number is empty.
 pub(super) fn runs<'r>(rows: &'r [TrialRow]) -> Table {
     let of_row = |row: &'r TrialRow| row.runs.iter().map(move |run| (&row.trial, run));
     let runs: Vec<(&Trial, &Run)> = rows.iter().flat_map(of_row).collect();

@@ -21,11 +21,11 @@ pub struct Study {
     pub seeds: NonZeroUsize,
     /// If set, every run stops after this many iterations. This gives a shortened trial of the study.
     pub iterations: Option<NonZeroUsize>,
-    /// Settings of the user that replace the defaults of every built-in scene; see [`Base`].
+    /// A user's settings that replace the defaults of every built-in scene; see [`Base`].
     pub base: Base,
     /// The folder of the results.
     pub out: PathBuf,
-    /// The folder of the runs. A study that was interrupted continues there.
+    /// The folder of the runs. An interrupted study continues in this folder.
     pub runs: PathBuf,
     /// The Python interpreter that has MuJoCo, for a study in which robots walk in MuJoCo.
     pub python: PathBuf,
@@ -68,7 +68,7 @@ impl Study {
         if before.iterations != plan.iterations || before.scenes.iter().any(is_other) {
             let runs = self.runs.display();
             return Err(Error::Usage(format!(
-                "{runs}: its runs have other scenes or another number of iterations; name another \
+                "{runs}: the runs in this folder have other scenes or another number of iterations; name another \
                  folder with --runs"
             )));
         }

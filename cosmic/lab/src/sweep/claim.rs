@@ -1,4 +1,5 @@
-//! Claims: at most one process at a time works on a run, even if processes on several hosts share the sweep's folder.
+//! Claims make sure that at most one process at a time works on a run, even if processes on several hosts share the
+//! sweep's folder.
 //!
 //! The K-th claim of the run NAME is the file `claims/NAME/K`. Only one process can create it; this process holds the
 //! claim. The file contains the holder's host and a count that the holder increases while it works. A process that
@@ -18,51 +19,53 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Two times: how often a holder increases its count, and after how long without an increase the holder counts as gone.
+/// Two times: the time after which a holder increases its count again, and the time without an increase after which the
+/// holder counts as gone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     beat: Duration,
     gone_after: Duration,
 }
 
-/// The times that sweeps use; tests use shorter ones.
+/// The times that programs use. Tests use shorter times.
 pub(super) const PACE: Pace = Pace {
     beat: Duration::from_secs(10),
     gone_after: Duration::from_secs(60),
 };
 
-/// The content of a claim's file after its holder has given the claim back.
+/// The content that a holder writes into the file of a claim when it gives the claim back.
 const FREE: &[u8] = b"free\n";
 
-/// The name and the boot id of this host; `None` if the system does not tell them. Without them, locks are not used.
+/// The name and the boot id of this host. If the system does not tell them (`None`), locks are not used.
 static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
     let read = |name: &str| fs::read_to_string(Path::new("/proc/sys/kernel").join(name)).ok();
     let parts = [read("hostname")?, read("random/boot_id")?];
     Some(parts.map(|part| part.trim().to_owned()).join(" "))
 });
 
-/// For each claim of another host that this process watches: what the process has seen in the file, by the file's path.
+/// The claims of other hosts that this process watches. For each file of a claim, what this process has seen in it.
 static SEEN: LazyLock<Mutex<HashMap<PathBuf, Seen>>> = LazyLock::new(Mutex::default);
 
 struct Seen {
     content: Vec<u8>,
-    /// The time at which the content last changed, or at which it was first seen.
+    /// The time of the last change of the content; without a change, the time when it was first seen.
     since: Instant,
     /// True if the content has changed since it was first seen.
     changed: bool,
 }
 
-/// The outcome of an attempt to claim a run.
+/// The outcome of an attempt to claim a run, that is, to become the only process that works on it.
 pub(super) enum Answer {
-    /// This process holds the claim.
+    /// This process has claimed the run.
     Granted(Claim),
-    /// Another process holds the claim.
+    /// Another process has claimed the run.
     Taken,
-    /// The holder is on another host. This process must watch it for longer, to know whether it still works.
+    /// A process on another host holds the claim. It is not known yet whether that process still works, so it must be
+    /// watched for longer.
     Watched,
 }
 
-/// A claim that this process holds. Dropping the value gives the claim back.
+/// A claim that this process holds: no other process works on the run. Dropping the value gives the claim back.
 pub(super) struct Claim {
     is_lost: Arc<AtomicBool>,
     stop: Option<Sender<()>>,
@@ -70,13 +73,13 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// True once another process has taken over the run, because this process did not increase its count in time.
+    /// True once another process has taken over the run because this process did not increase its count in time.
     pub(super) fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
     }
 }
 
-/// Tries to claim the run `name`.
+/// Tries to claim the run with the name `name`.
 ///
 /// # Errors
 /// [`Error::Write`] if the file of the claim cannot be written.
@@ -117,7 +120,7 @@ fn numbered(folder: &Path, number: u64) -> PathBuf {
     folder.join(number.to_string())
 }
 
-/// The number of a run's last claim; 0 if the run has not been claimed.
+/// The number of the last claim of a run; 0 if no process has ever claimed the run.
 fn last(folder: &Path) -> Result<u64> {
     let mut last = 0;
     for entry in fs::read_dir(folder).map_err(Error::reading(folder))? {
@@ -132,7 +135,7 @@ fn last(folder: &Path) -> Result<u64> {
 struct Held {
     path: PathBuf,
     file: File,
-    /// The name and boot id of this host, which holds the lock; `None` if the file is not locked.
+    /// The name and boot id of this host, as the holder of the lock; `None` if the file is not locked.
     host: Option<&'static str>,
 }
 
@@ -155,11 +158,11 @@ impl Held {
     }
 }
 
-/// What is known about the holder of a claim.
+/// What is known about the process that holds a claim.
 enum Holder {
     Works,
     Gone,
-    /// The holder must be watched for longer to know.
+    /// Not known yet: the holder must be watched for longer.
     Unknown,
 }
 
@@ -207,7 +210,7 @@ fn holder(path: &Path, pace: Pace) -> Result<Holder> {
 }
 
 impl Claim {
-    /// Starts a thread that increases the count until the claim is dropped.
+    /// Starts a thread that increases the count in the claim's file until the claim is dropped.
     fn new(held: Held, folder: PathBuf, own: u64, pace: Pace) -> Self {
         let is_lost = Arc::new(AtomicBool::new(false));
         let (stop, stopped) = channel::<()>();

@@ -60,7 +60,7 @@ impl SweepPlan {
         }
     }
 
-    /// Replaces the plan in a folder. A run is kept if both plans have its scene and its seed.
+    /// Replaces the plan in a folder. The run of a scene and seed is kept if both plans contain it.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -85,8 +85,8 @@ impl SweepPlan {
     /// Reads the plan in the folder of a sweep.
     ///
     /// # Errors
-    /// The errors of [`read_whole`] and [`parse_json`]; [`Error::Usage`] for a plan that was edited, or
-    /// frozen by another version of the program.
+    /// The errors of [`read_whole`] and [`parse_json`]; [`Error::Usage`] for a plan that was edited after
+    /// it was written, or that another version of the program wrote.
     pub fn read(folder: &Path) -> Result<Self> {
         let [path, copy] = [PLAN, COPY].map(|name| folder.join(name));
         let refuse = |what: String| Err(Error::Usage(format!("{}: {what}", path.display())));
@@ -115,7 +115,7 @@ impl SweepPlan {
         }
     }
 
-    /// Finds an edit of this plan: the first setting that differs from `before`, the plan as it was frozen. Returns the
+    /// Finds the first setting of this plan that was edited. `before` is the plan as it was frozen. Returns the
     /// setting's name, its value in this plan, and its value in `before`. Returns `None` if only the layout of the file
     /// differs.
     fn edit(&self, before: &Self) -> Option<[String; 3]> {
@@ -132,7 +132,7 @@ impl SweepPlan {
         Some([key, now, before])
     }
 
-    /// The names of all settings of the plan and of its scenes, each with its value as text.
+    /// The names of all settings of the plan and of its scenes, and their values as text.
     fn settings(&self) -> Vec<[String; 2]> {
         let named = |(key, value): (&str, Value)| [key.to_owned(), value.to_string()];
         let scenes = self

@@ -18,9 +18,9 @@ struct GridAxis {
 /// One point of the grid: a value for every key.
 #[derive(Clone, Debug, PartialEq)]
 struct Combination {
-    /// The text that is appended to the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
+    /// The suffix for the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
     suffix: String,
-    /// The settings of the point, such as `physics.friction=0.6`.
+    /// The settings of this point of the grid, such as `physics.friction=0.6`.
     settings: Vec<String>,
 }
 
@@ -29,8 +29,8 @@ struct Combination {
 const LONGEST: usize = 160;
 
 /// Combines every scene with every combination of the grid's values. The new scenes have names like
-/// `earth+friction=0.6+gravity=9.81`. Each text in `axes` is an axis of the grid, written as `KEY=V,V…`. Before that,
-/// every scene gets the `settings`, each written as `KEY=VALUE`.
+/// `earth+friction=0.6+gravity=9.81`. Each text in `axes` is an axis of the grid, written as `KEY=V,V…`. First, all
+/// scenes get the `settings`, each written as `KEY=VALUE`.
 ///
 /// # Errors
 /// [`Error::Usage`] for a malformed axis, for two axes with the same key, and for more combinations than a plan may
@@ -56,8 +56,7 @@ pub fn on_grid(
     planned.collect()
 }
 
-/// Takes the keys from `settings`, each written as `KEY=VALUE`, and returns them with the values that the scene has for
-/// them.
+/// Returns the keys in `settings`, which are written as `KEY=VALUE`, with the values that the scene has for these keys.
 fn swept(scene: &Scene, settings: &[String]) -> Vec<SweptValue> {
     let known = scene.settings();
     let of = |setting: &String| {
@@ -192,7 +191,7 @@ fn for_a_folder(text: &str) -> String {
     parts.join("_")
 }
 
-/// Makes suffixes short enough for a folder's name, and unique: repeated suffixes get a number.
+/// Makes suffixes short enough for the names of folders, and makes repeated suffixes unique by a number.
 fn tell_apart(all: &mut [Combination]) {
     let mut known = BTreeSet::new();
     for Combination { suffix, .. } in all {

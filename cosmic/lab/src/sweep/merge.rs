@@ -28,7 +28,7 @@ pub struct SurveyedRun {
     pub index: usize,
     /// The name of the run's scene.
     pub scene: String,
-    /// The values that the run has for the keys that the sweep varies, by key; empty if the sweep has no grid.
+    /// For each key that the sweep varies, the value in this run; empty if the sweep has no grid.
     pub swept: Map<String, Value>,
     /// The run's seed.
     pub seed: u64,
@@ -51,7 +51,7 @@ impl Survey {
         self.runs.iter().filter(|run| run.state == state).count()
     }
 
-    /// The numbers of the unfinished runs.
+    /// The numbers of all runs that are not finished.
     pub fn left(&self) -> Vec<usize> {
         let left = self.runs.iter().filter(|run| !run.state.is_over());
         left.map(|run| run.index).collect()
@@ -93,12 +93,12 @@ struct MergedRun {
     summary: Option<Summary>,
 }
 
-/// The paths of the merged results, and the number of runs that they lack.
+/// The paths of the merged results, and the number of runs whose results are missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
-    /// All results, as JSON.
+    /// The path of all results, a JSON file.
     pub results: PathBuf,
-    /// The table of the results, as CSV.
+    /// The path of the table of results, a CSV file.
     pub table: PathBuf,
     /// The number of unfinished runs.
     pub missing: usize,
@@ -140,7 +140,8 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     })
 }
 
-/// Collects the text of the CSV file while `results.json` is written, so that every summary is read only once.
+/// The progress of writing `results.json`. It also collects the text of the CSV file, so that every summary is read
+/// only once.
 struct Progress {
     missing: usize,
     /// The text of `results.csv` so far.
@@ -148,7 +149,7 @@ struct Progress {
     failed: Option<cosmic::Error>,
 }
 
-/// The content of `results.json`. Runs are read from their folders while the file is written.
+/// The content of `results.json`. Each run is read from its folder when it is written.
 #[derive(Serialize)]
 struct Results<'p> {
     runs: Runs<'p>,
@@ -161,7 +162,7 @@ struct Runs<'p> {
     progress: &'p RefCell<Progress>,
 }
 
-/// The number of runs in a block.
+/// Results are read and written in blocks. This is the number of runs in a block.
 const AT_ONCE: usize = 256;
 
 impl Runs<'_> {
@@ -220,10 +221,10 @@ impl Progress {
     }
 }
 
-/// A row of the table: a run with the numbers of its summary, which are computed once for all columns.
+/// A row of the table of results: a run with the numbers of its summary.
 struct Row<'r> {
     run: &'r SurveyedRun,
-    /// Empty if the run is not done.
+    /// The numbers of the run's summary; empty if the run is not done.
     numbers: Vec<Option<f64>>,
     verdict: Option<&'static str>,
 }
@@ -261,7 +262,7 @@ fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
         .done()
 }
 
-/// Converts the value of a swept key into a cell of the table.
+/// Converts the value of a key that the sweep varies into a cell of the table.
 fn swept(value: Option<&Value>) -> Cell {
     match value {
         None => Cell::Missing,

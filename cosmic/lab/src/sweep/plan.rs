@@ -41,7 +41,7 @@ pub struct SweptValue {
 }
 
 impl PlannedScene {
-    /// Makes a scene of a sweep that has no grid.
+    /// Makes a scene for a sweep without a grid.
     pub fn new(name: String, scene: &Scene) -> Self {
         let mut scene = SavedScene::from(scene);
         // Comments are removed: they are nine tenths of the text, and a plan may have thousands of scenes.
@@ -73,7 +73,7 @@ pub struct SweepPlan {
     pub scenes: Vec<PlannedScene>,
 }
 
-/// The study that a plan's runs belong to. It determines how finished runs are measured.
+/// The study to which a plan's runs belong. It says how finished runs are measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedStudy {
     /// The name of the study.
@@ -214,7 +214,7 @@ impl SweepPlan {
         keys
     }
 
-    /// Counts the finished runs, as their files in the folder `sweep` tell.
+    /// Counts the finished runs. `sweep` is the folder of the sweep.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
         (0..self.runs()).filter(is_over).count()

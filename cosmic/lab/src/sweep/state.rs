@@ -19,7 +19,7 @@ pub enum RunState {
     Begun,
     /// Finished, with a summary.
     Done,
-    /// Finished, but the delivered design diverges.
+    /// Finished, but the robot of the result diverges.
     Diverged,
 }
 
@@ -56,7 +56,7 @@ impl RunState {
     }
 }
 
-/// Returns the number of iterations that a run has done. It is read from the summary of a finished run, and otherwise
+/// Returns the number of iterations that a run has done. The summary of a finished run states it; otherwise it is read
 /// from the history. A run in progress may be one iteration further. Returns 0 if the file cannot be read.
 pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
     match state {
@@ -67,7 +67,7 @@ pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
     .unwrap_or(0)
 }
 
-/// The part of a summary, or of a row of a history, that tells the number of iterations.
+/// The number of iterations in a summary or in a row of a history.
 #[derive(Deserialize)]
 struct Counted {
     #[serde(alias = "iteration")]

@@ -17,7 +17,7 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Duration;
 
-/// The time between two checks of the claims of other hosts.
+/// The time to wait before the claims of other hosts are checked again.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// The outcome of an attempt to do a run.
@@ -33,7 +33,7 @@ pub enum RunOutcome {
     Taken,
 }
 
-/// A run that has just ended.
+/// A run of the sweep that has just ended.
 #[derive(Clone, Debug)]
 pub struct Ended {
     /// The run's number in the plan.
@@ -50,11 +50,11 @@ pub trait Overseer: Sync {
     /// Is called when a run has ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
 
-    /// Is called for a [warning](Observer::warning) of a run. `run` is the run's name.
+    /// Is called with a [warning](Observer::warning) of a run. `run` is the run's name.
     fn warning(&self, run: &str, text: &str);
 }
 
-/// A sweep to work on.
+/// A sweep: its folder, its plan, and the registry for its scenes.
 pub struct Sweep<'s> {
     /// The folder of the sweep.
     pub folder: &'s Path,
@@ -83,7 +83,7 @@ impl Sweep<'_> {
         self.once_known(is_stopped, || self.try_one(index, observer))
     }
 
-    /// Calls `ask` once a second until it returns an answer.
+    /// Calls `ask` once a second until the answer is not `None`.
     fn once_known<T>(
         &self,
         is_stopped: &dyn Fn() -> bool,
@@ -160,8 +160,8 @@ impl Sweep<'_> {
         self.once_known(is_stopped, || self.try_next(observer))
     }
 
-    /// Like [`run_next`](Self::run_next), but does not wait. Returns `None` if it is not known yet whether runs remain,
-    /// and `Some(None)` if no run remains.
+    /// Like [`run_next`](Self::run_next), but does not wait. Returns `None` if it is not known yet whether any run
+    /// remains, and `Some(None)` if no run remains.
     fn try_next(&self, observer: &mut dyn Observer) -> Result<Option<Option<Ended>>> {
         let mut passed_over = BTreeMap::new();
         let mut is_known = true;
@@ -250,8 +250,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Tries each run once. For each run, returns the result of [`try_one`](Self::try_one), or the error with which the
-    /// run failed.
+    /// Tries each run once. Returns, for each run, the result of [`try_one`](Self::try_one), or the error of the run.
     fn try_each(
         &self,
         runs: &[usize],
@@ -290,7 +289,7 @@ impl Sweep<'_> {
     }
 }
 
-/// The error of the first failed run, with the number of other failed runs.
+/// Returns the error of the first failed run. The error also states how many other runs failed.
 fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     let count = passed_over.len();
     let Some(mut first) = passed_over.into_values().next() else {
@@ -302,8 +301,8 @@ fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     Err(first)
 }
 
-/// Passes the events of a claimed run on to its observer. Also tells the run whether this process still holds the
-/// claim.
+/// The observer of a run that this process has claimed. It passes events on, and tells the run whether this process
+/// still holds the claim.
 struct Holding<'c> {
     claim: &'c Claim,
     observer: &'c mut dyn Observer,
@@ -335,7 +334,7 @@ impl Observer for Holding<'_> {
     }
 }
 
-/// Passes the warnings of one of several parallel runs on to the overseer. Does not report iterations.
+/// The observer of one of several parallel runs. It passes warnings on to the overseer and ignores iterations.
 struct Quiet<'o> {
     overseer: &'o dyn Overseer,
     name: &'o str,

@@ -7,11 +7,11 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// A text.
+    /// A text in a cell.
     Text(String),
-    /// A whole number.
+    /// A whole number in a cell.
     Count(u64),
-    /// A number. A number that is not finite is shown as "failed".
+    /// A number in a cell. A number that is not finite is shown as "failed".
     Number(f64),
     /// A value that was not measured.
     Missing,
@@ -65,13 +65,13 @@ impl From<Option<&str>> for Cell {
 pub struct Column {
     /// The heading, which is also the key in JSON and CSV.
     pub name: String,
-    /// A description of what the column means. It includes the unit if `unit` is empty.
+    /// A description of the column's meaning. If `unit` is empty, it also states the unit.
     pub says: String,
     /// The unit of the numbers, shown in the heading after the name; may be empty.
     pub unit: &'static str,
     /// The number of decimals in tables for people; `None` for three significant digits.
     decimals: Option<usize>,
-    /// The text for a missing number in tables for people.
+    /// The text that tables for people show for a missing number.
     missing: &'static str,
     /// The largest number of decimals in CSV; `None` keeps every bit.
     rounded: Option<usize>,

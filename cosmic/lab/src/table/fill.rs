@@ -1,4 +1,4 @@
-//! Tables that are built column by column.
+//! Builds tables column by column.
 
 use super::{Cell, Column, Row, Standing, Table};
 
@@ -10,8 +10,7 @@ pub struct TableOf<'a, S> {
 }
 
 impl Table {
-    /// Begins a table with an ordinary row for each subject. The table has no columns until [`TableOf::column`] adds
-    /// some.
+    /// Begins a table with an ordinary row for each subject. The methods `column` and `columns` add its columns.
     pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
         let table = Self {
             name: name.to_owned(),
@@ -67,8 +66,8 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Emphasises the rows of the subjects for which `is` returns true. A later call replaces the emphasis of an
-    /// earlier one.
+    /// Emphasises the rows of all subjects for which `is` returns true. If a row is emphasised twice, the last call
+    /// counts.
     pub fn mark(mut self, standing: Standing, is: impl Fn(&S) -> bool) -> Self {
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
             if is(subject) {

@@ -8,7 +8,7 @@ use std::fmt::Write;
 /// The emphasis of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Standing {
-    /// An ordinary row.
+    /// An ordinary row, without emphasis.
     #[default]
     Plain,
     /// The row with the scene's own settings.
@@ -51,7 +51,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Returns a copy of the table with an additional last column, which shows the emphasis of each row.
+    /// Returns a copy of the table with one more column at the end. The column shows the emphasis of each row.
     pub(crate) fn with_standings(&self) -> Self {
         let mut table = self.clone();
         table.columns.push(Column::new(
@@ -133,7 +133,7 @@ impl Table {
         aligned(&self.shown())
     }
 
-    /// All texts of the table as people see them: first the line of headings, then a line for each row.
+    /// All cells of the table as texts for people. The first line has the headings; then there is a line for each row.
     pub(crate) fn shown(&self) -> Vec<Vec<String>> {
         let head = self.columns.iter().map(Column::heading).collect();
         let rows = self.rows.iter().map(|row| self.written(row, Column::shown));

@@ -16,28 +16,30 @@ use cosmic::scene::{Integrator, Named};
 use cosmic::simulator::stability::stable_step;
 use std::ops::Range;
 
-/// Positions are compared at four times, the marks. The last mark is after this many of the scene's steps, or earlier
-/// if the rollout is shorter.
+/// Positions are compared at four times, called the marks. This is the number of the scene's steps before the last
+/// mark; if the rollout is shorter, the last mark is at its end.
 const LAST: usize = 512;
-/// The index of the mark that the figures show. It is the second one, because chaos dominates the errors later.
+/// The index of the mark whose errors the figures show. It is the second mark, because chaos dominates the errors
+/// later.
 const SHOWN: usize = 1;
-/// The time steps to compare, as multiples of the scene's time step. All of these factors are exact in binary.
+/// The time steps to compare, as multiples of the scene's time step. Binary floats represent all of these factors
+/// exactly.
 const FRACTIONS: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
 /// The number of steps of the reference in one time step of the scene. The reference's step is 64 times shorter than
 /// the shortest step of any row, unless the scene itself has more than four substeps.
 const FINER: usize = 2048;
-/// A distance from the reference counts as an error only if it is at least this many times the reference's uncertainty.
-/// The distance then differs from the true error by at most a third.
+/// A distance from the reference counts as an error only if it is at least this many times the uncertainty of the
+/// reference. Then it differs from the true error by at most a third.
 const RESOLVED: f64 = 3.0;
-/// The number of timed runs, from which the median time is taken.
+/// The median time is taken over this many runs.
 const REPEATS: usize = 9;
 
 /// A number type in which trajectories are computed.
 struct Precision {
     name: &'static str,
-    /// The dash pattern of the lines for this number type in figures.
+    /// The dash pattern of this number type's lines in figures.
     dashes: &'static str,
-    /// The distance from 1 to the next larger number.
+    /// The machine epsilon of the type: the distance from 1 to the next larger number.
     unit: f64,
     run: fn(&Probe, &[usize]) -> Vec<State<f64>>,
 }
@@ -55,8 +57,8 @@ const fn precision<R: Real + Into<f64>>(
     }
 }
 
-/// All number types to compare. The last one is very precise: its distance from another type's result is the rounding
-/// error of that type.
+/// The number types to compare. The last one is very precise: its distance from another type's result counts as the
+/// rounding error of that type.
 static PRECISIONS: [Precision; 3] = [
     precision::<f32>("f32", "6 4", f32::EPSILON as f64),
     precision::<f64>("f64", "", f64::EPSILON),
@@ -103,8 +105,8 @@ impl Method {
         methods
     }
 
-    /// Returns the case with this method and a time step that is `fraction` times the case's. Also returns the numbers
-    /// of its steps at the times of `marks`.
+    /// Changes the case to this method and to a time step that is `fraction` times the old one. `marks` are numbers of
+    /// steps of the old case; also returns the numbers of steps of the new case at the same times.
     fn applied(&self, case: &Case, marks: [usize; 4], fraction: f64) -> (Case, [usize; 4]) {
         let mut case = case.clone();
         let physics = &mut case.physics;
@@ -117,10 +119,10 @@ impl Method {
     }
 }
 
-/// A run by leapfrog whose steps are so short that its positions count as the truth.
+/// The reference: a run by leapfrog with steps so short that its positions count as exact.
 struct Reference {
-    /// The uncertainty of the positions at each mark, in metres: the largest distance of a node from its position in
-    /// two other runs. One of them uses symplectic Euler with equal steps, the other leapfrog with steps twice as long.
+    /// The uncertainty of the reference at each mark, in metres. It is the largest distance of a node from its position
+    /// in two other runs: one by symplectic Euler with equal steps, and one by leapfrog with steps twice as long.
     /// Infinite if one of the three runs diverged.
     uncertainty: [f64; 4],
     states: Vec<State<f64>>,
@@ -154,8 +156,8 @@ impl Reference {
         }
     }
 
-    /// Returns the largest distance of a node from the reference at each mark, in metres. A distance is `None` if it
-    /// may be an error of the reference itself.
+    /// Returns the errors at each mark, in metres: the largest distance of a node from the reference. `None` if the
+    /// distance may be an error of the reference itself.
     fn errors(&self, states: &[State<f64>]) -> [Option<f64>; 4] {
         let errors = errors(states, &self.states);
         std::array::from_fn(|k| {
@@ -167,13 +169,13 @@ impl Reference {
     }
 }
 
-/// The largest distance of a node from its true position at each mark, in metres.
+/// The errors at each mark, in metres: the largest distance of a node from its true position.
 fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
     std::array::from_fn(|k| distance(&states[k], &truth[k]))
 }
 
-/// The result of running the case with one method, time step and number type. Errors are the largest distances of a
-/// node at each mark, in metres.
+/// The result of running the case with one method, time step and number type. An error is the largest distance of a
+/// node from the reference, in metres, at one of the compared times.
 #[derive(Clone, Debug)]
 struct Run {
     method: Method,
@@ -183,7 +185,7 @@ struct Run {
     precision: usize,
     /// True for the scene's own method, time step and number type.
     is_default: bool,
-    /// The error: the distances from the reference. `None` if the reference is too uncertain to tell.
+    /// The errors: the distances from the reference. `None` where the reference is not accurate enough to tell.
     error: [Option<f64>; 4],
     /// The rounding error: the distances from a double-double run with the same method and time step.
     rounding: [f64; 4],
@@ -191,7 +193,7 @@ struct Run {
     time: f64,
     /// True if the time step is below the stability limit of the robot at its start.
     stable: bool,
-    /// True if all observed states are finite and plausible.
+    /// True if all observed states are finite and plausible, so that the run did not diverge.
     finite: bool,
 }
 
@@ -206,8 +208,8 @@ impl Run {
         !self.finite && (self.stable || self.is_default)
     }
 
-    /// Makes a table cell of one of the run's numbers. If the time step is unstable, divergence is expected. Then a
-    /// number that is not finite is shown as missing, not as failed.
+    /// Makes a table cell of one of the run's numbers. If the time step is unstable, divergence is expected: a number
+    /// that is not finite is then shown as missing and not as failed.
     fn number(&self, x: f64) -> Cell {
         match self.stable || self.is_default {
             true => x.into(),
@@ -215,18 +217,19 @@ impl Run {
         }
     }
 
-    /// The outcome of the run in a few words.
+    /// Describes the outcome of the run in a few words.
     fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
             _ if self.is_failed() => "diverged",
-            (false, _) => "diverged as expected: step beyond the stable one",
-            (true, false) => "step beyond the stable one",
+            (false, _) => "diverged as expected: unstable time step",
+            (true, false) => "unstable time step",
             (true, true) if self.error[3].is_some_and(|e| e > 0.1 * spacing) => "parted",
             (true, true) => "ok",
         }
     }
 
-    /// The error that figures show. NaN, which figures leave out, if the reference is too uncertain to tell the error.
+    /// The error that figures show. If the reference is not accurate enough to tell the error, NaN, which figures leave
+    /// out.
     fn shown(&self) -> f64 {
         self.error[SHOWN].unwrap_or(f64::NAN)
     }
@@ -235,7 +238,7 @@ impl Run {
 /// The results of all runs of a case.
 struct Accuracy<'a> {
     case: &'a Case,
-    /// The numbers of the scene's steps after which positions are compared.
+    /// The marks, as numbers of the scene's steps. Positions are compared at these times.
     marks: [usize; 4],
     reference: Reference,
     /// All runs, in the order of methods, then time steps, then number types.
@@ -289,9 +292,9 @@ impl<'a> Accuracy<'a> {
         found.expect("the scene's own method and time step are run")
     }
 
-    /// True if the rounding error at the first mark is no larger than expected. The expected loss is 7 binary digits in
-    /// the sums of a step and 7 in sums over the steps, and the growth of perturbations until then. Later marks are not
-    /// checked, because chaos dominates there.
+    /// True if the rounding error at the first mark can be explained. Two causes are expected: 7 binary digits are lost
+    /// in the sums of a step and 7 in the sums over the steps, and perturbations grow until the mark. Later marks are
+    /// not checked, because chaos dominates there.
     fn rounds_well(&self, run: &Run) -> bool {
         let growth = self.chaos.growth(self.marks[0]);
         run.rounding[0] <= 128.0 * 128.0 * PRECISIONS[run.precision].unit * growth
@@ -311,12 +314,18 @@ impl<'a> Accuracy<'a> {
         let is_checked = |run: &&Run| run.stable && run.precision <= DOUBLE;
         for run in self.runs.iter().filter(is_checked) {
             let (method, precision) = (run.method.name(), PRECISIONS[run.precision].name);
-            let failure = format!("rounding of {method}, dt {}, {precision}", self.dt(run));
+            let failure = format!(
+                "rounding error of {method}, dt {}, {precision}",
+                self.dt(run)
+            );
             section.check(self.rounds_well(run), failure);
         }
-        section.check(self.default_run().finite, "the scene's own run diverged");
+        section.check(
+            self.default_run().finite,
+            "the run with the scene's own settings diverged",
+        );
         let is_finite = self.reference.uncertainty.iter().all(|u| u.is_finite());
-        section.check(is_finite, "the reference of the errors diverged");
+        section.check(is_finite, "the reference run diverged");
         section
     }
 
@@ -342,8 +351,8 @@ impl<'a> Accuracy<'a> {
 
     fn table(&self) -> Table {
         let method = "integrator, and substeps if there are more than one";
-        let error = "largest distance of a node from the reference, m; empty if not resolved";
-        let rounding = "largest distance of a node from double-double with the same steps, m";
+        let error = "largest distance of a node from the reference, m; empty if the reference is not accurate enough";
+        let rounding = "largest distance of a node from its position in a double-double run with the same steps, m";
         let at = |kind: &str| self.times().map(|time| format!("{kind}_{time}"));
         let precision = |run: &Run| PRECISIONS[run.precision].name;
         let time = "median processor time of the whole run, s";
@@ -370,8 +379,8 @@ impl<'a> Accuracy<'a> {
         self.case.physics.dt * run.fraction
     }
 
-    /// A figure that plots the errors of the runs over another quantity, which `along` returns for a run. It has a line
-    /// for every method and each of the number types in `precisions`.
+    /// A figure with the errors of the runs over another quantity, which `along` computes for a run. There is a line
+    /// for each method and each of the number types in `precisions`.
     fn figure(
         &self,
         name: &'static str,

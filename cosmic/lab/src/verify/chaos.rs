@@ -1,5 +1,4 @@
-//! Measures how fast neighbouring motions diverge. This tells for how many steps the error at a single time is
-//! meaningful.
+//! Measures how fast neighbouring motions diverge. After that time, the error at a single time has no meaning.
 
 use rayon::prelude::*;
 
@@ -10,18 +9,19 @@ use cosmic::codesign::Quantiles;
 use cosmic::lattice::State;
 use cosmic::task::together;
 
-/// The number of perturbed starts. The motion from each is compared with the motion from the unperturbed start.
+/// The number of perturbed starts. The motion from each perturbed start is compared with the motion from the
+/// unperturbed start.
 const STARTS: usize = 16;
-/// Two motions that are farther apart than this, as a share of the lattice's scale, no longer differ by a small
+/// If two motions are farther apart than this share of the lattice's scale, their difference no longer counts as a small
 /// perturbation.
 const PARTED: f64 = 1e-4;
-/// The number of steps between two measurements of the distance.
+/// The distance between two motions is measured whenever this number of steps is done.
 const EVERY: usize = 8;
-/// The number of binary digits that are lost before a perturbation has doubled once. They are lost in the sums of some
-/// hundred terms in a step, and by the curvature of contact.
+/// The number of binary digits that are lost at once, before a perturbation has doubled. The sums of some hundred terms
+/// in a step and the curvature of contact cause this loss.
 const SPENT: u32 = 7;
 
-/// How the motions of a case from perturbed starts diverge.
+/// How the motions of a case diverge if its start is perturbed.
 #[derive(Debug)]
 pub(super) struct Chaos {
     /// The number of steps in which a small perturbation doubles: the median over the perturbed starts. Infinite if it
@@ -29,9 +29,9 @@ pub(super) struct Chaos {
     doubling: f64,
     /// The time step, s.
     dt: f64,
-    /// Pairs of a number of steps and the largest factor by which a perturbation of any start has grown until then. The
-    /// factor may be large even if nothing grows in the long run, because contacts stretch some directions for a while.
-    /// The list ends when a perturbation is no longer small.
+    /// The largest growth of a perturbation, as pairs: a number of steps, and the largest factor by which the
+    /// perturbation of any start has grown until then. The factor may be large even if nothing grows in the long run,
+    /// because contacts stretch some directions for a while. The list ends when a perturbation is no longer small.
     grown: Vec<(usize, f64)>,
     steps: usize,
     /// The distance by which every coordinate of a perturbed start is moved, in metres.
@@ -43,7 +43,7 @@ pub(super) struct Chaos {
 }
 
 impl Chaos {
-    /// Runs a case from its own start and from the perturbed starts.
+    /// Simulates a case from its own start and from the perturbed starts.
     pub(super) fn of(case: &Case) -> Self {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
@@ -81,21 +81,21 @@ impl Chaos {
         }
     }
 
-    /// The factor by which a perturbation may have grown after `steps` steps. It is the growth at the last measurement
-    /// until then, continued at the mean rate.
+    /// Estimates the factor by which a perturbation has grown after `steps` steps: the growth at the last measurement
+    /// before that, continued at the mean rate.
     pub(super) fn growth(&self, steps: usize) -> f64 {
         let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
         let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
         grown * ((steps - at) as f64 / self.doubling).exp2()
     }
 
-    /// The note about chaos, which stands before the tables.
+    /// The note about chaos for the page, which comes before the tables.
     pub(super) fn note(&self) -> String {
         if self.doubling.is_infinite() {
             let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
             return format!(
                 "Chaos: small perturbations of this design do not double once in the whole rollout. \
-                 The largest grew {most:.0} times in between."
+                 At its largest, a perturbation is {most:.0} times its initial size."
             );
         }
         // The number of steps after which rounding has destroyed all binary digits of a number type.
@@ -115,8 +115,9 @@ impl Chaos {
     /// The table with the displacement from the unperturbed start and the quantiles over the perturbed starts.
     pub(super) fn table(&self) -> Table {
         let moved = self.moved_by;
-        let title =
-            format!("Displacement along the ground over {STARTS} starts moved by {moved:e} m");
+        let title = format!(
+            "Displacement along the ground from {STARTS} starts, each moved by {moved:e} m"
+        );
         let Quantiles { p10, p50, p90 } = self.spread;
         let is_finite = p10.is_finite() && self.unmoved.is_finite();
         Table::of("spread", &title, &[()])
@@ -127,15 +128,19 @@ impl Chaos {
                 |()| self.unmoved,
             )
             .column("p10_m", "10 % quantile", |()| p10)
-            .column("median_m", "median: the figure to quote", |()| p50)
+            .column(
+                "median_m",
+                "median displacement: the figure to quote",
+                |()| p50,
+            )
             .column("p90_m", "90 % quantile", |()| p90)
             .mark(Standing::Failed, |()| !is_finite)
             .done()
     }
 }
 
-/// Returns pairs of a step and the largest growth of any distance until then, as long as all distances are small.
-/// `parting` has a list of distances for each perturbed start.
+/// Returns the growth of perturbations as pairs: a step, and the largest growth of any distance until then. The list
+/// ends when a distance is no longer small. `parting` has a list of distances for each perturbed start.
 fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     let mut most: f64 = 1.0;
     let mut grown = Vec::new();

@@ -11,12 +11,12 @@ use cpu_time::ThreadTime as Clock;
 #[cfg(windows)]
 use std::time::Instant as Clock;
 
-/// Work is repeated until it has taken this many seconds in total.
+/// Pieces of work are repeated until they have taken this many seconds in total.
 const LONG: f64 = 1.0;
-/// When several pieces of work take turns, no new round begins after this time.
+/// If several pieces of work take turns, a new round begins only within this time.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// Returns the processor time that this thread needs for a piece of work.
+/// Returns the processor time that the current thread needs for a piece of work.
 fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     let start = Clock::now();
     black_box(work());
@@ -49,9 +49,9 @@ pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> 
     least
 }
 
-/// Does a piece of work. Returns its result, its processor time in seconds, and its memory: how many bytes more than
-/// before the process held at most, if the system tells. Do not trust sizes below a MiB: the system counts whole pages,
-/// and with a delay.
+/// Does a piece of work. Returns its result, its processor time in seconds, and the largest amount of additional memory
+/// that the process held meanwhile, in bytes, if the system tells. Do not trust sizes below a MiB: the system counts
+/// whole pages, and with a delay.
 pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
     let measure = || {
         let _ballast = ballast();
@@ -68,14 +68,15 @@ pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64
     })
 }
 
-/// Allocates blocks until it has used up the memory that the allocator kept from earlier work. The system already
-/// counts that memory for this process. If the measured work used it, its memory would seem too small.
+/// Fills the memory that the allocator has kept from earlier work, by allocating blocks. The system already counts that
+/// memory for this process. If the measured work used that memory, the work would seem to need less than it does.
 fn ballast() -> Vec<Vec<u8>> {
-    /// The size of a block, small enough to come from the kept memory.
+    /// The size of a block. Blocks must be small, because the allocator keeps only small blocks.
     const BLOCK: usize = 64 << 10;
-    /// The number of blocks in a round, enough for the system's count to be near the truth.
+    /// The number of blocks that are allocated in one round. The system updates its count of memory with a delay; after
+    /// this many blocks the count is nearly right.
     const BLOCKS: usize = 32;
-    /// The largest number of rounds. Together they allocate 256 MiB; allocators keep no more.
+    /// The largest number of rounds. All rounds together allocate 256 MiB, which is more than allocators keep.
     const ROUNDS: usize = 128;
     let mut blocks = Vec::new();
     for _ in 0..ROUNDS {

@@ -18,21 +18,21 @@ use subject::{DIRECTIONS, Slopes, Subject};
 
 /// The longest horizon in steps.
 const LONGEST: usize = 4096;
-/// How often the longest horizon is halved to get the shorter ones.
+/// The longest horizon is halved this many times to get the shorter horizons.
 const HALVINGS: u32 = 6;
-/// The half-widths of central differences to try: the distances by which inputs are moved along a direction of length
-/// 1.
+/// The half-widths of central differences to try. A half-width is the distance by which the inputs are moved along a
+/// direction of length 1.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
-/// The half-width of the central differences in double-double, which count as the true slopes. Their rounding error is
-/// 1e-32 divided by the half-width, and their truncation error is the square of the half-width. The motion magnifies
-/// both errors.
+/// The half-width of the central differences in double-double that give the true slopes. The rounding error of these
+/// slopes is 1e-32 divided by the half-width, and their truncation error is the square of the half-width. The motion
+/// magnifies both errors.
 const TINY: f64 = 1e-15;
 /// The largest memory for a full tape, in bytes. A tape that would need more is not computed, and its row says so.
 const MOST_MEMORY: u64 = 3 << 30;
-/// The number of moved starts whose slopes are compared with those of the case's own start.
+/// The slopes at this many slightly moved starts are compared with the slopes at the case's own start.
 const STARTS: usize = 8;
-/// A gradient with a larger relative error does not have two correct digits. If rounding alone may cause such an error,
-/// the row is not checked.
+/// A gradient with a larger relative error than this does not have two correct digits. A row is not checked if rounding
+/// alone may cause such an error.
 const WORTHLESS: f64 = 1e-2;
 
 /// The main source of a gradient's error.
@@ -48,11 +48,12 @@ enum Limit {
     Truncation,
 }
 
-/// A way to compute a gradient.
+/// A method of computing a gradient.
 struct Way {
     name: &'static str,
     limit: Limit,
-    /// Computes either the whole gradient over a horizon, or only the slopes along the directions of the subject.
+    /// The function that computes the gradient. It computes either the whole gradient over a horizon, or only the
+    /// slopes along the directions of the subject.
     run: fn(&Subject, &Horizon) -> Found,
 }
 
@@ -67,7 +68,8 @@ const fn way(name: &'static str, limit: Limit, run: fn(&Subject, &Horizon) -> Fo
 
 const DRIVER: usize = 3;
 const FULL_TAPE: usize = 6;
-/// All ways, in the order in which they are measured. The full tape comes last because it holds the most memory.
+/// All methods of computing a gradient, in the order in which they are measured. The full tape comes last because it
+/// holds the most memory.
 static WAYS: [Way; 7] = [
     way(
         "central differences, best h",
@@ -99,16 +101,16 @@ static WAYS: [Way; 7] = [
     }),
 ];
 
-/// The measurement of one way over one horizon.
+/// The measurement of one method over one horizon.
 #[derive(Debug)]
 struct Row {
-    /// The index of the way in [`WAYS`].
+    /// The index of the method in [`WAYS`].
     way: usize,
     steps: usize,
     /// The relative error of the slopes along all directions: the norm of the error vector divided by the norm of the
     /// true slopes.
     error: f64,
-    /// The largest error that the rounding of f64 explains if the method is exact.
+    /// The largest error that the rounding of f64 can explain for an exact method.
     allowed: f64,
     /// The angle between the vector of computed slopes and the vector of true slopes, in degrees.
     angle: f64,
@@ -123,7 +125,7 @@ struct Row {
 }
 
 impl Row {
-    /// Measures a way over a horizon. `last` is the row that was measured before, possibly of another way.
+    /// Measures one method over one horizon. `last` is the row measured before, possibly of another method.
     fn new(subject: &Subject, way: usize, horizon: &Horizon, last: Option<&Self>) -> Self {
         let steps = horizon.steps;
         // The memory is estimated from the previous horizon: it grows in proportion to the number of steps.
@@ -156,7 +158,7 @@ impl Row {
         }
     }
 
-    /// True if the row can be checked: its error comes only from the rounding of f64, and at least two digits should be
+    /// True if the row can be checked: its error comes only from the rounding of f64, and two digits or more should be
     /// correct.
     fn is_checked(&self) -> bool {
         let exact = WAYS[self.way].limit == Limit::Rounding && !self.left_out;
@@ -176,19 +178,19 @@ impl Row {
             _ if !self.error.is_finite() => "failed: not finite",
             _ if self.is_wrong() => "failed: wrong",
             _ if self.is_checked() => "checked",
-            Limit::Truncation if self.angle > 90.0 => "useless: against the gradient",
+            Limit::Truncation if self.angle > 90.0 => "useless: points away from the gradient",
             Limit::Truncation => "truncated",
-            _ if self.error > WORTHLESS => "useless: not two digits",
+            _ if self.error > WORTHLESS => "useless: fewer than two correct digits",
             _ => "ok",
         }
     }
 }
 
-/// A number of steps, the true slopes over these steps, and what errors to expect.
+/// The length of a rollout in steps, with the true slopes over these steps and the errors to expect.
 struct Horizon {
     steps: usize,
     truth: Slopes,
-    /// The largest error that the rounding of f64 explains if a method is exact.
+    /// The largest error that the rounding of f64 can explain for an exact method.
     allowed: f64,
     /// The half-width for which central differences have the smallest error.
     width: f64,
@@ -293,15 +295,15 @@ struct Gradients {
     chaos: Chaos,
 }
 
-/// Computes the gradient of a case in every way and reports the errors. Checks the ways whose error comes only from
-/// rounding.
+/// Computes the gradient of a case by every method and reports the errors. Checks the methods whose error comes only
+/// from rounding.
 pub fn gradients(case: &Case) -> Section {
     Gradients::of(case).section()
 }
 
 impl Gradients {
-    /// Computes the gradient of a case in every way. The true slopes are computed in parallel; run times and memory are
-    /// measured while nothing else runs.
+    /// Computes the gradient of a case by every method. The true slopes are computed in parallel; run times and memory
+    /// are measured while nothing else runs.
     fn of(case: &Case) -> Self {
         let longest = LONGEST.min(case.physics.steps.max(1));
         let mut case = case.clone();
@@ -369,7 +371,7 @@ impl Gradients {
                 "Gradients of minus the payload's position along the ground after `steps` steps, for \
                  the {} numbers of design and controller. `error` and `angle` compare the slopes along \
                  {DIRECTIONS} random directions with differences in double-double. Until the payload \
-                 leaves its place the gradient is exactly zero, and so is its error.",
+                 moves, the gradient and its error are exactly zero.",
                 self.numbers
             ),
             format!(
@@ -380,14 +382,13 @@ impl Gradients {
                  below 1 MiB."
             ),
             format!(
-                "Exact ways are checked against the truth as long as rounding leaves them two \
-                 digits. `allowed`: 128 x 128 roundings, plus 16 times the change of the slopes if the \
-                 start is moved as far as rounding moves the motion. A full tape that would take \
-                 more than {} GiB is left out.",
+                "Exact methods are compared with the true slopes if rounding leaves them two correct \
+                 digits. `allowed` is the error that rounding explains: 128 x 128 roundings, plus 16 \
+                 times the change of the slopes if the start is moved as far as rounding moves the \
+                 motion. A full tape that would take more than {} GiB is left out.",
                 MOST_MEMORY >> 30
             ),
-            "Truncated gradients leave out the early steps, so their error is the cost of that, not \
-             rounding."
+            "Truncated gradients leave out the early steps. This causes their error, not rounding."
                 .to_owned(),
         ]
     }
@@ -399,8 +400,8 @@ impl Gradients {
             "time of a whole gradient",
         );
         let error = "norm of the error of the slopes divided by the norm of the slopes";
-        let allowed = "the largest error that rounding explains for an exact way in f64";
-        let memory = "peak memory beyond what was held before";
+        let allowed = "the largest error that rounding explains for an exact method in f64";
+        let memory = "peak memory that the method adds";
         let known = |row: &Row, x: f64| (!row.left_out).then_some(x);
         let is_failed = |row: &Row| row.status().starts_with("failed");
         let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
@@ -420,7 +421,8 @@ impl Gradients {
             .done()
     }
 
-    /// The lines of a figure, one for every way. `point` returns the point of a row.
+    /// The lines of a figure: one line for every method of computing a gradient. `point` returns the point that stands
+    /// for a row.
     fn lines(&self, point: &dyn Fn(&Row) -> Vector<f64>) -> Vec<Line> {
         let line = |(k, way): (usize, &Way)| {
             let dashes = match way.limit {

@@ -25,10 +25,10 @@ const STEPS: usize = 1024;
 /// The number of rounds of measurements. Of the times of a rollout, the shortest counts, because it is the least
 /// disturbed one.
 const ROUNDS: usize = 15;
-/// The radius of gyration of bars in metres, for rollouts into which the term of bending is put back.
+/// The radius of gyration of bars, in metres, in rollouts to which bending is added for the measurement.
 const SOME_BENDING: f64 = 0.01;
-/// A tiny number that replaces a stiffness, a strain or a scale of zero. It changes no result, but steps compute the
-/// term.
+/// A tiny number that replaces a stiffness, a strain or a scale of zero. Steps then compute the term, but the result
+/// does not change.
 const LEAST: f64 = 1e-150;
 
 /// A term of a rollout. Times are in microseconds per step; a time is `None` if it was not measured.
@@ -41,11 +41,11 @@ pub struct Term {
     pub kept: bool,
     /// The reason why the term is computed or omitted.
     pub why: String,
-    /// The time that steps would save without this term, if they compute it.
+    /// The time that steps would save without this term. Only for terms that steps compute.
     pub cost: Option<f64>,
-    /// The cost of the term divided by the time of a whole step.
+    /// The share of this term in the time of a whole step.
     pub share: Option<f64>,
-    /// The time that leaving out the term saves, if steps omit it.
+    /// The time that steps save because they omit this term. Only for terms that steps omit.
     pub saving: Option<f64>,
 }
 
@@ -65,7 +65,7 @@ const BY_WEIGHTS: &str = "gradient by weights";
 const BY_DESIGN: &str = "gradient by the design";
 
 impl Plan {
-    /// Makes the plan of a case's rollout without measuring times.
+    /// Makes the plan of a case's rollout, without times.
     pub fn of(case: &Case) -> Self {
         let rows = rows(case, &case.body());
         Self {
@@ -119,10 +119,10 @@ impl Plan {
     /// A term by its name.
     fn term(&mut self, name: &str) -> &mut Term {
         let term = self.terms.iter_mut().find(|term| term.name == name);
-        term.expect("a plan has every term")
+        term.expect("the plan contains every term")
     }
 
-    /// Adds the times that updates save, because each computes only one of the two gradients.
+    /// Adds two savings: an update of the design or of the controller computes only one of the two gradients.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
         let both = [DESIGN, CONTROLLER].concat();
@@ -135,17 +135,17 @@ impl Plan {
     }
 }
 
-/// The parts of a rollout that a change may modify: settings and body.
+/// The parts of a rollout that the measurement of a term may change: settings and body.
 struct Parts {
     physics: PhysicsSettings,
     sight: ControllerSettings,
     body: Body<f64>,
 }
 
-/// A change of the planned rollout that puts in a term or leaves it out.
+/// A change of the planned rollout: it adds one term or removes one.
 type Change<'f> = dyn Fn(&mut Parts) + 'f;
 
-/// Makes a rollout of [`STEPS`] steps from the planned one by a change.
+/// Makes a rollout of [`STEPS`] steps: the planned rollout after a change.
 fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f64>) {
     let mut parts = Parts {
         physics: case.physics.clone(),
@@ -158,8 +158,8 @@ fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f
     (simulator, parts.body)
 }
 
-/// A term, and a change of the rollout. If the plan computes the term, the change leaves it out; otherwise it puts it
-/// in.
+/// A term, and a change of the rollout that reverses the plan's decision. If the plan computes the term, the change
+/// removes the term; otherwise the change adds it.
 struct Row<'f> {
     term: Term,
     other: Option<Box<Change<'f>>>,
@@ -178,7 +178,7 @@ fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
 }
 
 impl<'f> Row<'f> {
-    /// Adds the change `other` to the row if `holds` is true.
+    /// Gives the row the change `other`, if `holds` is true.
     fn or(mut self, holds: bool, other: impl Fn(&mut Parts) + 'f) -> Self {
         if holds {
             self.other = Some(Box::new(other));
@@ -187,17 +187,16 @@ impl<'f> Row<'f> {
     }
 }
 
-/// The rows of all terms of a case's rollout.
+/// The terms of a case's rollout, as rows.
 fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let mut rows = controller_rows(case, body);
     rows.extend(force_rows(case, body));
     rows.extend(ground_rows(case));
-    let why =
-        "not in updates of the design, which only need the gradient with respect to the design";
+    let why = "not computed in updates of the design, which only need the gradient with respect to the design";
     rows.push(row(BY_WEIGHTS, false, why));
     let why = match case.design {
-        Design::Layout(_) => "the layout is frozen",
-        Design::Undecided(_) => "not in updates of the controller",
+        Design::Layout(_) => "the layout does not change",
+        Design::Undecided(_) => "not computed in updates of the controller",
     };
     rows.push(row(BY_DESIGN, false, why));
     rows
@@ -208,7 +207,7 @@ fn before_outputs(case: &Case) -> (&'static str, String) {
     match Network::of(&case.controller) {
         Some(network) => {
             let units = network.first.biases.len();
-            (HIDDEN, format!("{units} units, of the observation"))
+            (HIDDEN, format!("{units} units that read the observation"))
         }
         None => {
             let (name, count) = (case.observation.policy.name(), case.controller.weights());
@@ -226,24 +225,24 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let weighed = strains && !body.presence.is_empty();
     let (folded, why_weighed) = match weighed {
         true => (
-            "scales, goal, clocks of one frequency and rotation are folded into the weights once",
-            "nodes count, and are observed, as much as their edges are solid",
+            "scales, goal, clocks and rotation are folded into the weights before the first step",
+            "each node is weighted by how solid its edges are",
         ),
         false => (
-            "mean, scales, goal, clocks of one frequency and rotation are folded into the weights once",
-            "all nodes count alike",
+            "mean, scales, goal, clocks and rotation are folded into the weights before the first step",
+            "all nodes have equal weights",
         ),
     };
     let sight = |sees: bool, scale: &str| match (sees, strains) {
         (false, _) => format!("controller.{scale} is 0"),
-        (true, false) => "there is no controller: no edge strains".to_owned(),
+        (true, false) => "no edge has a stroke, so there is no controller".to_owned(),
         (true, true) => "the controller observes them".to_owned(),
     };
     let Senses { x, v } = case.observation.senses();
     let (why_x, why_v) = (sight(x, "offset_scale"), sight(v, "velocity_scale"));
     let why_idle = match all - some {
-        0 => "every edge strains a little".to_owned(),
-        idle => format!("{idle} edges do not strain, or have no stiffness"),
+        0 => "every edge has a stroke".to_owned(),
+        idle => format!("{idle} edges have no stroke or no stiffness"),
     };
     let (before_outputs, why_before) = before_outputs(case);
     vec![
@@ -255,7 +254,7 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
             .or(strains && !x, |parts| parts.sight.offset_scale = LEAST),
         row("sight of velocities", v && strains, why_v)
             .or(strains && !v, |parts| parts.sight.velocity_scale = LEAST),
-        row(OUTPUT, strains, format!("{some} edges strain"))
+        row(OUTPUT, strains, format!("{some} edges have a stroke"))
             .or(strains, |parts| keep_first(&mut parts.body.strain)),
         row("idle outputs", some == all, why_idle).or(strains && some < all, |parts| {
             keep_all(&mut parts.body.strain)
@@ -275,8 +274,8 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let resists = format!("physics.bending_radius is {radius} m");
     let edges = body.stiffness.iter().filter(|k| **k != 0.0).count();
     let springs = match physics.substeps {
-        1 => format!("{edges} edges, in whole lanes"),
-        substeps => format!("{edges} edges, {substeps} times a step"),
+        1 => format!("{edges} edges, in SIMD lanes"),
+        substeps => format!("{edges} edges, {substeps} times in each step"),
     };
     let mut rows = vec![
         row("springs", true, springs),
@@ -294,8 +293,8 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
-/// The row of the void edges. Steps leave out void edges if the design is a layout and either the scene drops them or
-/// they have no stiffness.
+/// The row of the table that says what happens to void edges. Steps leave out void edges if the design is a layout and
+/// either the scene drops its void edges or void has no stiffness.
 fn void_row(case: &Case) -> Row<'_> {
     let Some(materials) = case.design.layout() else {
         return row("void edges", true, "no edge of a mixture is void");
@@ -331,8 +330,8 @@ fn ground_rows(case: &Case) -> [Row<'_>; 4] {
     let rotation = match Ground::from(physics).is_flat() {
         true => "the ground is flat".to_owned(),
         false => format!(
-            "all is computed in the frame of the ground, which is inclined by {} degrees; \
-             gravity and weights are turned once",
+            "a rollout is computed in the frame of the ground, which is inclined by {} degrees; gravity \
+             and weights are rotated before the first step",
             physics.incline_deg
         ),
     };
@@ -369,7 +368,7 @@ fn ground_rows(case: &Case) -> [Row<'_>; 4] {
     ]
 }
 
-/// Replaces zeros by numbers that are too small to change a result. Steps then compute all edges.
+/// Replaces zeros by numbers that are too small to change a result. Steps then include all edges.
 fn keep_all(numbers: &mut [f64]) {
     for number in numbers.iter_mut().filter(|number| **number == 0.0) {
         *number = LEAST;

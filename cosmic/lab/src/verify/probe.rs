@@ -1,4 +1,5 @@
-//! Runs and differentiates a case repeatedly, in any number type. Also contains small functions on vectors.
+//! Simulates a case repeatedly, with or without derivatives, in any number type. Also contains small functions on
+//! vectors.
 
 use autodiff::{Real, Var};
 
@@ -15,11 +16,11 @@ use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::Task;
 
-/// The distance by which every coordinate of a start is moved to get a neighbouring start, as a share of the lattice's
-/// scale.
+/// The distance, as a share of the lattice's scale, by which every coordinate of a start is moved to make a perturbed
+/// start.
 const MOVED: f64 = 1e-9;
 
-/// The robot of a case in its world, ready to run in any number type.
+/// The robot of a case in its world, ready to be simulated in any number type.
 #[derive(Clone)]
 pub(super) struct Probe<'a> {
     pub(super) case: &'a Case,
@@ -72,7 +73,7 @@ impl<'a> Probe<'a> {
         (0..count).map(|_| start()).collect()
     }
 
-    /// Computes a loss and its gradient with respect to some blocks of the inputs, in reverse mode.
+    /// Computes a loss and its gradient with respect to some blocks of the inputs, by reverse mode.
     pub(super) fn reverse<R: Real>(
         &self,
         blocks: &[Block],

@@ -36,8 +36,8 @@ pub struct Speed {
     pub two_matvecs: f64,
 }
 
-/// Measures the times of a case with the loss `loss`. They do not include the plan of the rollout and its sine table,
-/// which are made only once.
+/// Measures the times of a case with the loss `loss`. Preparations that a rollout makes only once, such as the table of
+/// sines, are not included.
 pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
     let (subject, matvecs) = (Subject::new(case, loss), TwoMatvecs::new(case));
     let steps = subject.steps();
@@ -85,7 +85,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Returns this case with another limit on the memory for the steps that a gradient stores.
+    /// Returns this case with another memory budget for gradients.
     #[must_use]
     pub fn with_memory(&self, memory: Memory) -> Self {
         let mut other = self.clone();
@@ -93,7 +93,7 @@ impl<'a> Subject<'a> {
         other
     }
 
-    /// The number of steps of a rollout.
+    /// The number of steps of a measured rollout.
     pub fn steps(&self) -> usize {
         self.horizon.steps
     }
@@ -107,7 +107,7 @@ impl<'a> Subject<'a> {
         self.loss.loss(&seen)
     }
 
-    /// The steps and nodes that the loss observes.
+    /// The steps of the rollout, and the states and nodes that the loss observes.
     fn span(&self) -> Span {
         Span {
             nodes: self.loss.nodes().max(self.probe.case.body().marker.nodes()),
@@ -139,8 +139,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Returns the design to use when differentiating with respect to some blocks. For a layout, its mixtures take the
-    /// place of the design vectors.
+    /// Returns the design for a rollout that is differentiated with respect to some blocks. A layout has no design
+    /// vectors, so its mixtures are used instead.
     fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
         let case = self.probe.case;
         match case.design {
@@ -160,7 +160,7 @@ pub struct TwoMatvecs {
 }
 
 impl TwoMatvecs {
-    /// Prepares the two products with the shapes of a case's controller.
+    /// Prepares the two matrix-vector products with the shapes of a case's controller.
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
@@ -169,7 +169,7 @@ impl TwoMatvecs {
         }
     }
 
-    /// Computes the products `steps` times; returns the input vector.
+    /// Computes the two matrix-vector products `steps` times. Returns the input vector.
     pub fn run(self, steps: usize) -> Vec<f64> {
         let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);

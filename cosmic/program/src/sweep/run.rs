@@ -128,9 +128,7 @@ fn several(sweep: &Sweep, runs: &[usize], interrupt: Interrupt, work: &Work) -> 
     let is_left = |index: &&usize| !RunState::of(&plan.folder(folder, **index)).is_over();
     let (left, total) = (runs.iter().filter(is_left).count(), runs.len());
     if left > 0 && !output.quiet {
-        note(&format!(
-            "{left} of {total} runs are being run by other processes"
-        ));
+        note(&format!("other processes are doing {left} of {total} runs"));
     }
     if output.json {
         return status(folder, true);
@@ -146,7 +144,7 @@ fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
     }
     match ended {
         _ if output.quiet => Ok(()),
-        None => print("no run is free\n"),
+        None => print("each run is finished or is being done by another process\n"),
         Some(Ended { index, outcome }) => {
             let (title, says) = (title(plan, index), told(&outcome));
             print(&format!("run {index}, {title}: {says}\n"))

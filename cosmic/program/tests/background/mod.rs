@@ -7,14 +7,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 impl Bench {
-    /// Starts the program in the folder.
+    /// Starts the program in the test folder and returns the process.
     pub(crate) fn start(&self, line: &str) -> Child {
         let mut command = command(line);
         command.stderr(Stdio::piped()).stdout(Stdio::piped());
         command.current_dir(self.path("")).spawn().unwrap()
     }
 
-    /// Waits until a file has at least the wanted number of lines.
+    /// Waits until a file has at least `wanted` lines.
     pub(crate) fn await_lines(&self, name: &str, wanted: usize) {
         let began = Instant::now();
         while !self.path(name).exists() || self.lines(name) < wanted {

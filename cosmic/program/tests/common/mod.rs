@@ -1,4 +1,4 @@
-//! A bench for tests: a temporary folder in which the program does small runs.
+//! Test folders: temporary folders in which the program does small runs.
 
 pub(crate) mod python;
 
@@ -15,7 +15,8 @@ use tempfile::TempDir;
 /// A temporary folder for a test. The file `tiny.toml` in it is a small scene.
 pub(crate) struct Bench(TempDir);
 
-/// The default scene has 24 iterations, of which the 19th is the snap, and its rollouts have 64 steps.
+/// Makes a test folder with the default scene. It has 24 iterations and rollouts of 64 steps. In iteration 19, the snap
+/// gives every edge one material.
 impl Default for Bench {
     fn default() -> Self {
         Self::new(24, 64)
@@ -23,21 +24,21 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// Makes a bench whose scene has 3x3 nodes, rollouts of `steps` steps, and `iterations` iterations that include all
-    /// phases.
+    /// Makes a test folder. Its scene has 3x3 nodes, rollouts of `steps` steps, and `iterations` iterations that
+    /// include all phases.
     pub(crate) fn new(iterations: usize, steps: usize) -> Self {
         Self::with(&scene(iterations, steps, ""))
     }
 
-    /// Makes a bench whose `tiny.toml` has this text.
+    /// Makes a test folder in which `tiny.toml` has this text.
     pub(crate) fn with(scene: &str) -> Self {
         let bench = Self(tempfile::tempdir().unwrap());
         bench.write("tiny.toml", scene);
         bench
     }
 
-    /// Makes a default bench with a finished run in the folder `a`. The run is computed once, and every test gets a
-    /// copy.
+    /// Makes a test folder with the default scene and a finished run in the folder `a`. The run is computed once; every
+    /// test gets a copy.
     pub(crate) fn finished() -> Self {
         static RUN: LazyLock<Bench> = LazyLock::new(|| {
             let bench = Bench::default();
@@ -53,7 +54,7 @@ impl Bench {
         bench
     }
 
-    /// The path of a file or folder of the bench.
+    /// The path of a file or folder in the test folder.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -100,8 +101,8 @@ impl Bench {
         self.cosmic(line).ok()
     }
 
-    /// Runs the program in the folder. Asserts that it fails with this exit code, and that the error contains all
-    /// words.
+    /// Runs the program in the folder. Asserts that it fails with exit code `code`, and that the error contains all of
+    /// `words`.
     #[track_caller]
     pub(crate) fn fails(&self, line: &str, code: i32, words: &[&str]) {
         self.cosmic(line).fails(code, words);
@@ -135,8 +136,8 @@ impl Bench {
         self.read(name).lines().map(row).collect()
     }
 
-    /// Returns the texts of a run's files by their names, without snapshots and without wall times. Two equal runs have
-    /// equal results.
+    /// Returns the files of a run as text, by name, without snapshots and without wall times. Two equal runs have equal
+    /// results.
     pub(crate) fn results(&self, run: &str) -> BTreeMap<String, String> {
         let mut results = BTreeMap::new();
         collect(&self.path(run), "", &mut results);
@@ -144,7 +145,7 @@ impl Bench {
     }
 }
 
-/// The text of the scene of [`Bench::new`]. `physics` has more keys of `[physics]`.
+/// The text of the scene that [`Bench::new`] writes. `physics` is added to its section `[physics]`.
 pub(crate) fn scene(iterations: usize, steps: usize, physics: &str) -> String {
     let at = |share: f64| (share * iterations as f64) as usize;
     format!(
@@ -180,7 +181,7 @@ fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) 
     }
 }
 
-/// Removes the wall times from the text of a file. In tables they are a column, elsewhere a key.
+/// Removes wall times from the text of a file. A table has a column of wall times, any other file a key.
 fn timeless(name: &str, text: &str) -> String {
     match name.rsplit_once('.').unwrap().1 {
         "csv" => without_column(text, ",", "seconds"),

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// The packages of the environment: a simulator, readers of drawings and solids, a package that unites solids, and what
-/// these packages require.
+/// The packages of the environment: a simulator, packages that read drawings and solids, a package that unites solids,
+/// and their dependencies.
 const PACKAGES: [&str; 7] = [
     "mujoco==4.0.*",
     "numpy==2.*",

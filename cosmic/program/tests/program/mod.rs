@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 /// The output and the exit code of the program.
 #[derive(Debug)]
 pub(crate) struct Told {
-    /// Standard output.
+    /// Standard output of the program.
     pub(crate) out: String,
     /// Standard error.
     pub(crate) error: String,
@@ -39,7 +39,7 @@ impl Told {
         serde_json::from_str(&self.ok().out).unwrap()
     }
 
-    /// Asserts that the command failed with this exit code, and that its error contains all words.
+    /// Asserts that the command failed with exit code `code`, and that its error contains all of `words`.
     #[track_caller]
     pub(crate) fn fails(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, code, "{self:?}");
@@ -55,7 +55,7 @@ pub(crate) fn has(text: &str, words: &[&str]) {
     }
 }
 
-/// The command `cosmic` with the arguments in `line`, not yet started.
+/// The command `cosmic` with the arguments in `line`. It is not started yet.
 pub(crate) fn command(line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
     command.args(line.split_whitespace());

@@ -5,7 +5,7 @@
 pub(super) struct Bracket {
     below: (f64, f64),
     above: Option<(f64, f64)>,
-    /// The end of the bracket that moved last, and how many times in a row that end has moved.
+    /// The end of the bracket that was replaced last, and the number of times in a row that this end was replaced.
     moved: (End, usize),
 }
 
@@ -25,7 +25,7 @@ impl Bracket {
         }
     }
 
-    /// Narrows the bracket: the point `at`, where the function has the value `value`, becomes one of its ends.
+    /// Narrows the bracket: one of its ends moves to the point `at`, where the function has the value `value`.
     pub(super) fn narrow(&mut self, at: f64, value: f64) {
         let moves = if value > 0.0 { End::Below } else { End::Above };
         let (last, times) = self.moved;

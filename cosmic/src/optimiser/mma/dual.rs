@@ -17,13 +17,13 @@ use super::bracket::Bracket;
 use super::cholesky::solve_positive;
 use super::subproblem::{Elastic, Subproblem};
 
-/// The search stops after this number of Newton steps and reports its residual. Most random problems need fewer than
-/// 15; the hardest of 400 000 took 80.
+/// The search stops after this number of Newton steps and then reports its residual. Most random problems take fewer
+/// than 15 steps; the hardest of 400 000 took 80.
 const MAX_STEPS: usize = 100;
 /// Once in this number of Newton steps, each multiplier is moved on its own, with the others fixed. This helps where
 /// the dual is piecewise linear: there, Newton's direction can zigzag in one multiplier while another one is far from
-/// its solution. If neither the dual nor the residual has improved since the last time, rounding prevents further
-/// progress, and the search stops.
+/// its solution. The search stops if neither the dual nor the residual has improved since the last time, because then
+/// rounding prevents further progress.
 const PATIENCE: usize = 10;
 /// The largest number of evaluations in one line search.
 pub(super) const MAX_TRIALS: usize = 100;
@@ -87,7 +87,8 @@ fn finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|number| number.is_finite())
 }
 
-/// The largest step along a direction, and the multiplier that reaches its bound after that step, if one does.
+/// The largest possible step along a direction. Also the multiplier that reaches its bound at the end of this step, if
+/// one does.
 struct Limit {
     length: f64,
     hit: Option<usize>,
@@ -96,8 +97,8 @@ struct Limit {
 struct Ascent<'a> {
     model: &'a mut Subproblem,
     elastic: Elastic,
-    /// Upper bounds on the multipliers. No solution reaches them, except that the bound is 0 for a constraint that
-    /// cannot be active.
+    /// Upper bounds on the multipliers. A solution stays below them. Only a constraint that cannot be active has the
+    /// bound 0, which its multiplier reaches.
     ceilings: Vec<f64>,
     /// The rounding error of each component of the gradient.
     noise: Vec<f64>,
@@ -152,7 +153,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// By how much the optimality condition of constraint `i` is violated.
+    /// The violation of the optimality condition of constraint `i`.
     fn violation(&self, i: usize) -> f64 {
         if self.multipliers[i] > 0.0 {
             self.gradient[i].abs()
@@ -168,12 +169,13 @@ impl<'a> Ascent<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// True if all violations are within rounding error. Also true for NaN, which ends the search.
+    /// True if all violations are within rounding error. Also true if one is NaN, which ends the search.
     fn converged(&self) -> bool {
         !(0..self.gradient.len()).any(|i| self.violation(i) > self.noise[i])
     }
 
-    /// Computes Newton's direction. Only free multipliers change along it: those that would not cross a bound at once.
+    /// Computes Newton's direction. Along it, only free multipliers change. A multiplier is free if it would not cross
+    /// a bound at once.
     fn find_direction(&mut self) {
         let free = (0..self.gradient.len()).filter(|&i| {
             self.multipliers[i] > 0.0 || self.gradient[i] > 0.0 && self.ceilings[i] > 0.0
@@ -197,7 +199,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// Maximises the dual along each multiplier in turn.
+    /// Maximises the dual along each multiplier, one after the other.
     fn ascend_each(&mut self) {
         for i in 0..self.gradient.len() {
             if self.violation(i) > self.noise[i] {
@@ -273,8 +275,8 @@ impl<'a> Ascent<'a> {
             .sum()
     }
 
-    /// The lengths along the direction at which a multiplier passes the elastic cost. There, the derivative of the
-    /// slope jumps by orders of magnitude.
+    /// The lengths along the direction at which a multiplier passes the elastic cost. At these lengths, the derivative
+    /// of the slope jumps by orders of magnitude.
     fn kinks(&self) -> Vec<f64> {
         (self.free.iter())
             .map(|&i| (self.elastic.linear - self.multipliers[i]) / self.direction[i])

@@ -52,7 +52,7 @@ pub struct Update {
     pub diagnostics: MmaDiagnostics,
 }
 
-/// How a subproblem was solved.
+/// A report on how a subproblem was solved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MmaDiagnostics {
     /// The number of Newton steps that maximised the dual.

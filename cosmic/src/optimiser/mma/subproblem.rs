@@ -31,7 +31,7 @@ impl Elastic {
     }
 }
 
-/// How far one variable may move in this update, and its distances from the asymptotes.
+/// How far one variable may move in this update, and how far it is from its asymptotes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
     /// Distance of the variable from its upper asymptote.
@@ -62,7 +62,7 @@ struct ModelWeights {
     fall: Vec<f64>,
 }
 
-/// The models of all functions, and the steps that minimise the Lagrangian for the last multipliers.
+/// The models of all functions. Also the steps that minimise the Lagrangian for the last multipliers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Subproblem {
     reach: Vec<Room>,
@@ -70,8 +70,8 @@ pub(super) struct Subproblem {
     constraints: Vec<ModelWeights>,
     /// The values of the constraints at the point.
     pub(super) values: Vec<f64>,
-    /// For each constraint, the sum of the absolute values of its terms, where this sum is largest within the box. The
-    /// rounding error of the constraint is a few ulps of this sum.
+    /// For each constraint, the sum of the absolute values of its terms, at the place within the box where this sum is
+    /// largest. The rounding error of the constraint is a few ulps of this sum.
     pub(super) sizes: Vec<f64>,
     /// For each constraint, the largest value of its model within the box.
     pub(super) peaks: Vec<f64>,
@@ -82,7 +82,7 @@ pub(super) struct Subproblem {
     up: Vec<f64>,
     down: Vec<f64>,
     /// For each constraint and variable, the slope of the model divided by the square root of the Lagrangian's
-    /// curvature; 0 for a variable at the edge of its box.
+    /// curvature. It is 0 for a variable at the edge of its box.
     scaled: Vec<Vec<f64>>,
 }
 

@@ -33,14 +33,14 @@ pub struct DesignRow {
     pub iteration: usize,
     /// Design vectors, one per edge, to four decimals. That is enough for pictures but not for resuming.
     pub z: Vec<[f64; 3]>,
-    /// The walk of the robot with the controller of the iteration. `None` if the rollout diverged; also `None` in files
-    /// of earlier versions.
+    /// The motion of the robot with the controller of the iteration. `None` if the rollout diverged; also `None` in
+    /// files of earlier versions.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub walk: Option<Walk>,
 }
 
 impl DesignRow {
-    /// The row of an iteration, with `z` rounded.
+    /// Makes the row of an iteration; `z` is rounded.
     pub(in crate::record) fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Walk>) -> Self {
         let rounded = |x: f64| (1e4 * x).round() / 1e4;
         let z = z.iter().map(|z| z.map(rounded)).collect();
@@ -48,7 +48,7 @@ impl DesignRow {
     }
 }
 
-/// The number of lines of `designs.jsonl` up to an iteration, in a run whose first iteration is `entered + 1`.
+/// The number of lines that `designs.jsonl` has after an iteration. The first iteration of the run is `entered + 1`.
 pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
     let tens = iteration / DESIGNS_EVERY - entered / DESIGNS_EVERY;
     let first = entered + 1;
@@ -83,12 +83,12 @@ impl Keyed for HistoryRow {
     }
 }
 
-/// The first line of the table.
+/// The first line of the table, with the names of its columns.
 pub(super) fn header() -> String {
     columns(&HistoryRow::keys()).join(",") + "\n"
 }
 
-/// The line of an iteration in the table.
+/// The line of the table for an iteration.
 pub(super) fn line(row: &HistoryRow) -> String {
     let cells: Vec<String> = row.cells().into_iter().map(Cell::csv).collect();
     cells.join(",") + "\n"

@@ -1,11 +1,11 @@
-//! The walk of an intermediate design: how the robot moves, sampled coarsely for an animation.
+//! Walks: the motions of intermediate designs, sampled coarsely for an animation.
 
 use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
 
-/// The number of moments per second at which a walk is sampled.
+/// The number of moments per second at which the motion of a robot is sampled.
 const FRAMES: f64 = 12.0;
 /// Only this many seconds from the beginning of a rollout are kept.
 const SECONDS: f64 = 8.0;
@@ -34,8 +34,8 @@ impl Walk {
         (0..=last).step_by(every).collect()
     }
 
-    /// The walk through the given states, which are `every` seconds apart. Positions are rounded to multiples of `unit`
-    /// (metres). `None` if a position is not finite or too large.
+    /// The walk through the given states. `every` is the time between states in seconds. Positions are rounded to
+    /// multiples of `unit` (metres). `None` if a position is not finite or too large.
     pub fn of<'s>(
         states: impl Iterator<Item = &'s State<f64>>,
         every: f64,

@@ -14,7 +14,7 @@ pub(in crate::record) struct History {
     lines: Appended,
     table: Appended,
     designs: Appended,
-    /// The iteration before the first iteration of the run.
+    /// The number of the iteration before the run's first one.
     entered: usize,
 }
 

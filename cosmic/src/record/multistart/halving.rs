@@ -22,10 +22,10 @@ pub const FORMAT: Format = Format::new("cosmic-search", 1);
 /// The name of the record of a search, in the folder of several starts.
 pub const SEARCH: &str = "search.json";
 
-/// The record of a search, written for people and other programs. A resumed search does not read it.
+/// The record of a search. People and other programs read it, but a resumed search does not.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Halving {
-    /// The rungs reached so far, in order.
+    /// The iterations at which starts were dropped so far, in order, each with its ranking of the starts.
     pub rungs: Vec<Rung>,
 }
 
@@ -40,13 +40,13 @@ pub struct Rung {
     pub kept: usize,
 }
 
-/// The rank of a start at a rung.
+/// The rank of a start at a rung (an iteration after which starts are dropped).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
     /// The seed.
     pub seed: u64,
-    /// The median of `displacement_horizon` over the last iterations before the rung, in metres. `None` if at least
-    /// half of the rollouts of these iterations diverged.
+    /// The median of `displacement_horizon` over the last iterations before starts are dropped, in metres. `None` if at
+    /// least half of the rollouts of these iterations diverged.
     pub displacement: Option<f64>,
     /// The number that starts are ranked by: the median of the merit over the same iterations. The merit is the
     /// displacement; for tasks other than distance, minus the loss. With two goals, it is the merit for the worse goal.
@@ -61,7 +61,7 @@ impl Halving {
     }
 }
 
-/// Runs the starts of a plan up to the last rung and drops the weak ones.
+/// Runs the starts of a plan up to the last iteration at which starts are dropped, and drops the weak ones.
 pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Halving> {
     let settings = &plan.scene.search;
     let by_distance = is_ranked_by_distance(&plan.scene, &*of_scene(&plan.scene));
@@ -107,8 +107,8 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
 }
 
 impl Rung {
-    /// Ranks the starts by their merits and keeps the share `keep` of them. Of starts with equal merits, the one with
-    /// the lower seed ranks first.
+    /// Ranks the starts by their merits (displacement or minus the loss), and keeps the share `keep` of the starts. Of
+    /// starts with equal merits, the one with the lower seed ranks first.
     fn new(iteration: usize, mut standings: Vec<Standing>, keep: f64) -> Self {
         let rank = |s: &Standing| s.merit.unwrap_or(f64::NEG_INFINITY);
         standings.sort_by(|a, b| rank(b).total_cmp(&rank(a)).then(a.seed.cmp(&b.seed)));
@@ -122,7 +122,7 @@ impl Rung {
     }
 }
 
-/// The records of a start up to a rung.
+/// Reads the records of a start's iterations up to a rung (an iteration after which starts are dropped).
 fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     let rows = history::read(folder, iteration)?;
     let file = folder.join(history::LINES).display().to_string();
@@ -130,8 +130,9 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     Ok(rows)
 }
 
-/// The median of a number over the last `window` iterations; `None` if the median is not finite. The snap is left out,
-/// because it has no such number. A median predicts the result of a start better than one full rollout does.
+/// The median of a number over the last `window` iterations; `None` if the median is not finite. The iteration of the
+/// snap does not count, because it has no such number. This median predicts the final result of a start better than the
+/// number of one full rollout does.
 fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
     let passes = before.iter().rev().filter(|row| row.pass.is_some());
     let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);

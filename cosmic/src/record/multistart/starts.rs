@@ -42,7 +42,7 @@ pub(super) fn side_by_side<T: Send>(
 /// The observer of one start. It passes all events to the common observer.
 struct OfOne<'a, 'o> {
     observer: &'a Mutex<&'o mut dyn Observer>,
-    /// True after any start has failed.
+    /// True after one of the starts has failed.
     failed: &'a AtomicBool,
 }
 
@@ -78,8 +78,8 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// Opens the run of one seed, or begins that run. Returns `None` if the run is finished or has already done the
-/// iteration `until`.
+/// Opens or begins the run of one seed. Returns `None` if the run needs no work: it is finished, or has already done
+/// the iteration `until`.
 pub(super) fn run_of(
     folder: &Path,
     seed: u64,

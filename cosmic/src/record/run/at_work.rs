@@ -35,8 +35,8 @@ pub trait Observer: Send {
         ControlFlow::Continue(())
     }
 
-    /// Called when a run has done its iterations. In a search by halving, also called when a run has reached a rung,
-    /// where it waits for the other starts.
+    /// Called when a run has done its iterations. In a search by halving, also called when a run reaches a rung and
+    /// waits there for the other starts.
     fn end(&mut self, _run: &Run) {}
 
     /// Called with a warning. Each warning is given once, and the run continues.
@@ -65,7 +65,7 @@ pub struct Run {
     progress: Progress,
     history: History,
     lock: Lock,
-    /// The worst grade of the time step about which a warning was given.
+    /// The worst grade of the time step so far. A warning is given only if the grade gets worse.
     warned: Grade,
     /// The number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
@@ -227,7 +227,7 @@ impl Run {
         }
     }
 
-    /// The walk of the current robot; `None` if the rollout diverges.
+    /// The motion of the current robot, for the history; `None` if the rollout diverges.
     fn walk(&self) -> Option<Walk> {
         let physics = &self.plan.scene.physics;
         let moments = Walk::moments(physics.steps, physics.dt);
@@ -273,8 +273,8 @@ impl Run {
         observer.warning(self, &text);
     }
 
-    /// Returns `error`, the error of a run whose loss was never finite. But if the robot diverges, writes the design
-    /// and its last states, and returns the error about the divergence instead.
+    /// Returns `error`, which says that the loss of the run was never finite. If the robot diverges, the cause is
+    /// known: then writes the design and its last states, and returns the error about the divergence instead.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
         let delivery = self.codesign.evaluator().deliver(&self.progress);
         if delivery.divergence.is_none() {
@@ -338,7 +338,7 @@ impl Run {
         Ok(summary)
     }
 
-    /// Writes the delivered design. If its rollout diverged, also writes the last states and returns an error.
+    /// Writes the final design of the run. If its rollout diverged, also writes the last states and returns an error.
     fn write_design(&self, delivery: &Delivery) -> Result<()> {
         let folder = self.lock.folder();
         let design = DesignFile::new(

@@ -111,9 +111,9 @@ fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
     })
 }
 
-/// Writes the scene to the folder, and the truss of its lattice if there is one. A file that exists is not written
-/// again. The files are for people and for other commands; a resumed run uses the scene of the snapshot. If the
-/// existing file has another scene, it would be misleading, and an error is returned.
+/// Writes the scene to the folder, and the truss of its lattice if there is one. Existing files stay. The files are for
+/// people and for other commands; a resumed run uses the scene of the snapshot. An existing file with another scene
+/// would be misleading, so it is an error.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
     let mut kept = scene.clone();
@@ -153,8 +153,8 @@ pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
     }
 }
 
-/// Like [`read_scene`], for callers that do not simulate. The scene may name laws or a loss that this program does not
-/// know; in that case it is not compared with the snapshot.
+/// Like [`read_scene`], but for callers that only show the scene and do not simulate. The scene may name laws or a loss
+/// that this program does not have. Such a scene is not compared with the snapshot.
 ///
 /// # Errors
 /// Like [`read_scene`].
@@ -174,15 +174,14 @@ pub fn read_scene_to_show(folder: &Path, registry: &Registry) -> Result<ShownSce
     })
 }
 
-/// Reads a scene file. `begun_with` is the scene with which the run began; if it is given, the file must contain the
-/// same scene.
+/// Reads a scene file. If `begun_with` is given, the file must contain that scene, with which the run began.
 fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
     let file = path.display().to_string();
     let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
-            "{}: not the scene that the run began with, which is in its snapshot; remove the file to use the \
-             scene of the snapshot (to try a design in another scene, use --set or another folder)",
+            "{}: this is not the scene with which the run began; remove the file to use the scene in \
+             the run's snapshot, or use --set or another folder to try a design in another scene",
             path.display()
         )));
     }

@@ -64,7 +64,7 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
     stiffness.of_nodes(physics.node_mass)
 }
 
-/// Bounds on the numbers of an edge that hold for every mixture.
+/// Bounds on the numbers of an edge that hold for every mixture of materials.
 #[derive(Default)]
 struct Most {
     /// Stiffness, N/m.

@@ -157,7 +157,7 @@ impl<'a> Vibration<'a> {
         product
     }
 
-    /// Adds the part of bars that resist bending to a bound from the edges, 1/s.
+    /// Adds, to a bound on the frequency that follows from the edges, the part of bars that resist bending, 1/s.
     fn with_bars(&self, of_edges: f64) -> f64 {
         of_edges.hypot(self.of_bars().0)
     }

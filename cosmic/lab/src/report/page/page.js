@@ -244,7 +244,7 @@ function convergence() {
     still.push(() => curve.draw({ title, series: series.map(line), x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), levels, log }));
   }
   const names = phases.map(({ name, from, to }) => `${name.replace("_", "-")} ${from + 1 < to ? `${from + 1}\u2013` : ""}${to}`);
-  part("phases").textContent = `Phases: ${names.join(", ")}. Dashed: the median of the delivered robot, and the bounds before they widen.`;
+  part("phases").textContent = `Phases: ${names.join(", ")}. Dashed: the median of the final robot, and the bounds before they widen.`;
 }
 
 const stage = part("stage") ? player() : null;

@@ -2,7 +2,8 @@
 
 use super::task::{GRACE, HandOver, Tasks, index, limited, title};
 
-/// Joins two lines of the container's script in the manifest: a line break, and the indentation of the next line.
+/// Separates two lines of the container's script in the manifest. It is a line break, followed by the indentation of
+/// the next line.
 const DEEP: &str = "\n              ";
 
 pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {

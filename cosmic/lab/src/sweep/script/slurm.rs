@@ -6,12 +6,12 @@ use cosmic::error::in_shell;
 /// The file that receives the output of a task.
 struct Output {
     file: String,
-    /// Lines of the script that redirect the output to its file, if no Slurm directive can name that file; otherwise
-    /// empty.
+    /// The lines of the script that redirect the output to its file. They are empty if a Slurm directive can name the
+    /// file.
     redirect: String,
 }
 
-/// Decides how the output of tasks reaches its file. A `#SBATCH` directive can name most files, but not all: Slurm
+/// Decides how the output of tasks gets into its file. A `#SBATCH` directive can name most files, but not all: Slurm
 /// gives a special meaning to backslashes and to its words for heterogeneous jobs, and a directive ends at the end of
 /// its line.
 fn output(hand_over: &HandOver, tasks: &Tasks) -> Output {

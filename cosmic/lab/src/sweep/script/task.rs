@@ -11,7 +11,7 @@ pub(super) const GRACE: u64 = 60;
 /// The runs that are handed to a scheduler, and the options of their tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct HandOver<'s> {
-    /// The path of the sweep's folder, as it is valid where the tasks run.
+    /// The path of the sweep's folder on the machine that runs the tasks.
     pub sweep: &'s Path,
     /// The number of runs in the plan.
     pub runs: usize,
@@ -21,7 +21,7 @@ pub struct HandOver<'s> {
     pub per_task: NonZeroUsize,
     /// The number of cores per task. Each core does one run at a time.
     pub cores: NonZeroUsize,
-    /// The largest number of tasks that run at the same time.
+    /// The largest number of tasks that may run at the same time.
     pub throttle: Option<NonZeroUsize>,
     /// The time limit of a task, in minutes.
     pub minutes: Option<u64>,
@@ -73,7 +73,7 @@ fn label(name: &str) -> String {
     name.trim_end_matches('-').to_owned()
 }
 
-/// The comment at the top of a script: the sweep, and the counts of runs and tasks.
+/// The comment at the top of a script. It names the sweep and counts its runs and tasks.
 pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let HandOver { runs, left, .. } = hand_over;
     let sweep: String = hand_over.sweep.display().to_string();

@@ -59,7 +59,7 @@ fn diverged_runs_are_failures_unless_they_were_expected() {
             assert!(run.finite || !run.stable);
             let fails = run.is_default && !run.finite;
             assert_eq!(row.standing == Standing::Failed, fails, "{run:?}");
-            let expected = "diverged as expected: step beyond the stable one".into();
+            let expected = "diverged as expected: unstable time step".into();
             let is_expected = !run.finite && !fails;
             assert_eq!(row.cells.last() == Some(&expected), is_expected, "{run:?}");
         }

@@ -16,12 +16,12 @@ use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
-/// The height above the ground to which a robot's lowest node is lifted, as a share of the lattice's scale. A node exactly
-/// on the ground is at a kink of the loss.
+/// The height, as a share of the lattice's scale, to which a robot's lowest node is lifted above the ground. A node
+/// exactly on the ground is at a kink of the loss.
 const LIFT: f64 = 1e-3;
-/// The output mentions the rounding error of the slopes if it is larger than this fraction of the slopes.
+/// If the rounding error of the slopes exceeds this fraction of the slopes, the output mentions it.
 const WORN: f64 = 1e-6;
-/// The rounding error in [`GradientCheck::rounding`] is an estimate. This many times the estimate is taken as a bound.
+/// The factor from the estimate [`GradientCheck::rounding`] of the rounding error to a bound on it.
 const SAFETY: f64 = 64.0;
 /// A bound on the rounding errors of heights above an inclined ground, as a share of the lattice's scale.
 const ON_LINE: f64 = 1e-12;
@@ -29,31 +29,32 @@ const ON_LINE: f64 = 1e-12;
 /// The check of the gradient with respect to one group of parameters.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// The name of the group, which is a block of the inputs.
+    /// The name of the group of parameters: a block of the inputs.
     pub name: String,
     /// The number of parameters in the group.
     pub numbers: usize,
     /// The norm of the gradient with respect to the group.
     pub norm: f64,
-    /// The comparison of the gradient's slopes along random directions with those of differences and of forward mode.
+    /// The comparison of slopes along random directions: those of the gradient, of differences, and of forward mode.
     pub report: Report,
-    /// True if the robot was lifted off the ground for this check; see [`check_gradients_of`].
+    /// True if the robot was lifted off the ground for this check. [`check_gradients_of`] explains why.
     pub lifted: bool,
-    /// The verdict on the group's gradient. For a lifted robot, the best verdict is a kink.
+    /// The verdict on the group's gradient. If the robot was lifted off the ground for the check, the best possible
+    /// verdict is "kink".
     pub verdict: Verdict,
 }
 
 impl Group {
-    /// True if forward and reverse mode both say that the loss does not depend on the group, and differences do not
-    /// contradict that. Such a check compares only zeros.
+    /// True if the loss does not depend on the group: forward and reverse mode return zeros, and differences do not
+    /// contradict that. A check of such a group proves little.
     fn is_zero(&self) -> bool {
         let still = |direction: &Direction| direction.forward == Some(0.0);
         let agreed = self.verdict != Verdict::Wrong;
         agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
     }
 
-    /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth, because
-    /// then the check cannot tell a wrong gradient from the right one.
+    /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth: then the
+    /// check cannot tell a wrong gradient from the right one.
     fn control(&self) -> Option<NegativeControl> {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
@@ -69,7 +70,7 @@ impl Group {
 pub struct NegativeControl {
     /// The name of the group whose gradient was made wrong.
     pub group: String,
-    /// The verdict on the wrong gradient.
+    /// The verdict on the gradient that was made wrong on purpose.
     pub verdict: Verdict,
 }
 
@@ -80,13 +81,13 @@ pub struct GradientCheck {
     pub steps: usize,
     /// One check for each block of the inputs.
     pub groups: Vec<Group>,
-    /// The negative control. `None` if no group has a smooth gradient that is larger than the rounding error of the
-    /// displacement.
+    /// The negative control, which tests the check itself. `None` if no group has a smooth gradient that is larger than
+    /// the rounding error of the displacement.
     pub control: Option<NegativeControl>,
     /// The height above the ground to which a robot that stands is [lifted](Group::lifted), m.
     pub lift: f64,
     /// An estimate of the rounding error of the slopes, relative to the slopes. Every step rounds the state, and the
-    /// motion magnifies these errors as it magnifies a change of the start.
+    /// motion magnifies these errors as it magnifies any change of the start.
     pub rounding: f64,
 }
 
@@ -192,7 +193,7 @@ fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     })
 }
 
-/// Returns two answers: does a node start on the ground line, and does a node start on or below it?
+/// Returns two answers: whether a node starts on the ground line, and whether a node starts on or below it.
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
         let mut heights = heights(case).into_iter().map(|h| h / case.lattice.scale);
@@ -222,11 +223,11 @@ fn lifted(case: &Case) -> Case {
 struct CaseLoss<'a> {
     probe: Probe<'a>,
     of: &'a dyn AnyLoss,
-    /// The case with a softer stability projection. By design, the derivative of the stability projection is taken from
-    /// it.
+    /// The case with a softer stability projection. By design, the derivative of the stability projection is the
+    /// derivative of this softer projection.
     softer: Case,
-    /// The gradient to check. It has the shape of the inputs: the derivative with respect to an input is in the input's
-    /// place.
+    /// The gradient to check, in the form of the inputs: in the place of each input is the derivative with respect to
+    /// that input.
     gradient: Inputs<f64>,
 }
 
@@ -294,7 +295,7 @@ impl<'a> CaseLoss<'a> {
         }
     }
 
-    /// The loss as a function of the inputs. The gradient to check is the gradient of this function.
+    /// The loss as a function of the inputs. The gradient that is checked is the gradient of this function.
     fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R
     where
         dyn AnyLoss + 'a: LossOf<R>,
@@ -304,8 +305,8 @@ impl<'a> CaseLoss<'a> {
     }
 
     /// The loss as a function of the inputs, for finite differences. By design, the derivative of the stability
-    /// projection is that of a softer projection. So this function projects the design vectors sharply, and adds the
-    /// change that moving the inputs causes in the softer projection.
+    /// projection comes from a softer projection. So this function projects the design vectors sharply, and then adds
+    /// the change of the softer projection when the inputs move.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
         let case = self.probe.case;
         let at = &self.probe.inputs.z;

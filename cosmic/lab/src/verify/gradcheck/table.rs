@@ -8,17 +8,19 @@ use super::{GradientCheck, Group, NegativeControl, WORN};
 use crate::table::Table;
 
 impl Group {
-    /// The direction with the worst verdict; among several of these, the one with the largest error.
+    /// The direction with the worst verdict. If several directions have that verdict, the one with the largest error.
     fn worst(&self) -> &Direction {
         let rank = |row: &&Direction| (row.verdict, row.error);
         // An error of NaN counts as the worst.
         let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
         let directions = self.report.directions.iter();
-        directions.reduce(worse).expect("a check has a direction")
+        directions
+            .reduce(worse)
+            .expect("a check has at least one direction")
     }
 }
 
-/// Writes a table with a row for each group, which shows the group's worst direction, and notes below the table.
+/// Writes a table and notes below it. Each row of the table shows the direction of a group that has the worst verdict.
 impl fmt::Display for GradientCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let slope = |x: f64| format!("{x:.9e}");
@@ -32,7 +34,7 @@ impl fmt::Display for GradientCheck {
             .column("reverse", "slope", |g| slope(g.worst().gradient))
             .column("forward", "slope", |g| slope(forward(g)))
             .column("differences", "slope", |g| slope(g.worst().central))
-            .column("step", "the step of the differences", |g| {
+            .column("step", "the step of the finite differences", |g| {
                 format!("{:.1e}", g.worst().step)
             })
             .column("error", "relative", |g| format!("{:.1e}", g.worst().error))
@@ -51,7 +53,8 @@ impl fmt::Display for GradientCheck {
         if !lifted.is_empty() {
             writeln!(
                 out,
-                "{}: nodes start on the ground, which is a kink; the slopes are those of a robot lifted by {} m",
+                "{}: nodes start on the ground, where the loss has a kink; the slopes are those of a \
+                 robot lifted by {} m",
                 lifted.join(", "),
                 self.lift
             )?;
@@ -67,7 +70,7 @@ impl fmt::Display for GradientCheck {
         if self.rounding > WORN {
             writeln!(
                 out,
-                "the motion magnifies rounding to about {:.0e} of the slopes: use fewer steps",
+                "the motion magnifies rounding errors to about {:.0e} of the slopes; use fewer steps",
                 self.rounding
             )?;
         }

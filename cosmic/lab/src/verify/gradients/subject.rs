@@ -1,4 +1,4 @@
-//! Computes the gradient of a case's displacement with respect to design and controller, in all ways.
+//! Computes the gradient of a case's displacement with respect to design and controller, by every method.
 
 use autodiff::{DoubleDouble, Dual, Real, Var};
 use rand::RngExt;
@@ -17,7 +17,7 @@ use cosmic::task::Horizon;
 /// The number of directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
 
-/// The slopes of a function along all directions.
+/// The slopes of a function along all directions, one slope per direction.
 pub(super) type Slopes = [f64; DIRECTIONS];
 
 /// A case, and random directions in the space of its inputs. The inputs are the design vectors and the controller's
@@ -67,8 +67,8 @@ impl<'a> Subject<'a> {
         steps.iter().map(along).collect()
     }
 
-    /// Converts the inputs to another number type. `step` computes each converted number from the original number and
-    /// the entry of `direction` in its place.
+    /// Converts the inputs to another number type. `step` computes each new number from two arguments: the old number,
+    /// and the entry of `direction` at the same index.
     fn moved<R: Real>(&self, direction: &[f64], step: impl Fn(f64, f64) -> R) -> Inputs<R> {
         let mut inputs = self.probe.inputs.lift();
         let numbers = self.probe.inputs.get(&self.blocks);
@@ -106,7 +106,7 @@ impl<'a> Subject<'a> {
         slopes.map(R::into).collect()
     }
 
-    /// Computes slopes in forward mode with dual numbers, one direction after the other.
+    /// Computes slopes by dual numbers (forward mode), one direction after the other.
     pub(super) fn duals(&self, steps: usize) -> Slopes {
         self.directions.each_ref().map(|direction| {
             let inputs = self.moved(direction, |value, d| Dual {
@@ -134,7 +134,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Computes the gradient with the rollout driver, but only through the last `carried` steps.
+    /// Computes the gradient with the rollout driver, but differentiates only the last `carried` steps.
     pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
         let mut case = self.probe.case.clone();
         case.physics.steps = steps;
@@ -155,13 +155,13 @@ impl<'a> Subject<'a> {
         self.probe.reverse(&self.blocks, loss).1
     }
 
-    /// Returns the slopes that follow from a gradient.
+    /// Computes the slopes along all directions from a gradient.
     pub(super) fn along(&self, gradient: &[f64]) -> Slopes {
         (self.directions.each_ref()).map(|direction| dot(direction, gradient))
     }
 }
 
-/// Transposes slopes: from a list for each direction to a list for each number of steps.
+/// Transposes a table of slopes: the input has a list for each direction, the result a list for each number of steps.
 fn by_steps(by_direction: Vec<Vec<f64>>) -> Vec<Slopes> {
     let slopes = |k: usize| std::array::from_fn(|d| by_direction[d][k]);
     (0..by_direction[0].len()).map(slopes).collect()

@@ -11,15 +11,16 @@ use cosmic::scene::{Integrator, Scene, StartKind};
 /// The number of steps of a trial. It is more than enough: with a time step 5 % above its limit, a vibration grows a
 /// thousandfold in a dozen steps.
 const STEPS: usize = 512;
-/// If edges are strained by less than this at the start, the frequencies are taken to be those at rest. The squares of
-/// the frequencies change by about as much as the strain, while the trial nearest to the limit is 5 % away from it.
+/// If no edge is strained by more than this at the start, the frequencies at the start are taken to be those at rest.
+/// The squares of the frequencies change by about as much as the strain, and the closest trial is 5 % away from the
+/// limit.
 const LINEAR: f64 = 0.01;
 /// The time steps to try, as multiples of the limit of stability.
 const FRACTIONS: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
 /// Returns the trials of a case: with its own time step, and with time steps around the limit of stability. They have
-/// the same number of steps for every case. If the robot starts far from rest, the limit holds only for its first step,
-/// so it is tried only with its own time step.
+/// the same number of steps for every case. If the robot starts far from rest, the limit holds only for the first step,
+/// and only its own time step is tried.
 pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
     case.physics.steps = STEPS;
@@ -41,14 +42,14 @@ pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     trials
 }
 
-/// Returns trials of the same robot with time steps below and above its limit. There are none if the robot has no
-/// limit.
+/// Returns trials of the same robot with time steps below and above its limit of stability. There are none if the robot
+/// has no limit.
 fn around(trial: &Trial) -> Vec<Trial> {
     let fractions = FRACTIONS.iter().filter(|_| trial.limit.is_finite());
     fractions.map(|fraction| trial.at(*fraction)).collect()
 }
 
-/// A list of trials under construction. Each trial is of a [`robot`] that was changed in some way.
+/// A list of trials under construction. Each trial runs a changed [`robot`].
 #[derive(Default)]
 struct Trials(Vec<Trial>);
 
@@ -61,7 +62,7 @@ impl Trials {
         self.0.extend(around(&trial));
     }
 
-    /// Adds a trial of a changed robot in its world, with its own time step.
+    /// Adds a trial of a changed robot in its world, with the time step of its scene.
     fn own(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(3);
         change(&mut case);
@@ -186,7 +187,7 @@ fn layouts_and_controllers(trials: &mut Trials) {
             biases.for_each(|b| *b += bias);
         });
     }
-    /// A function that maps a node to another node, in whose place the node starts.
+    /// A function from nodes to nodes. Each node starts in the place of the node that the function returns.
     type Place = fn(usize) -> usize;
     let places: [(&str, Place); 3] = [
         ("two nodes in one place", |i| if i == 1 { 0 } else { i }),

@@ -32,8 +32,8 @@ pub fn stability(case: &Case) -> Section {
     section
 }
 
-const BOUND: &str = "certainly stable, by the bound over the edges";
-const LIMIT: &str = "stable, by the largest frequency itself";
+const BOUND: &str = "stable according to the bound from single edges";
+const LIMIT: &str = "stable according to the largest frequency";
 
 fn word(stable: bool) -> &'static str {
     if stable { "stable" } else { "unstable" }
@@ -60,7 +60,7 @@ fn stable_steps(case: &Case) -> Section {
     let is_stable = |offer: &_| case.physics.dt < limit(offer, exact);
     let if_finite = |offer: &_, frequency| Cell::if_finite(limit(offer, frequency));
     let integrator = |offer: &(Integrator, usize)| offer.0.name();
-    let title = "Time steps below which the design at its start does not ring";
+    let title = "Time steps below which the design is stable at its start";
     let of_own = "the scene's time step with this integrator";
     let table = Table::of("stable_steps", title, &offered)
         .column("integrator", "how a step is integrated", integrator)
@@ -91,13 +91,13 @@ fn notes(found: &[Found]) -> Vec<String> {
              Rows with numbers that were not finite although no divergence was reported: {silent}.",
             found.len()
         ),
-        "A row is stable below the limit, the smallest time step with which the fastest vibration \
-         about rest grows. A stable robot must stay bounded. An unstable one must be called unstable \
-         beforehand, and must grow."
+        "The limit is the smallest time step with which the fastest vibration about rest grows. Below \
+         the limit, a robot must stay bounded. Otherwise, the check of the time step must call the \
+         robot unstable before the run, and the robot's energy or speed must grow."
             .to_owned(),
-        "The energy of a robot without ground, gravity and actuation is watched. The speed of other \
-         robots is watched, relative to what drives them. `growth` is the largest value over the largest \
-         that a stable step reaches."
+        "For robots without ground, gravity and actuation, the energy is watched. For other robots, the \
+         speed is watched, relative to what drives them. `growth` is the largest energy or speed, \
+         divided by the largest that a stable time step can reach."
             .to_owned(),
     ]
 }
@@ -115,31 +115,31 @@ fn extremes(found: &[Found]) -> Table {
         Outcome::Bounded | Outcome::Grew => Cell::Missing,
     };
     let verdict = |f: &Found| if f.is_ok() { "ok" } else { "wrong" };
-    let of_expected = "stable or unstable, by the limit";
+    let of_expected = "stable or unstable, according to the limit";
     let expected = |f: &Found| word(f.expected_stable());
     let said = |f: &Found| format!("{:?}", f.grade).to_lowercase();
     let nodes = |f: &Found| f.trial.case.lattice.nodes();
     Table::of("extremes", "Robots at the extremes", found)
         .column("extreme", "what is extreme", |f| f.trial.group)
         .column("what", "the robot", |f| f.trial.what.clone())
-        .column("nodes", "nodes of its lattice", nodes)
+        .column("nodes", "number of nodes of the lattice", nodes)
         .column("dt_s", "time step", |f| f.trial.case.physics.dt)
         .column("bound_s", BOUND, |f| Cell::if_finite(f.bound))
         .column("limit_s", LIMIT, |f| Cell::if_finite(f.trial.limit))
         .column("expected", of_expected, expected)
         .column(
             "said",
-            "what the check of the time step said beforehand",
+            "the verdict of the check of the time step, before the run",
             said,
         )
         .column("outcome", "what happened", outcome)
         .column(
             "growth",
-            "largest value divided by the largest of a stable step; 1 or more is growth",
+            "largest energy or speed, divided by the largest that a stable time step can reach; 1 or more is growth",
             growth,
         )
         .column("step", "the step of the divergence, if any", step)
-        .column("verdict", "whether all is as expected", verdict)
+        .column("verdict", "whether the trial went as expected", verdict)
         .mark(Standing::Default, |f| f.trial.group == "scene")
         .mark(Standing::Failed, |f| !f.is_ok())
         .done()

@@ -8,12 +8,12 @@ use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
 use cosmic::simulator::{Divergence, Grade, Span, Store};
 
-/// How far the nodes of a free robot are moved at the start, as a fraction of its shortest edge. The move is so small
-/// that springs respond linearly, but large compared with all roundings and with the softening of lengths (D4).
+/// At the start, the nodes of a free robot are moved by this fraction of its shortest edge. The move is so small that
+/// springs respond linearly, but large compared with rounding errors and with the softening of lengths (D4).
 const MOVED: f64 = 1e-6;
-/// A time step is unstable if a free robot's energy grows by this factor. A stable step conserves an energy that is not
-/// quite the true one: with a step of `s` times the limit, the true energy swings by a factor of `1 / (1 - s^2)`, which
-/// is ten at 0.95. The first lengthening of the springs may add another factor of ten.
+/// If a free robot's energy grows by more than this factor, the time step is unstable. A stable step does not conserve
+/// the true energy but one close to it: with a step of `s` times the limit, the true energy swings by a factor of `1 /
+/// (1 - s^2)`, which is ten at 0.95. The first lengthening of the springs may add another factor of ten.
 const ENERGY: f64 = 1e3;
 /// A bound on the speed of a stable robot, as a multiple of the speeds that gravity, actuators and the start cause.
 const SPEED: f64 = 10.0;
@@ -32,7 +32,7 @@ pub(super) enum World {
 /// A robot, its world and a time step to try.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
-    /// The kind of extreme robot, such as `stiffness` or `mass`.
+    /// The kind of extreme robot to which the trial belongs, such as `stiffness` or `mass`.
     pub(super) group: &'static str,
     /// A description of the robot and the time step.
     pub(super) what: String,
@@ -47,7 +47,7 @@ pub(super) struct Trial {
 /// The outcome of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Outcome {
-    /// Nothing grew.
+    /// Neither the energy nor the speed grew.
     Bounded,
     /// The energy or the speed grew more than a stable time step allows.
     Grew,
@@ -59,15 +59,15 @@ pub(super) enum Outcome {
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) trial: Trial,
-    /// A lower bound on the limit of stability, which follows from the single edges, in seconds; infinite if nothing
-    /// vibrates.
+    /// A lower bound on the limit of stability, in seconds, from the stiffness and mass of single edges; infinite if
+    /// nothing vibrates.
     pub(super) bound: f64,
-    /// The grade that the check of the time step gave before the run.
+    /// The grade of the time step according to the check before the run.
     pub(super) grade: Grade,
     /// The outcome of the run.
     pub(super) outcome: Outcome,
-    /// The largest energy of a free robot, or the largest speed, divided by the largest value that a stable time step
-    /// allows.
+    /// The growth: the largest energy of a free robot, or the largest speed of any other robot, divided by the largest
+    /// value that a stable time step allows.
     pub(super) growth: f64,
     /// True if a number was not finite although no divergence was reported.
     pub(super) unannounced: bool,
@@ -90,7 +90,7 @@ impl Found {
 }
 
 impl Trial {
-    /// Makes a trial of a case with its own time step. The actuators of a free robot are switched off.
+    /// Makes a trial of a case with the case's time step. The actuators of a free robot are switched off.
     pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
         if world == World::Free {
             // Actuators get no stroke, because a stroke would stretch springs that stiffen.
@@ -116,7 +116,7 @@ impl Trial {
         trial
     }
 
-    /// Runs the trial.
+    /// Runs the trial and returns its result.
     pub(super) fn run(&self) -> Found {
         let case = self.prepared();
         let (task, design) = (case.task(), case.own_design());
@@ -165,10 +165,10 @@ impl Trial {
         case
     }
 
-    /// Returns the highest speed of any node, divided by a bound. The bound is [`SPEED`] times the sum of two speeds:
-    /// the speed that gravity adds during the whole trial, and the speed of the fastest vibration. The amplitude of
-    /// that vibration is taken to be an actuator's stroke plus the largest change of an edge's length from its rest
-    /// length at the start.
+    /// Returns the highest speed of any node, divided by a bound on the speed. The bound is [`SPEED`] times the sum of
+    /// two speeds: the speed that gravity adds during the whole trial, and the speed of the fastest vibration. The
+    /// amplitude of that vibration is taken to be an actuator's stroke plus the largest change of an edge's length from
+    /// its rest length at the start.
     fn speed_growth(&self, case: &Case, states: &[State<f64>]) -> f64 {
         let physics = &case.physics;
         let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
