@@ -225,8 +225,8 @@ impl<R: Real> Body<R> {
     }
 
     /// Chooses the point of this body whose displacement counts. The weights of the centre of mass are the masses of
-    /// this body; a node that is not [present](Body::presence) has no weight. The weights of the mean of the nodes in use
-    /// are their presences in `design`, even if this body has none.
+    /// this body; a node that is not [present](Body::presence) has no weight. The weights of the mean of the nodes in
+    /// use are their presences in `design`, even if this body has none.
     #[must_use]
     pub fn with_marker(
         mut self,

@@ -1,6 +1,6 @@
-//! Scale invariance. A scene whose lengths, times and masses are multiplied by `s`, `sqrt(s)` and `m` has the same robot,
-//! which moves `s` times as far. For `s` = 4^k and `m` = 2^k every number of the computation is only multiplied by a power
-//! of two, so the bits are the same.
+//! Scale invariance. A scene whose lengths, times and masses are multiplied by `s`, `sqrt(s)` and `m` has the same
+//! robot, which moves `s` times as far. For `s` = 4^k and `m` = 2^k every number of the computation is only multiplied
+//! by a power of two, so the bits are the same.
 //!
 //! [`scaled`] multiplies every key by the dimension of its unit. Keys without a unit are dimensionless: the bounds on
 //! gradients, for example, count in the scale of the lattice (`lattice.units`).
@@ -189,8 +189,8 @@ fn delivered(scene: &Scene) -> Delivery {
     CoDesign::new(scene).unwrap().optimise(5, |_| ()).unwrap()
 }
 
-/// Everything in an optimisation is free of scale: both optimisers and their bounds, the losses of all tasks, the domain
-/// randomisation, the snap, the polish, the fine-tuning and the selection.
+/// Everything in an optimisation is free of scale: both optimisers and their bounds, the losses of all tasks, the
+/// domain randomisation, the snap, the polish, the fine-tuning and the selection.
 #[test]
 fn an_optimisation_delivers_the_same_robot_at_every_scale() {
     let tasks = ["reach", "climb", "economy", "back"].map(|task| {
@@ -220,4 +220,17 @@ fn an_optimisation_delivers_the_same_robot_at_every_scale() {
             assert_eq!(other.reliability.word(), robot.reliability.word(), "{says}");
         }
     }
+}
+
+/// With bounds in metres and seconds the scale matters, so the test above can fail.
+#[test]
+fn absolute_units_deliver_another_robot_at_another_scale() {
+    let factors = Factors {
+        length: 64.0,
+        mass: 1.0,
+    };
+    let scene = scene(WORLDS[0]).set(&["lattice.units=absolute"]).unwrap();
+    let [robot, other] = [scene.clone(), scaled(&scene, factors)].map(|scene| delivered(&scene));
+    assert!(robot.controller == delivered(&self::scene(WORLDS[0])).controller);
+    assert!(robot.controller != other.controller);
 }

@@ -62,9 +62,9 @@ pub struct Rollout<M> {
     pub state_bound: Option<f64>,
     /// Clips the state's cotangent in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
-    /// The units in which the norm of the state's cotangent is compared with the bound: one for each number of the state
-    /// of a single start, all above 0. With `None` all units are 1. Numbers of different kinds, such as positions and
-    /// velocities, need units for their norm to have a meaning.
+    /// The units in which the norm of the state's cotangent is compared with the bound: one for each number of the
+    /// state of a single start, all above 0. With `None` all units are 1. Numbers of different kinds, such as positions
+    /// and velocities, need units for their norm to have a meaning.
     pub cotangent_units: Option<Arc<[f64]>>,
     /// How much memory to use for the reverse sweep.
     pub memory: Memory,

@@ -239,12 +239,12 @@ keys! {
         /// Norm of the gradient of the loss with respect to the design, for the performance and the stability
         /// projection, before it is bounded; `null` if the projection has no share in the update. The
         /// loss of a task counts in units of the lattice's scale.
-        design_gradient: [Option<f64>; 2], "two numbers or `null`s",
+        design_gradient: [Option<f64>; 2], "two numbers or `null`s", unit "the loss's",
             columns ["design_gradient_performance", "design_gradient_stability"];
         /// Norm of the gradient of the loss with respect to the controller, before it is bounded; `null` if the
         /// learning rate is zero, or if settling took an update back. The loss of a task counts in units of
         /// the lattice's scale.
-        controller_gradient: Option<f64>, "number or `null`",
+        controller_gradient: Option<f64>, "number or `null`", unit "the loss's",
             columns ["controller_gradient"];
         /// How the MMA subproblem of each projection's design update was solved. `newton_steps` is the number of
         /// Newton steps on the dual, `residual` the largest violation of the optimality conditions. `elastic` has a

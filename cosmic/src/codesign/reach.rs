@@ -21,7 +21,8 @@ use crate::task::{Task, together};
 /// The result of a full rollout. All its numbers are NaN if the rollout diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
-    /// Displacement of the payload, or of the body that the scene names, in metres: first the component along the ground, then the component normal to it.
+    /// Displacement of the payload, or of the body that the scene names, in metres: first the component along the
+    /// ground, then the component normal to it.
     pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
     /// distance, minus the loss. With two goals, it is the merit for the worse goal.

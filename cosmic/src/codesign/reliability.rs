@@ -11,8 +11,8 @@ use super::quantiles::Quantiles;
 /// - the result of its unperturbed rollout differs from the median by more than the tolerance;
 /// - one of these three numbers is not finite, because rollouts diverged.
 ///
-/// The tolerance for distances is at least a twentieth of a spacing (5 mm in the paper's scenes), so that a robot that does not move is not called unreliable. The
-/// tolerance for losses has no minimum.
+/// The tolerance for distances is at least a twentieth of a spacing (5 mm in the paper's scenes), so that a robot that
+/// does not move is not called unreliable. The tolerance for losses has no minimum.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {

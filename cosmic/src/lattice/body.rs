@@ -21,8 +21,8 @@ pub struct Body<R> {
     pub marker: Marker<R>,
 }
 
-/// The point of a robot whose displacement counts (`objective.body`): the payload, or a point that begins at the payload
-/// and moves like a weighted mean of the nodes.
+/// The point of a robot whose displacement counts (`objective.body`): the payload, or a point that begins at the
+/// payload and moves like a weighted mean of the nodes.
 ///
 /// The weights may depend on the design. Because the point always begins at the payload, a design gains nothing if it
 /// only moves weight to nodes that are farther ahead.

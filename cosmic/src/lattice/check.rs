@@ -7,8 +7,8 @@ use crate::geometry::Bounds;
 
 /// The largest distance of a node from the origin of the ground, in metres. Generated lattices have the same limit.
 const FARTHEST: f64 = 1e3;
-/// The length of the shortest allowed edge, in metres. Generated lattices have the same limit. In a small truss, shorter
-/// edges are allowed too.
+/// The length of the shortest allowed edge, in metres. Generated lattices have the same limit. In a small truss,
+/// shorter edges are allowed too.
 const SHORTEST: f64 = 1e-3;
 /// The length of the shortest allowed edge, as a share of the median length, in a truss whose median length is below
 /// 0.1 m.

@@ -9,7 +9,8 @@ use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
 /// The loss that rewards distance: minus the [position](Trajectory::position) of the payload, or of the body that the
-/// scene names, along the ground, `-(s . x_0)`. The position is taken at the end, as in the paper, or averaged over the last part of the rollout.
+/// scene names, along the ground, `-(s . x_0)`. The position is taken at the end, as in the paper, or averaged over the
+/// last part of the rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
     /// The ground along which the position is measured.

@@ -27,8 +27,8 @@ pub trait Loss: Send + Sync {
         false
     }
 
-    /// The loss that counts as 1 in the bounds on gradients and in the comparison with the constraints, for a lattice of
-    /// this [scale](crate::lattice::Lattice::scale) (m). The losses of the tasks are lengths, so their unit is the
+    /// The loss that counts as 1 in the bounds on gradients and in the comparison with the constraints, for a lattice
+    /// of this [scale](crate::lattice::Lattice::scale) (m). The losses of the tasks are lengths, so their unit is the
     /// scale. By default it is 1.
     fn unit(&self, _scale: f64) -> f64 {
         1.0

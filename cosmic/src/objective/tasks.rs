@@ -1,8 +1,8 @@
 //! The losses of the tasks that a scene can choose. Each takes a few lines.
 //!
-//! Where they read the position of the payload, they read the [position](Trajectory::position) of the body that the scene
-//! names in `objective.body`. They are also examples for users who write a loss. A loss reads only states, so the energy that a robot spends is
-//! computed from its states: it is taken to be the energy that the damping removes.
+//! Where they read the position of the payload, they read the [position](Trajectory::position) of the body that the
+//! scene names in `objective.body`. They are also examples for users who write a loss. A loss reads only states, so the
+//! energy that a robot spends is computed from its states: it is taken to be the energy that the damping removes.
 
 use autodiff::Real;
 

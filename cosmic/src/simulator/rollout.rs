@@ -8,8 +8,8 @@ use autodiff::{CotangentBound, Given, Memory, Model, Real, Rollout};
 use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
 use super::surroundings::Surroundings;
-use super::trajectory::Trajectory;
-use crate::geometry::{Ground, Vector};
+use super::trajectory::{Still, Trajectory};
+use crate::geometry::Ground;
 use crate::lattice::{Body, Lattice, State};
 use crate::policy::{Controller, clock};
 use crate::scene::{ControllerSettings, PhysicsSettings};
@@ -440,10 +440,7 @@ impl Simulator {
             steps: span.observed.clone(),
             states: states.map(|s| still.held(self.unflatten(s))).collect(),
             marker: body.marker.clone(),
-            start: match body.marker.weights.is_empty() {
-                true => Vec::new(),
-                false => start.x.clone(),
-            },
+            start: (body.marker.weights.first()).map_or(Vec::new(), |_| start.x.clone()),
         }
     }
 
@@ -456,29 +453,6 @@ impl Simulator {
     /// the first nodes.
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
         State::from_columns(state).to_world(&self.ground)
-    }
-}
-
-/// The nodes that do not belong to a robot, each with the position at which it stays. No bar pulls on these nodes, and
-/// the controller does not see them. In the simulation they fall, so they are put back afterwards.
-pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
-
-impl<R: Real> Still<R> {
-    pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
-        let nodes = body.presence.iter().zip(&start.x).enumerate();
-        let still = nodes.filter(|(_, (presence, _))| presence.is_zero());
-        Self(still.map(|(node, (_, x))| (node, *x)).collect())
-    }
-
-    /// Puts the nodes that do not belong to the robot back to their positions, at rest. The state has all nodes, or
-    /// only the first nodes.
-    pub(super) fn held(&self, mut state: State<R>) -> State<R> {
-        for &(node, x) in &self.0 {
-            if node < state.x.len() {
-                (state.x[node], state.v[node]) = (x, Vector::zero());
-            }
-        }
-        state
     }
 }
 

@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use crate::geometry::Vector;
-use crate::lattice::{Marker, State};
+use crate::lattice::{Body, Marker, State};
 
 /// The smallest absurd value: a state is absurd if a component of a position (m) or of a velocity (m/s) has this
 /// absolute value or more.
@@ -79,8 +79,8 @@ impl<R: Copy> Trajectory<R> {
 }
 
 impl<R: Real> Trajectory<R> {
-    /// The position of the [marker](Marker) after this number of steps, in metres: the position that losses for distance
-    /// read.
+    /// The position of the [marker](Marker) after this number of steps, in metres: the position that losses for
+    /// distance read.
     ///
     /// # Panics
     /// If that state was not observed.
@@ -94,6 +94,29 @@ impl<R: Real> Trajectory<R> {
     /// If that state was not observed.
     pub fn velocity(&self, step: usize) -> Vector<R> {
         self.marker.velocity(self.at(step))
+    }
+}
+
+/// The nodes that do not belong to a robot, each with the position at which it stays. No bar pulls on these nodes, and
+/// the controller does not see them. In the simulation they fall, so they are put back afterwards.
+pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
+
+impl<R: Real> Still<R> {
+    pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
+        let nodes = body.presence.iter().zip(&start.x).enumerate();
+        let still = nodes.filter(|(_, (presence, _))| presence.is_zero());
+        Self(still.map(|(node, (_, x))| (node, *x)).collect())
+    }
+
+    /// Puts the nodes that do not belong to the robot back to their positions, at rest. The state has all nodes, or
+    /// only the first nodes.
+    pub(super) fn held(&self, mut state: State<R>) -> State<R> {
+        for &(node, x) in &self.0 {
+            if node < state.x.len() {
+                (state.x[node], state.v[node]) = (x, Vector::zero());
+            }
+        }
+        state
     }
 }
 

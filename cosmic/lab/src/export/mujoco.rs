@@ -393,8 +393,9 @@ impl<'c> Robot<'c> {
     }
 }
 
-/// The content of `controller.json`. `weights` has the weight of each node in the displacement that counts. The target strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is
-/// `qpos`, `qvel`, `sin(omega t)` and `cos(omega t)`.
+/// The content of `controller.json`. `weights` has the weight of each node in the displacement that counts. The target
+/// strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is `qpos`, `qvel`, `sin(omega t)` and `cos(omega
+/// t)`.
 #[derive(Serialize)]
 struct ControllerFile {
     nodes: Vec<usize>,

@@ -43,8 +43,8 @@ impl View<'_> {
     }
 
     /// Draws a mark at every tenth of a metre along the ground, counted from the payload's start, and a longer mark
-    /// with a number at every metre. On lattices of other sizes than a few decimetres, and if there were too many marks,
-    /// both distances are multiplied by a power of ten.
+    /// with a number at every metre. On lattices of other sizes than a few decimetres, and if there were too many
+    /// marks, both distances are multiplied by a power of ten.
     pub(super) fn draw_marks(&self, picture: &mut Picture, across: Range) {
         let motion = self.motion;
         let decades = |most: f64| most.log10().floor();
