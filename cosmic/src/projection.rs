@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::{Design, Material, Mixture, filled};
 use crate::geometry::{Vector, mean};
-use crate::lattice::{Body, Lattice};
-use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
+use crate::lattice::{Body, Lattice, Marker};
+use crate::scene::{MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings, VoidEdges};
 
 /// The projections of the paper from a design vector to a mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -193,6 +193,10 @@ impl<R: Real> Body<R> {
             ),
             mass: node_masses(&edge_masses, lattice, physics),
             presence: Vec::new(),
+            marker: Marker {
+                payload: lattice.payload[0].node,
+                weights: Vec::new(),
+            },
         }
     }
 
@@ -209,31 +213,35 @@ impl<R: Real> Body<R> {
         if !one_piece {
             return self;
         }
-        let payload = lattice.payload.iter().map(|payload| payload.node);
-        match design {
-            Design::Undecided(mixtures) => {
-                let mut absent = vec![R::one(); lattice.nodes()];
-                for (ends, mixture) in lattice.edges.iter().zip(mixtures) {
-                    (ends.iter()).for_each(|&node| absent[node] *= mixture[Material::Void]);
+        self.presence = presence(design, lattice);
+        if let Design::Layout(_) = design {
+            for (k, ends) in self.stiffness.iter_mut().zip(&lattice.edges) {
+                if ends.iter().any(|&node| self.presence[node].is_zero()) {
+                    *k = R::zero();
                 }
-                payload.for_each(|node| absent[node] = R::zero());
-                self.presence = absent.into_iter().map(|a| R::one() - a).collect();
-            }
-            Design::Layout(layout) => {
-                let mut is_live = vec![false; lattice.nodes()];
-                for (ends, material) in lattice.edges.iter().zip(layout) {
-                    (ends.iter()).for_each(|&node| is_live[node] |= material.is_solid());
-                }
-                payload.for_each(|node| is_live[node] = true);
-                for (k, ends) in self.stiffness.iter_mut().zip(&lattice.edges) {
-                    if !ends.iter().all(|&node| is_live[node]) {
-                        *k = R::zero();
-                    }
-                }
-                let presence = |is_live| if is_live { R::one() } else { R::zero() };
-                self.presence = is_live.into_iter().map(presence).collect();
             }
         }
+        self
+    }
+
+    /// Chooses the point of this body whose displacement counts. The weights of the centre of mass are the masses of
+    /// this body; a node that is not [present](Body::presence) has no weight. The weights of the mean of the nodes in
+    /// use are their presences in `design`, even if this body has none.
+    #[must_use]
+    pub fn with_marker(
+        mut self,
+        moved: MovedBody,
+        design: &Design<Mixture<R>>,
+        lattice: &Lattice,
+    ) -> Self {
+        self.marker.weights = match moved {
+            MovedBody::Payload => Vec::new(),
+            MovedBody::Mass if self.presence.is_empty() => self.mass.clone(),
+            MovedBody::Mass => (self.mass.iter().zip(&self.presence))
+                .map(|(&mass, &presence)| mass * presence)
+                .collect(),
+            MovedBody::Nodes => presence(design, lattice),
+        };
         self
     }
 
@@ -247,6 +255,31 @@ impl<R: Real> Body<R> {
             *m *= R::lit(factor);
         }
         self
+    }
+}
+
+/// How much each node of a design is in use, from 0 to 1. A node with payload has 1. Any other node has 1 minus the
+/// product of the shares of void of its edges, which is 0 for a node of a layout without a bar.
+fn presence<R: Real>(design: &Design<Mixture<R>>, lattice: &Lattice) -> Vec<R> {
+    let payload = lattice.payload.iter().map(|payload| payload.node);
+    match design {
+        Design::Undecided(mixtures) => {
+            let mut absent = vec![R::one(); lattice.nodes()];
+            for (ends, mixture) in lattice.edges.iter().zip(mixtures) {
+                (ends.iter()).for_each(|&node| absent[node] *= mixture[Material::Void]);
+            }
+            payload.for_each(|node| absent[node] = R::zero());
+            absent.into_iter().map(|a| R::one() - a).collect()
+        }
+        Design::Layout(layout) => {
+            let mut is_live = vec![false; lattice.nodes()];
+            for (ends, material) in lattice.edges.iter().zip(layout) {
+                (ends.iter()).for_each(|&node| is_live[node] |= material.is_solid());
+            }
+            payload.for_each(|node| is_live[node] = true);
+            let presence = |is_live| if is_live { R::one() } else { R::zero() };
+            is_live.into_iter().map(presence).collect()
+        }
     }
 }
 

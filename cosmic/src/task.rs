@@ -12,8 +12,8 @@ use crate::objective::{Loss, LossOf};
 use crate::policy::Controller;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
-    ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
-    bound_of_any_design,
+    ControllerSettings, HorizonMode, MaterialSettings, MovedBody, PhysicsSettings,
+    ProjectionSettings, bound_of_any_design,
 };
 use crate::simulator::stability::Vibration;
 use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
@@ -64,6 +64,8 @@ pub struct Task {
     pub simulator: Simulator,
     /// True if the weight of a node in means and observations depends on how solid its edges are.
     one_piece: bool,
+    /// The part of the robot whose displacement counts.
+    moved: MovedBody,
     /// The factors by which the simulated robot differs from its design; `None` for the nominal robot.
     variation: Option<Variation>,
 }
@@ -85,6 +87,7 @@ impl Task {
             materials: materials.clone(),
             sharpness: sharpness.clone(),
             one_piece: false,
+            moved: MovedBody::Payload,
             variation: None,
         }
     }
@@ -103,6 +106,12 @@ impl Task {
     #[must_use]
     pub fn with_one_piece(self, one_piece: bool) -> Self {
         Self { one_piece, ..self }
+    }
+
+    /// A copy of the task with another part of the robot whose displacement counts (`objective.body`).
+    #[must_use]
+    pub fn with_moved(self, moved: MovedBody) -> Self {
+        Self { moved, ..self }
     }
 
     /// A copy of the task for a robot as it is built: its stiffnesses and masses are multiplied by the factors in
@@ -147,10 +156,11 @@ impl Task {
             design,
             &self.lattice,
         );
-        match &self.variation {
+        let body = match &self.variation {
             None => body,
             Some(variation) => body.varied(variation),
-        }
+        };
+        body.with_marker(self.moved, design, &self.lattice)
     }
 
     /// Computes the length, the tension and the activation of each edge in every state of a trajectory.
@@ -278,11 +288,19 @@ impl Task {
     ) -> Vec<Trajectory<R>> {
         let steps = horizon.steps.min(self.physics.steps);
         let seen = Span {
-            nodes: loss.nodes(),
+            nodes: loss.nodes().max(self.nodes_of_marker()),
             cotangent_bound: horizon.cotangent_bound,
             ..Span::from_start(loss.observed(steps))
         };
         self.over_span(designs, inputs, seen, horizon.mode)
+    }
+
+    /// How many nodes a state must hold so that the [marker](crate::lattice::Marker) can be found in it.
+    fn nodes_of_marker(&self) -> usize {
+        match self.moved {
+            MovedBody::Payload => self.lattice.payload[0].node + 1,
+            MovedBody::Mass | MovedBody::Nodes => usize::MAX,
+        }
     }
 
     /// Simulates several designs over a horizon. This function does not depend on the type of the loss, so it is
@@ -306,6 +324,11 @@ impl Task {
             let reached = simulator.rollout_many(&bodies, &detached, &at_first, &head);
             starts = reached.into_iter().flat_map(|seen| seen.states).collect();
         }
-        simulator.rollout_many(&bodies, controller, &starts, &span)
+        let mut seen = simulator.rollout_many(&bodies, controller, &starts, &span);
+        // The displacement counts from the start of the whole rollout, not from the first step of its tail.
+        for seen in seen.iter_mut().filter(|seen| !seen.start.is_empty()) {
+            seen.start.clone_from(&inputs.start.x);
+        }
+        seen
     }
 }

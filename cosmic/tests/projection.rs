@@ -3,7 +3,7 @@ use cosmic::design::Design;
 use cosmic::design::Material::{Actuator, Skeleton, Void};
 use cosmic::lattice::Body;
 use cosmic::projection::{Holds, Projection, mixtures};
-use cosmic::scene::{ProjectionSettings, Scene};
+use cosmic::scene::{MovedBody, ProjectionSettings, Scene};
 
 #[test]
 fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
@@ -17,6 +17,34 @@ fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
     let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
     // The two sums differ by at most twelve rounding errors of numbers below 0.1, each at most 7e-18.
     assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
+}
+
+/// The payload is always in use. Another node is in use if it has a bar.
+#[test]
+fn nodes_without_a_bar_have_no_weight() {
+    let (scene, mut lattice) = (Scene::paper(), lattice(3, 2, 0.0));
+    lattice.payload[0].node = 3;
+    let bar = lattice.edges.iter().position(|ends| *ends == [1, 2]);
+    let mut layout = vec![Void; lattice.edges.len()];
+    layout[bar.unwrap()] = Skeleton;
+    let layout = Design::Layout(layout);
+    let marker = |moved, one_piece| {
+        let body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
+        let body = body.with_one_piece(one_piece, &layout, &lattice);
+        let mass = body.mass.clone();
+        (body.with_marker(moved, &layout, &lattice).marker, mass)
+    };
+    let in_use = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+    for one_piece in [false, true] {
+        assert_eq!(marker(MovedBody::Nodes, one_piece).0.weights, in_use);
+        let (marker, mass) = marker(MovedBody::Mass, one_piece);
+        let present = |(m, used): (&f64, f64)| if one_piece { m * used } else { *m };
+        let expected: Vec<f64> = mass.iter().zip(in_use).map(present).collect();
+        assert_eq!(marker.weights, expected);
+    }
+    let (payload, mass) = marker(MovedBody::Payload, false);
+    assert_eq!((payload.payload, payload.weights.len()), (3, 0));
+    assert!(mass[3] > scene.physics.payload_mass && mass[0] < scene.physics.payload_mass);
 }
 
 #[test]

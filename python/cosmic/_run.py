@@ -105,8 +105,8 @@ class Run:
 
     @property
     def displacement(self) -> float:
-        """Median displacement of the payload along the ground over perturbed starts, m; NaN if
-        rollouts diverged."""
+        """Median displacement along the ground over perturbed starts, of the payload or of the body
+        that ``objective.body`` names, m; NaN if rollouts diverged."""
         median = self.summary["displacement_p50"]
         return float("nan") if median is None else float(median)
 

@@ -117,10 +117,12 @@ impl Driven {
         array(py, flat(&self.rest.x), &[self.sizes.nodes, 2])
     }
 
-    /// Returns the position of each robot's payload along the ground, in metres.
+    /// Returns the position along the ground of each robot's payload, or of the body that `objective.body` names, in
+    /// metres.
     fn along<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
         let states = self.states(x, x)?;
-        let along = states.iter().map(|state| self.ground.along(state.x[0]));
+        let place = |state| self.body.marker.place(&self.rest.x, state);
+        let along = states.iter().map(|state| self.ground.along(place(state)));
         array(py, along.collect(), &[states.len()])
     }
 

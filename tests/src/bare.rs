@@ -2,8 +2,7 @@
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
-use cosmic::lattice::Body;
-use cosmic::lattice::{Lattice, State};
+use cosmic::lattice::{Body, Lattice, Marker, State};
 use cosmic::policy::Controller;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Simulator, Span, Trajectory};
@@ -33,6 +32,7 @@ impl Bare {
             strain: vec![0.0; springs.len()],
             mass: masses.to_vec(),
             presence: Vec::new(),
+            marker: Marker::default(),
         };
         let physics = PhysicsSettings {
             gravity: 0.0,

@@ -107,10 +107,7 @@ fn a_step_uses_the_observation() {
         let (body, ground) = (case.body(), case.task().ground());
         let seen = observation(&case.observation, 0.0, &case.start, &body.presence, &ground);
         let expected = Network::of(&case.controller).unwrap().activation(&seen);
-        let start = Trajectory {
-            steps: vec![0],
-            states: vec![case.start.clone()],
-        };
+        let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let task = case.task();
         let moments = task.moments(&case.own_design(), &case.controller, &start);
         let found = &moments[0].activation;

@@ -176,9 +176,8 @@ impl Work {
     fn answer(&self, robot: &Robot, seen: Result<Trajectory<f64>, String>) -> Value {
         let ground = self.codesign.task().ground();
         let along = |seen: &Trajectory<f64>| {
-            let ends = [&seen.states[0], seen.at(seen.last_step())];
-            let [from, to] = ends.map(|state| ground.along(state.x[0]));
-            to - from
+            let from = seen.states[0].x[seen.marker.payload];
+            ground.along(seen.position(seen.last_step())) - ground.along(from)
         };
         let thousandths = |share: f64| (1e3 * share).round() as i64;
         let mixtures = robot.projected.mixtures();

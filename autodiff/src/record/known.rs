@@ -35,6 +35,13 @@ use Range::{Bounded, Finite, Overflow, Singular};
 const CLEAR: f64 = 1e-12;
 
 impl Known {
+    /// The bounds on a positive number that is safely away from zero.
+    pub(super) const CLEAR: Self = Self {
+        least: CLEAR,
+        range: Bounded,
+        unsigned: true,
+    };
+
     /// Returns the bounds on a number of unknown sign.
     pub(super) fn within(range: Range) -> Self {
         Self {

@@ -21,9 +21,9 @@ pub(crate) struct Recording {
     /// Whether every call is recorded as a separate operation, without simplification. Two recordings of the
     /// same code then have the same operations at the same places.
     is_verbatim: bool,
-    /// The magnitudes of the constants that stand for fields of a kernel. About such a constant only one thing is
-    /// known: it is finite.
-    fields: Vec<f64>,
+    /// The magnitudes of the constants that stand for fields of a kernel, and whether the field is promised to be
+    /// positive. About the other constants only one thing is known: they are finite.
+    fields: Vec<(f64, bool)>,
     /// Bounds on the result of each operation. Only in a simplified recording.
     known: Vec<Known>,
     /// The places of recorded operations that must not be recorded twice (hash-consing): constants and, in a simplified
@@ -51,10 +51,11 @@ pub(crate) fn current<T>(work: impl FnOnce(&mut Recording) -> T) -> T {
 }
 
 impl Recording {
-    pub(super) fn simplified(fields: &[f64]) -> Self {
+    pub(super) fn simplified(fields: &[f64], is_positive: &[bool]) -> Self {
+        let fields = fields.iter().map(|field| field.abs());
         Self {
             is_simplified: true,
-            fields: fields.iter().map(|field| field.abs()).collect(),
+            fields: fields.zip(is_positive.iter().copied()).collect(),
             ..Self::default()
         }
     }
@@ -63,7 +64,7 @@ impl Recording {
     pub(super) fn verbatim() -> Self {
         Self {
             is_verbatim: true,
-            ..Self::simplified(&[])
+            ..Self::simplified(&[], &[])
         }
     }
 
@@ -214,10 +215,15 @@ impl Recording {
         };
         match op {
             Op::Input(_) => Known::within(Range::Finite),
-            Op::Constant(bits) => match f64::from_bits(bits) {
-                value if self.fields.contains(&value.abs()) => Known::within(Range::Bounded),
-                value => Known::constant(value),
-            },
+            Op::Constant(bits) => {
+                let value = f64::from_bits(bits);
+                let field = self.fields.iter().find(|(field, _)| *field == value.abs());
+                match field {
+                    None => Known::constant(value),
+                    Some((_, true)) if value > 0.0 => Known::CLEAR,
+                    Some(_) => Known::within(Range::Bounded),
+                }
+            }
             Op::Unary(f, x) => of(x).through(f),
             Op::Binary(Binary::Add, [a, b]) => of(a).plus(of(b)),
             Op::Binary(Binary::Sub, [a, b]) => of(a).plus(Known::within(of(b).range)),

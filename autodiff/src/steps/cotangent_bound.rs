@@ -45,8 +45,16 @@ pub struct CotangentBound {
 
 impl CotangentBound {
     /// Scales down the cotangent of each start whose norm exceeds the bound. `state_bar` is the cotangent of the state
-    /// after `step` steps.
-    pub(super) fn clip<R: Real>(self, step: usize, starts: usize, state_bar: &mut [R]) {
+    /// after `step` steps. Its norm is computed in `units`, which are [`Rollout::cotangent_units`].
+    ///
+    /// [`Rollout::cotangent_units`]: super::Rollout::cotangent_units
+    pub(super) fn clip<R: Real>(
+        self,
+        step: usize,
+        starts: usize,
+        units: Option<&[f64]>,
+        state_bar: &mut [R],
+    ) {
         if !step.is_multiple_of(self.every) || state_bar.is_empty() {
             return;
         }
@@ -54,6 +62,10 @@ impl CotangentBound {
         for start in 0..starts {
             let of_start = state_bar[start..].iter().step_by(starts);
             let mut of_start: Vec<R> = of_start.copied().collect();
+            let unit_of = |k: usize| units.map(|units| R::lit(units[k]));
+            for (k, bar) in of_start.iter_mut().enumerate() {
+                *bar = unit_of(k).map_or(*bar, |unit| *bar / unit);
+            }
             let (squared, unit) = measure(&mut of_start);
             let in_units = limit / unit;
             let exceeds = (in_units * in_units).less(squared) | !squared.finite();
@@ -61,8 +73,10 @@ impl CotangentBound {
             let factor = limit * squared.rsqrt();
             let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
             let bars = state_bar[start..].iter_mut().step_by(starts);
-            for (bar, measured) in bars.zip(of_start) {
-                *bar = R::select(exceeds, measured * factor, *bar);
+            for (k, (bar, measured)) in bars.zip(of_start).enumerate() {
+                let clipped = measured * factor;
+                let clipped = unit_of(k).map_or(clipped, |unit| clipped * unit);
+                *bar = R::select(exceeds, clipped, *bar);
             }
         }
     }

@@ -73,7 +73,7 @@ impl Rollout<()> {
                 }
             }
             if let Some(bound) = self.cotangent_bound {
-                bound.clip(step, starts, state_bar);
+                bound.clip(step, starts, self.cotangent_units.as_deref(), state_bar);
             }
         });
         std::iter::once(state_bar).chain(parameter_bars).collect()

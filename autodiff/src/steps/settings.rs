@@ -70,6 +70,10 @@ pub struct Rollout<M> {
     pub state_bound: Option<f64>,
     /// Clips the state's cotangent in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
+    /// The units in which the norm of the state's cotangent is compared with the bound: one for each number of the
+    /// state of a single start, all above 0. With `None` all units are 1. Numbers of different kinds, such as positions
+    /// and velocities, need units for their norm to have a meaning.
+    pub cotangent_units: Option<Arc<[f64]>>,
     /// How much memory to use for the reverse sweep.
     pub memory: Memory,
 }
@@ -96,6 +100,7 @@ impl<M: Model> Rollout<M> {
             entries: None,
             state_bound: None,
             cotangent_bound: None,
+            cotangent_units: None,
             memory: Memory::All,
         }
     }
@@ -110,6 +115,7 @@ impl<M: Model> Rollout<M> {
             entries: self.entries.clone(),
             state_bound: self.state_bound,
             cotangent_bound: self.cotangent_bound,
+            cotangent_units: self.cotangent_units.clone(),
             memory: self.memory,
         }
     }

@@ -308,6 +308,14 @@ fn memory_and_bounds_are_as_for_one() {
     let of_starts = ..several.starts.len() * 2 * NODES;
     assert!(together[of_starts] == alone[of_starts]);
     assert!(together[of_starts] != all[of_starts]);
+    // In units twice as large, all numbers are half as large.
+    several.loss.rollout.cotangent_units = Some(vec![2.0; 2 * NODES].into());
+    assert!(several.gradient(true) != together);
+    several.loss.rollout.cotangent_bound = Some(CotangentBound {
+        norm: 0.25,
+        every: 2,
+    });
+    assert!(several.gradient(true) == together);
 }
 
 /// The bound is the largest number that one of the starts reaches. Starts that reach this number or a larger one must

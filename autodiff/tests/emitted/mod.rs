@@ -233,6 +233,24 @@ fn products_may_come_closer_to_zero_than_their_factors() {
     assert!(looked_for(&close) > looked_for(&clear), "{clear}\n{close}");
 }
 
+/// The square root of a sum with a field needs a guard, because the field could make the sum zero, unless the field is
+/// promised to be positive.
+#[test]
+fn a_positive_field_needs_no_guard() {
+    struct Softened(f64);
+    impl Kernel<1, 1> for Softened {
+        #[inline(always)]
+        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+            [(x * x + R::lit(self.0)).sqrt()]
+        }
+    }
+    let emitted = |field: &str| adjoint("Softened", &[field], |f| Softened(f[0]));
+    let [promised, unknown] = ["self.0 > 0", "self.0"].map(emitted);
+    assert!(promised.contains("R::lit(self.0)"), "{promised}");
+    let lines = |text: &str| text.lines().count();
+    assert!(lines(&promised) < lines(&unknown), "{promised}\n{unknown}");
+}
+
 /// The length of a state. It is odd, so that some lanes are left over.
 const STATE: usize = 11;
 

@@ -64,7 +64,7 @@ fn introduction(plan: &RunPlan) -> Vec<String> {
     let doubts = doubts.map(|doubt| format!("warning: {doubt}"));
     let changed = plan.scene.changed().into_iter();
     let unread = changed.filter(|s| plan.search == Search::Full && s.key.starts_with("search."));
-    let unread = unread.map(|Setting { key, value }| {
+    let unread = unread.map(|Setting { key, value, .. }| {
         format!(
             "warning: this setting has no effect: it is read only with --search halving ({key} = {value})"
         )

@@ -24,6 +24,7 @@ impl Case {
             &self.sharpness,
         )
         .with_one_piece(self.rules.one_piece)
+        .with_moved(self.moved)
     }
 
     /// All numbers of the case with respect to which its rollout can be differentiated: design vectors, controller and
@@ -53,14 +54,13 @@ impl Case {
         self.projected(self.projection, &self.design.vectors())
     }
 
-    /// The body that the rollout simulates: stiffnesses, strains, masses, and the weight (presence) of each node.
+    /// The body that the rollout simulates: stiffnesses, strains, masses, the weight (presence) of each node, and the
+    /// marker whose displacement counts.
     pub fn body(&self) -> Body<f64> {
-        let design = self.own_design();
-        Body::new(&design, &self.lattice, &self.materials, &self.physics).with_one_piece(
-            self.rules.one_piece,
-            &design,
-            &self.lattice,
-        )
+        let (design, lattice) = (self.own_design(), &self.lattice);
+        Body::new(&design, lattice, &self.materials, &self.physics)
+            .with_one_piece(self.rules.one_piece, &design, lattice)
+            .with_marker(self.moved, &design, lattice)
     }
 
     /// Simulates the case and returns the first state that diverged; `None` if the rollout does not diverge.
@@ -83,7 +83,7 @@ impl Case {
     }
 
     /// Simulates the case, but with the design, the controller and the initial state of `inputs`. Returns the loss:
-    /// minus the final position of the payload along the ground, in metres.
+    /// minus the final position along the ground, in metres, of the payload, or of the body that the case names.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
@@ -105,7 +105,7 @@ impl Case {
             divergence,
         } = self.rollout(&task, &design, &recorded);
         let ground = task.ground();
-        let l_disp = -ground.along(trajectory.at(self.physics.steps).x[0]);
+        let l_disp = -ground.along(trajectory.position(self.physics.steps));
         let mixtures = design.mixtures();
         let measures = measures(&mixtures, self.sharpness.delta);
         let own_terms = self.augmentation(self.projection, gradient);
@@ -121,8 +121,8 @@ impl Case {
         };
         Ok(CaseResults {
             u0: self.first_activation(&task, &body),
+            displacement: -ground.along(self.start.x[body.marker.payload]) - l_disp,
             node_mass: body.mass,
-            displacement: -ground.along(self.start.x[0]) - l_disp,
             l_disp,
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,

@@ -34,6 +34,7 @@ impl Case {
             materials: scene.materials.clone(),
             sharpness: scene.projection.clone(),
             rules: scene.design.clone(),
+            moved: scene.objective.body,
             observation: scene.controller.clone(),
             design,
             controller,

@@ -15,7 +15,7 @@ use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges,
+    Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, MovedBody, Scene, VoidEdges,
 };
 
 /// The key `format` of the cases that the program writes.
@@ -37,6 +37,9 @@ pub(super) struct RawCase {
     /// The payload and the edge rules of a truss. Present only in cases with a truss.
     pub(super) truss: Option<RawMarks>,
     pub(super) l0: Vec<f64>,
+    /// The scale of the lattice, m. A case without this key has the scale of the paper's lattice.
+    #[serde(default = "one")]
+    pub(super) scale: f64,
     pub(super) x0: Vec<Vec<f64>>,
     pub(super) v0: Vec<Vec<f64>>,
     pub(super) z: Vec<Vec<f64>>,
@@ -133,6 +136,8 @@ keys! {
     spacing: f64 = lattice.spacing,
     origin_x: f64 = lattice.origin_x,
     drop: f64 = lattice.drop,
+    #[serde(default, skip_serializing_if = "is_default")]
+    payload: usize = lattice.payload,
     ground_height: f64 = physics.ground_height,
     alpha_deg: f64 = physics.incline_deg,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -182,6 +187,8 @@ keys! {
     hold_materials: f64 = projection.hold_materials,
     #[serde(default, skip_serializing_if = "is_default")]
     one_piece: bool = design.one_piece,
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    body: MovedBody = objective.body,
     ; library: RawLibrary
 }
 

@@ -8,7 +8,7 @@ use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
 use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
 use crate::geometry::{Ground, Vector};
-use crate::lattice::{Lattice, State, Truss};
+use crate::lattice::{Lattice, Payload, State, Truss};
 use crate::objective::AugmentedLagrangian;
 use crate::policy::{Controller, blocks_of};
 use crate::projection::Projection;
@@ -16,8 +16,8 @@ use crate::reading::{from_json, placed, read_whole};
 use crate::registry::Registry;
 use crate::scene::places;
 use crate::scene::{
-    ControllerSettings, DesignSettings, LatticeSettings, MaterialSettings, PhysicsSettings,
-    ProjectionSettings, TrussFile, UnstableStep, allowed_instead,
+    ControllerSettings, DesignSettings, LatticeSettings, MaterialSettings, MovedBody,
+    PhysicsSettings, ProjectionSettings, TrussFile, UnstableStep, allowed_instead,
 };
 
 /// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
@@ -39,6 +39,8 @@ pub struct Case {
     pub sharpness: ProjectionSettings,
     /// The requirements on layouts. A rollout reads only `one_piece`.
     pub rules: DesignSettings,
+    /// The part of the robot whose displacement counts.
+    pub moved: MovedBody,
     /// The settings of the controller.
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
@@ -147,6 +149,7 @@ impl Shapes<'_> {
             materials: scene.materials,
             sharpness: scene.projection,
             rules: scene.design,
+            moved: scene.objective.body,
             observation: scene.controller,
             start: State {
                 x: lattice.positions.clone(),
@@ -239,10 +242,21 @@ impl Shapes<'_> {
             columns,
             rows,
             kind,
+            payload,
             ..
         } = raw.scene;
         let nodes = columns.saturating_mul(rows);
         some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
+        if !(raw.scale > 0.0 && raw.scale.is_finite()) {
+            let scale = raw.scale;
+            return self.refuse(format!(
+                "`scale`: expected a length above 0 m, found {scale}"
+            ));
+        }
+        if payload >= nodes {
+            let says = format!("`scene.payload`: expected a node below {nodes}, found {payload}");
+            return self.refuse(says);
+        }
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
         let edges = self.rows("edges", &raw.edges)?;
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
@@ -265,6 +279,7 @@ impl Shapes<'_> {
             marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;
             return Ok(Lattice {
                 rest_length: raw.l0.clone(),
+                scale: raw.scale,
                 ..Lattice::of_truss(&truss, positions)
             });
         }
@@ -278,6 +293,8 @@ impl Shapes<'_> {
             rest_length: raw.l0.clone(),
             places: places(&layout),
             spacing: raw.scene.spacing,
+            scale: raw.scale,
+            payload: Payload::at(payload),
             ..Lattice::between(positions, edges)
         })
     }

@@ -12,7 +12,7 @@ use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::policy::Weights;
 use crate::projection::Projection;
-use crate::scene::Scene;
+use crate::scene::{ObjectiveSettings, Scene};
 use crate::simulator::Divergence;
 
 /// The keys of a case file, in the order in which they are written. [`Case::parse`] reads them back.
@@ -27,6 +27,8 @@ struct File<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     truss: Option<RawMarks>,
     l0: &'a [f64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scale: Option<f64>,
     x0: &'a [Vector<f64>],
     v0: &'a [Vector<f64>],
     z: Cow<'a, [[f64; 3]]>,
@@ -78,6 +80,7 @@ impl Case {
             edges: &self.lattice.edges,
             truss: RawMarks::of(&self.layout, &self.lattice),
             l0: &self.lattice.rest_length,
+            scale: Some(self.lattice.scale).filter(|scale| *scale != 1.0),
             x0: &self.start.x,
             v0: &self.start.v,
             z: self.design.vectors(),
@@ -103,6 +106,10 @@ impl Case {
             projection: self.sharpness.clone(),
             design: self.rules.clone(),
             controller: self.observation.clone(),
+            objective: ObjectiveSettings {
+                body: self.moved,
+                ..ObjectiveSettings::default()
+            },
             ..Scene::paper()
         }
     }

@@ -119,7 +119,7 @@ impl Evaluator {
         go_on()?;
         let moved = match divergence {
             Some(_) => Vector::NAN,
-            None => self.between(&self.start, trajectory.at(trajectory.last_step())),
+            None => self.between(&self.start, &trajectory),
         };
         let merit = self.unperturbed(&design, controller, moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);

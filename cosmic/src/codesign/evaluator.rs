@@ -49,7 +49,8 @@ impl Evaluator {
             start,
             task: task
                 .with_memory(scene.gradient.budget())
-                .with_one_piece(scene.design.one_piece),
+                .with_one_piece(scene.design.one_piece)
+                .with_moved(scene.objective.body),
             scene: scene.clone(),
         })
     }

@@ -237,11 +237,13 @@ keys! {
         penalties: [f64; 4], "four numbers",
             columns ["penalty_g_bin", "penalty_g_01", "penalty_g_02", "penalty_g_12"];
         /// Norm of the gradient of the loss with respect to the design, for the performance and the stability
-        /// projection, before it is bounded; `null` if the projection has no share in the update.
+        /// projection, before it is bounded; `null` if the projection has no share in the update. The
+        /// loss of a task counts in units of the lattice's scale.
         design_gradient: [Option<f64>; 2], "two numbers or `null`s", unit "the loss's",
             columns ["design_gradient_performance", "design_gradient_stability"];
         /// Norm of the gradient of the loss with respect to the controller, before it is bounded; `null` if the
-        /// learning rate is zero, or if settling took an update back.
+        /// learning rate is zero, or if settling took an update back. The loss of a task counts in units of
+        /// the lattice's scale.
         controller_gradient: Option<f64>, "number or `null`", unit "the loss's",
             columns ["controller_gradient"];
         /// How the MMA subproblem of each projection's design update was solved. `newton_steps` is the number of

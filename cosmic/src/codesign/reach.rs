@@ -21,7 +21,8 @@ use crate::task::{Task, together};
 /// The result of a full rollout. All its numbers are NaN if the rollout diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
-    /// Displacement of the payload in metres: first the component along the ground, then the component normal to it.
+    /// Displacement of the payload, or of the body that the scene names, in metres: first the component along the
+    /// ground, then the component normal to it.
     pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
     /// distance, minus the loss. With two goals, it is the merit for the worse goal.
@@ -140,10 +141,11 @@ impl Evaluator {
 
     /// The kind of merit by which robots of this scene are ranked.
     pub(super) fn merit(&self) -> Merit {
+        let scale = self.task.lattice.scale;
         match (self.loss.is_far(), self.scene.controller.two_goals) {
             (false, _) => Merit::MinusLoss,
-            (true, true) => Merit::ShorterWay,
-            (true, false) => Merit::Distance,
+            (true, true) => Merit::ShorterWay { scale },
+            (true, false) => Merit::Distance { scale },
         }
     }
 
@@ -199,7 +201,7 @@ impl Evaluator {
         let Some(seen) = seen else {
             return self.reached_by(Vector::NAN, || f64::NAN);
         };
-        let moved = self.between(start, seen.at(seen.last_step()));
+        let moved = self.between(start, seen);
         self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
     }
 
@@ -217,14 +219,20 @@ impl Evaluator {
         }
     }
 
-    /// Displacement of the payload from `start` to `last` in metres: first the component along the ground, then the
-    /// component normal to it. Both are NaN if `last` is an [absurd](State::is_absurd) state.
-    pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> Vector<f64> {
-        if last.is_absurd() {
+    /// Displacement of the payload, or of the body that the scene names, from `start` to the end of a trajectory in
+    /// metres: first the component along the ground, then the component normal to it. Both are NaN if the last state is
+    /// [absurd](State::is_absurd).
+    pub(super) fn between<R: Real>(&self, start: &State<f64>, seen: &Trajectory<R>) -> Vector<f64> {
+        let last = seen.last_step();
+        if seen.at(last).map(R::primal).is_absurd() {
             return Vector::NAN;
         }
         let ground = self.task.ground();
-        ground.point_to_ground(last.x[0]) - ground.point_to_ground(start.x[0])
+        let [from, to] = [
+            start.x[seen.marker.payload],
+            seen.position(last).map(R::primal),
+        ];
+        ground.point_to_ground(to) - ground.point_to_ground(from)
     }
 }
 
@@ -274,11 +282,7 @@ fn roll_in<R: Real + Into<f64>>(
     let designs: Vec<_> = designs.iter().map(|design| design.lift::<R>()).collect();
     let starts: Vec<_> = starts.iter().map(|start| start.map(R::lit)).collect();
     let all = task.rollout_many(&designs, &controller.map(R::lit), &starts, span);
-    let rounded = |Trajectory { steps, states }: Trajectory<R>| Trajectory {
-        states: states.iter().map(|state| state.map(R::into)).collect(),
-        steps,
-    };
-    all.into_iter().map(rounded).collect()
+    all.iter().map(|seen| seen.map(R::into)).collect()
 }
 
 /// The index of the largest merit; of equally large merits, the index of the first. A merit has `N` numbers, which are

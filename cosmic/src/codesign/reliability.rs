@@ -11,8 +11,8 @@ use super::quantiles::Quantiles;
 /// - the result of its unperturbed rollout differs from the median by more than the tolerance;
 /// - one of these three numbers is not finite, because rollouts diverged.
 ///
-/// The tolerance for distances is at least 5 mm, so that a robot that does not move is not called unreliable. The
-/// tolerance for losses has no minimum.
+/// The tolerance for distances is at least a twentieth of a spacing (5 mm in the paper's scenes), so that a robot that
+/// does not move is not called unreliable. The tolerance for losses has no minimum.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
@@ -25,16 +25,23 @@ pub enum Reliability {
     },
 }
 
-/// The smallest tolerance is half of this distance, in metres: a smaller median distance counts as this distance.
+/// The smallest tolerance is half of this share of the lattice's scale: a smaller median distance counts as this
+/// distance. It is 1 cm in the paper's scenes.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Merit {
-    /// The displacement along the ground, in metres.
-    Distance,
+    /// The displacement along the ground, in metres. `scale` is that of the [lattice](crate::lattice::Lattice::scale).
+    Distance {
+        /// The scale of the lattice, m.
+        scale: f64,
+    },
     /// With two goals, a robot walks one distance towards each goal. This is the shorter of these distances, in metres.
-    ShorterWay,
+    ShorterWay {
+        /// The scale of the lattice, m.
+        scale: f64,
+    },
     /// Minus the loss.
     MinusLoss,
 }
@@ -58,8 +65,8 @@ impl Merit {
             return unreliable("rollouts diverge".to_owned());
         }
         let (least, of_which) = match self {
-            Self::Distance => (LEAST_DISTANCE, ""),
-            Self::ShorterWay => (LEAST_DISTANCE, " of the shorter displacement"),
+            Self::Distance { scale } => (LEAST_DISTANCE * scale, ""),
+            Self::ShorterWay { scale } => (LEAST_DISTANCE * scale, " of the shorter displacement"),
             Self::MinusLoss => (0.0, ""),
         };
         let tolerance = 0.5 * p50.abs().max(least);

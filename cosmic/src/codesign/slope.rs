@@ -8,8 +8,8 @@ use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
 use crate::task::{Horizon, Task};
 
-/// A gradient of the loss, with the loss and the robot's result within the horizon. If the loss is not finite, the
-/// whole gradient is NaN, so that no optimiser uses it.
+/// A gradient of the loss in its [unit](crate::objective::Loss::unit), with the loss and the robot's result within the
+/// horizon. If the loss is not finite, the whole gradient is NaN, so that no optimiser uses it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Slope {
     /// The derivatives with respect to the variables.

@@ -88,12 +88,22 @@ impl Evaluator {
     fn horizon(&self, now: &Schedule) -> Horizon {
         let gradient = &self.scene.gradient;
         let every = gradient.cotangent_every;
-        let bound = |norm| CotangentBound { norm, every };
+        // The cotangent of a position is a loss per length.
+        let per_length = self.unit() / self.task.lattice.scale;
+        let bound = |norm: f64| CotangentBound {
+            norm: norm * per_length,
+            every,
+        };
         Horizon {
             steps: now.horizon(),
             mode: self.scene.schedule.horizon_mode,
             cotangent_bound: gradient.cotangent_bound.map(bound),
         }
+    }
+
+    /// The [unit of the loss](crate::objective::Loss::unit).
+    fn unit(&self) -> f64 {
+        self.loss.unit(self.task.lattice.scale)
     }
 
     /// The gradients with respect to the design, through the performance projection and through the stability
@@ -189,7 +199,8 @@ impl Evaluator {
         });
         std::array::from_fn(|k| {
             let loss: f64 = found[k].0.into();
-            let usable = |g: f64| if loss.is_finite() { g } else { f64::NAN };
+            let unit = self.unit();
+            let usable = |g: f64| if loss.is_finite() { g / unit } else { f64::NAN };
             let Reached { moved, merit, .. } =
                 reached[k].expect("each loss was computed with its result");
             Slope {
@@ -219,8 +230,7 @@ impl Evaluator {
             let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
             let lost = |seen: &Trajectory<R>| {
                 let loss = self.loss.loss_of(seen);
-                let last = seen.at(seen.last_step()).map(R::primal);
-                let moved = self.between(start, &last);
+                let moved = self.between(start, seen);
                 (loss, self.reached_by(moved, || loss.primal()))
             };
             seen.iter().map(lost).collect()

@@ -1,4 +1,9 @@
-//! The type [`Body`]: stiffnesses, strains and masses of a robot.
+//! The types [`Body`], stiffnesses, strains and masses of a robot, and [`Marker`], the point whose displacement counts.
+
+use autodiff::Real;
+
+use super::State;
+use crate::geometry::Vector;
 
 /// The numbers of a robot that stay constant during a rollout.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +17,21 @@ pub struct Body<R> {
     /// The presence of each node, from 0 to 1: its weight in the mean position and in the observation. A node without a
     /// bar has presence 0. Empty if all nodes have presence 1.
     pub presence: Vec<R>,
+    /// The marker whose displacement counts as the displacement of the robot.
+    pub marker: Marker<R>,
+}
+
+/// The point of a robot whose displacement counts (`objective.body`): the payload, or a point that begins at the
+/// payload and moves like a weighted mean of the nodes.
+///
+/// The weights may depend on the design. Because the point always begins at the payload, a design gains nothing if it
+/// only moves weight to nodes that are farther ahead.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Marker<R> {
+    /// The node of the payload.
+    pub payload: usize,
+    /// The weight of each node, in kg for the centre of mass. Empty if the point is the payload.
+    pub weights: Vec<R>,
 }
 
 impl<R: Copy> Body<R> {
@@ -23,6 +43,69 @@ impl<R: Copy> Body<R> {
             strain: each(&self.strain),
             mass: each(&self.mass),
             presence: each(&self.presence),
+            marker: self.marker.map(f),
         }
+    }
+}
+
+impl<R: Copy> Marker<R> {
+    /// This marker with `f` applied to every weight.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Marker<S> {
+        Marker {
+            payload: self.payload,
+            weights: self.weights.iter().map(|&w| f(w)).collect(),
+        }
+    }
+}
+
+impl<R> Marker<R> {
+    /// How many nodes a state must hold, beginning with node 0, so that the marker can be found in it.
+    pub fn nodes(&self) -> usize {
+        if self.weights.is_empty() {
+            self.payload + 1
+        } else {
+            self.weights.len()
+        }
+    }
+}
+
+impl<R: Real> Marker<R> {
+    /// The place of the marker (m) in a state of a rollout that began with the nodes at the places `start`. `start` is
+    /// not read if the marker is the payload.
+    ///
+    /// # Panics
+    /// If the state or `start` holds too few [`nodes`](Self::nodes).
+    pub fn place<const D: usize>(
+        &self,
+        start: &[Vector<R, D>],
+        state: &State<R, D>,
+    ) -> Vector<R, D> {
+        if self.weights.is_empty() {
+            return state.x[self.payload];
+        }
+        let moved: Vec<_> = (0..self.weights.len())
+            .map(|node| state.x[node] - start[node])
+            .collect();
+        start[self.payload] + self.mean(&moved)
+    }
+
+    /// The velocity of the marker in a state, in m/s.
+    ///
+    /// # Panics
+    /// If the state holds too few [`nodes`](Self::nodes).
+    pub fn velocity<const D: usize>(&self, state: &State<R, D>) -> Vector<R, D> {
+        if self.weights.is_empty() {
+            return state.v[self.payload];
+        }
+        self.mean(&state.v)
+    }
+
+    /// The weighted mean of vectors, of which each node has one.
+    fn mean<const D: usize>(&self, of_nodes: &[Vector<R, D>]) -> Vector<R, D> {
+        let component = |axis: usize| {
+            let of_axis: Vec<R> = of_nodes.iter().map(|vector| vector[axis]).collect();
+            R::dot(&self.weights, &of_axis) / R::sum_of(&self.weights)
+        };
+        Vector::from_fn(component)
     }
 }

@@ -7,8 +7,12 @@ use crate::geometry::Bounds;
 
 /// The largest distance of a node from the origin of the ground, in metres. Generated lattices have the same limit.
 const FARTHEST: f64 = 1e3;
-/// The length of the shortest allowed edge, in metres. Generated lattices have the same limit.
+/// The length of the shortest allowed edge, in metres. Generated lattices have the same limit. In a small truss,
+/// shorter edges are allowed too.
 const SHORTEST: f64 = 1e-3;
+/// The length of the shortest allowed edge, as a share of the median length, in a truss whose median length is below
+/// 0.1 m.
+const SHORTEST_SHARE: f64 = 0.01;
 /// The largest mass of a payload, in kg. Scenes have the same limit.
 const HEAVIEST: f64 = 1e3;
 
@@ -20,7 +24,8 @@ impl Truss {
     /// A sentence with the wrong value's key in backquotes, if there is one of these errors:
     /// - there is no edge; a node is beyond 1000 m or has no edge;
     /// - the given numbers are not the node numbers in some order;
-    /// - an edge has an unknown node, is shorter than a millimetre or is listed twice;
+    /// - an edge has an unknown node, is shorter than a millimetre (in a truss whose median
+    ///   length is below 0.1 m, than 1 % of that length) or is listed twice;
     /// - a payload has an unknown node or an impossible mass, or two payloads have the same node;
     /// - a rule names an unknown edge, or an edge is both kept and forbidden;
     /// - a tied group has fewer than two edges, or edges under different rules, or an edge is tied twice.
@@ -94,6 +99,7 @@ impl Truss {
     fn check_edges(&self) -> Result<(), String> {
         let nodes = self.nodes.len();
         let (mut seen, mut has_edge) = (HashSet::new(), vec![false; nodes]);
+        let mut lengths = Vec::new();
         for (e, &[i, j]) in self.edges.iter().enumerate() {
             if i == j || i.max(j) >= nodes {
                 return Err(format!(
@@ -103,17 +109,23 @@ impl Truss {
             if !seen.insert([i.min(j), i.max(j)]) {
                 return Err(format!("`edges[{e}]`: [{i}, {j}] is given twice"));
             }
-            let length = self.nodes[i].distance(self.nodes[j]);
-            if length < SHORTEST {
-                return Err(format!(
-                    "`edges[{e}]`: expected nodes at least {SHORTEST} m apart, found [{i}, {j}], which \
-                     are {length} m apart"
-                ));
-            }
+            lengths.push(self.nodes[i].distance(self.nodes[j]));
             (has_edge[i], has_edge[j]) = (true, true);
         }
         if self.edges.is_empty() {
             return Err("`edges`: expected at least one edge, found none".to_owned());
+        }
+        let mut sorted = lengths.clone();
+        sorted.sort_by(f64::total_cmp);
+        let shortest = SHORTEST.min(SHORTEST_SHARE * sorted[sorted.len() / 2]);
+        if let Some(e) = lengths
+            .iter()
+            .position(|length| *length < shortest || *length == 0.0)
+        {
+            let ([i, j], length) = (self.edges[e], lengths[e]);
+            return Err(format!(
+                "`edges[{e}]`: expected nodes at least {shortest} m apart, found [{i}, {j}], which are {length} m apart"
+            ));
         }
         match has_edge.iter().position(|has| !has) {
             Some(node) => Err(format!("`nodes[{node}]`: no edge has node {node}")),

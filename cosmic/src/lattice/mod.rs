@@ -7,7 +7,7 @@ mod check;
 mod truss;
 mod body;
 
-pub use body::Body;
+pub use body::{Body, Marker};
 pub use own::{EdgeRules, Payload, Truss};
 pub use state::State;
-pub use truss::{EdgeVector, Lattice, SOFTENING};
+pub use truss::{EdgeVector, Lattice};

@@ -57,10 +57,12 @@ pub struct Payload {
 impl Payload {
     /// The default payload: node 0 with the mass `physics.payload_mass` of the scene.
     pub fn first_node() -> Vec<Self> {
-        vec![Self {
-            node: 0,
-            mass: None,
-        }]
+        Self::at(0)
+    }
+
+    /// A payload at a single node, with the mass `physics.payload_mass` of the scene.
+    pub fn at(node: usize) -> Vec<Self> {
+        vec![Self { node, mass: None }]
     }
 }
 
@@ -126,7 +128,7 @@ fn payload<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<Payloa
         List(Vec<Payload>),
     }
     Ok(match Form::deserialize(from)? {
-        Form::Node(node) => vec![Payload { node, mass: None }],
+        Form::Node(node) => Payload::at(node),
         Form::List(list) => list,
     })
 }

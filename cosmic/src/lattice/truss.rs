@@ -6,7 +6,7 @@ use super::State;
 use super::own::{EdgeRules, Payload, Truss};
 use crate::geometry::{Bounds, Segment, Vector};
 
-/// The nodes and edges of a robot. Node 0 always carries payload. Other nodes may carry payload too.
+/// The nodes and edges of a robot. One or several nodes carry payload.
 ///
 /// A lattice is constant: no derivative flows through the rest lengths or the masses computed from them, even if the
 /// initial positions are variables.
@@ -23,13 +23,19 @@ pub struct Lattice<const D: usize = 2> {
     pub places: Vec<Vector<f64, D>>,
     /// The distance between neighbouring nodes, in metres. For a truss, it is the median length of the edges.
     pub spacing: f64,
-    /// The nodes with extra mass. Node 0 is the first one.
+    /// The length that counts as 1 m in the small lengths and the bounds that the method contains, in metres: ten
+    /// spacings, which are 1 m in the paper's scenes, or 1 m (`lattice.units`).
+    pub scale: f64,
+    /// The nodes with extra mass, at least one. In reports and losses, the payload is the first one.
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
 }
 
 impl Lattice {
+    /// The number of spacings in a [scale](Lattice::scale).
+    pub(crate) const SPACINGS: f64 = 10.0;
+
     /// Makes a lattice over level ground from nodes at these positions (m). The rest length of each edge is the
     /// distance of its two nodes.
     ///
@@ -63,6 +69,7 @@ impl Lattice {
             edges: truss.edges.clone(),
             rest_length,
             spacing,
+            scale: Self::SPACINGS * spacing,
             payload: truss.payload.clone(),
             rules: truss.rules.clone(),
         }
@@ -128,9 +135,20 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
-/// A number that is added to the square of an edge's length, in m^2. It keeps the length smooth where the two nodes of
-/// the edge coincide (D4).
-pub const SOFTENING: f64 = 1e-12;
+impl<const D: usize> Lattice<D> {
+    /// A number that is added to the square of an edge's length, in m^2. It keeps the length smooth where the two nodes
+    /// of the edge coincide (D4). It is the square of a millionth of the [scale](Lattice::scale).
+    pub fn softening(&self) -> f64 {
+        let length = 1e-6 * self.scale;
+        length * length
+    }
+
+    /// The time that counts as 1 s in the bounds that the method contains, in seconds. A body that is accelerated at
+    /// 1 m/s^2 for this time covers half a [scale](Lattice::scale).
+    pub fn time_scale(&self) -> f64 {
+        self.scale.sqrt()
+    }
+}
 
 /// The position and the velocity of an edge's second node relative to its first node.
 #[derive(Clone, Copy, Debug)]
@@ -150,10 +168,11 @@ impl<R: Real, const D: usize> EdgeVector<R, D> {
         }
     }
 
-    /// The length that the force laws use, in metres. It is softened: never zero (D4).
+    /// The length that the force laws use, in metres. With a `softening` (m^2) above 0, which is that of the
+    /// [lattice](Lattice::softening), it is never zero (D4).
     #[inline(always)]
-    pub fn length(&self) -> R {
-        self.d.softened_norm(SOFTENING)
+    pub fn length(&self, softening: f64) -> R {
+        self.d.softened_norm(softening)
     }
 
     /// The rate at which the edge grows, in m/s. `length` is its length.

@@ -142,6 +142,8 @@ pub struct Tension<L> {
     pub law: L,
     /// The time for which the bar pulls on its nodes, s.
     pub dt: f64,
+    /// The [softening](Lattice::softening) of lengths, m^2.
+    pub softening: f64,
 }
 
 impl<L: BarForce> Tension<L> {
@@ -152,7 +154,7 @@ impl<L: BarForce> Tension<L> {
         given: [R; 4],
         settings: &Uniforms<R>,
     ) -> Vector<R, D> {
-        let length = edge.length();
+        let length = edge.length(self.softening);
         let bar = Bar::new(&edge, length, L::NEEDS_RATE, given);
         let per_length = L::tension(&self.law.of(settings), bar) * R::lit(self.dt) / length;
         edge.d * per_length
@@ -217,7 +219,8 @@ impl<L: BarForce> OnBars<L> {
             pose.lattice.rest_length[edge],
             pose.body.strain[edge],
         ];
-        Bar::new(&between, between.length(), true, given)
+        let length = between.length(pose.lattice.softening());
+        Bar::new(&between, length, true, given)
     }
 
     /// A derivative of the tension: with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise with
@@ -284,8 +287,11 @@ impl<L: BarForce> Force for OnBars<L> {
         given: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array> {
-        let (law, dt) = (self.0.clone(), step.dt);
-        let tension = Tension { law, dt };
+        let tension = Tension {
+            law: self.0.clone(),
+            dt: step.dt,
+            softening: step.softening,
+        };
         let edge = [
             step.activation,
             step.stiffness,

@@ -16,7 +16,7 @@ use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
-use crate::lattice::{EdgeVector, Lattice, SOFTENING};
+use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
 /// Two edges count as being in line if the cosine of the angle between their directions is larger than this. The
@@ -70,6 +70,8 @@ impl AnyForce for Bending {
 pub struct Bend {
     /// Twice the square of the radius of gyration of a bar's section, m^2.
     pub section: f64,
+    /// The [softening](Lattice::softening) of lengths, m^2.
+    pub softening: f64,
     /// The time for which the spring pushes the nodes, s.
     pub dt: f64,
 }
@@ -108,11 +110,12 @@ impl<R: Copy> Line<R> {
 }
 
 impl<R: Real, const D: usize> Line<R, D> {
-    /// The direction of the edge that begins at node `from`, as a unit vector, and 1 / length of that edge.
+    /// The direction of the edge that begins at node `from`, as a unit vector, and 1 / length of that edge. `softening`
+    /// is in m^2.
     #[inline(always)]
-    fn edge(&self, from: usize) -> (Vector<R, D>, R) {
+    fn edge(&self, from: usize, softening: f64) -> (Vector<R, D>, R) {
         let edge = self.nodes[from + 1] - self.nodes[from];
-        let inverse = edge.softened_norm(SOFTENING).recip();
+        let inverse = edge.softened_norm(softening).recip();
         (edge * inverse, inverse)
     }
 }
@@ -128,7 +131,7 @@ impl Bend {
     /// The impulses of the angular spring on the three nodes, N s.
     #[inline(always)]
     pub(super) fn impulses<R: Real, const D: usize>(&self, line: &Line<R, D>) -> [Vector<R, D>; 3] {
-        let ((a, per_a), (b, per_b)) = (line.edge(0), line.edge(1));
+        let [(a, per_a), (b, per_b)] = [0, 1].map(|from| line.edge(from, self.softening));
         let stiffness = self.stiffness(line) * R::lit(self.dt);
         // A torque on an edge acts as a force across its outer end. The middle node takes the reactions to both forces.
         let first = -a.across(b) * (stiffness * per_a);
@@ -202,6 +205,8 @@ impl Pair {
 pub struct BentBars {
     /// Radius of gyration of a bar's section, m.
     radius: f64,
+    /// The softening of lengths, m^2.
+    softening: f64,
     /// The pairs, sorted by shape and then by the middle node, so that gathers of their nodes copy whole rows.
     pub pairs: Vec<Pair>,
 }
@@ -211,12 +216,18 @@ impl BentBars {
     pub fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
         let mut pairs = pairs(lattice);
         pairs.sort_by_key(|pair| (pair.shape(), pair.nodes[1]));
-        (radius > 0.0 && !pairs.is_empty()).then_some(Self { radius, pairs })
+        let softening = lattice.softening();
+        (radius > 0.0 && !pairs.is_empty()).then_some(Self {
+            radius,
+            softening,
+            pairs,
+        })
     }
 
     fn bend(&self, dt: f64) -> Bend {
         Bend {
             section: 2.0 * self.radius * self.radius,
+            softening: self.softening,
             dt,
         }
     }
@@ -299,7 +310,7 @@ impl Force for BentBars {
     fn energy(&self, pose: &Pose) -> Option<f64> {
         let energy = |pair: &Pair| {
             let line = pair.line(pose);
-            let ((a, _), (b, _)) = (line.edge(0), line.edge(1));
+            let [(a, _), (b, _)] = [0, 1].map(|from| line.edge(from, self.softening));
             // This is 1 - cos(angle), computed without a difference of numbers close to 1.
             let turned = 0.5 * (a - b).dot(a - b);
             self.bend(1.0).stiffness(&line) * turned
@@ -312,10 +323,10 @@ impl Force for BentBars {
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for pair in &self.pairs {
             let [before, middle, after] = pair.nodes;
-            let length = |ends| EdgeVector::of(&pose.state, ends).length();
+            let length = |ends| EdgeVector::of(&pose.state, ends).length(self.softening);
             let (a, b) = (length([before, middle]), length([middle, after]));
             let whole = EdgeVector::of(&pose.state, [before, after]);
-            let across = (whole.d / whole.length()).turned_left();
+            let across = (whole.d / whole.length(self.softening)).turned_left();
             let g = [1.0 / a, -(1.0 / a + 1.0 / b), 1.0 / b].map(|turn| across * turn);
             stiffness.angle(pair.nodes, g, self.bend(1.0).stiffness(&pair.line(pose)));
         }

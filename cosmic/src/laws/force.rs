@@ -33,6 +33,8 @@ pub struct Step<'a, const D: usize = 2> {
     pub time: Option<Array>,
     /// The duration of the push, s. A force gives the nodes its impulse over this time.
     pub dt: f64,
+    /// The [softening](Lattice::softening) of lengths, m^2.
+    pub softening: f64,
     /// The unit vector opposite to gravity.
     pub vertical: Vector<f64, D>,
 }

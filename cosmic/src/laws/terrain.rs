@@ -26,7 +26,8 @@ struct Segment {
     end: f64,
 }
 
-/// A point counts as on a line if its distance from the line is at most this, m.
+/// A point counts as on a line if its distance from the line is at most this share of its distance from the corner
+/// before it.
 const ON_LINE: f64 = 1e-12;
 
 impl Terrain {
@@ -40,7 +41,9 @@ impl Terrain {
             let (from, to) = (ends[0], ends[1]);
             match segments.last_mut() {
                 // Points on one line do not form a corner, so a node slides across them without an impact.
-                Some(last) if last.plane.height(to).abs() < ON_LINE => last.end = to.forward(),
+                Some(last) if last.plane.height(to).abs() < ON_LINE * from.distance(to) => {
+                    last.end = to.forward();
+                }
                 _ => segments.push(Segment::new(
                     from,
                     Rotation::towards(from, to),

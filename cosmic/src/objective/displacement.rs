@@ -1,4 +1,5 @@
-//! The loss for robots that should get far: the displacement of the payload along the ground.
+//! The loss for robots that should get far: the displacement along the ground of the payload, or of the body that the
+//! scene names.
 
 use autodiff::Real;
 
@@ -7,8 +8,9 @@ use crate::geometry::Ground;
 use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
-/// The loss that rewards distance: minus the position of the payload along the ground, `-(s . x_0)`. The position is
-/// taken at the end, as in the paper, or averaged over the last part of the rollout.
+/// The loss that rewards distance: minus the [position](Trajectory::position) of the payload, or of the body that the
+/// scene names, along the ground, `-(s . x_0)`. The position is taken at the end, as in the paper, or averaged over the
+/// last part of the rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
     /// The ground along which the position is measured.
@@ -46,9 +48,13 @@ impl Loss for Displacement {
         true
     }
 
+    fn unit(&self, scale: f64) -> f64 {
+        scale
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let observed = self.observed(trajectory.last_step());
-        let along = |&step: &usize| self.ground.along(trajectory.at(step).x[0]);
+        let along = |&step: &usize| self.ground.along(trajectory.position(step));
         let positions: Vec<R> = observed.iter().map(along).collect();
         R::sum_of(&positions) * R::lit(-1.0 / positions.len() as f64)
     }

@@ -15,8 +15,8 @@ pub trait Loss: Send + Sync {
     /// that were done when it is reached. The numbers must ascend, and the last one must be `steps`.
     fn observed(&self, steps: usize) -> Vec<usize>;
 
-    /// The number of nodes that the loss reads: it reads the first ones, of which node 0 carries the payload. When a
-    /// gradient is computed, states hold only these nodes. By default the loss reads all nodes.
+    /// The number of nodes that the loss reads: it reads the first ones. When a gradient is computed, states hold only
+    /// these nodes, and those that [`Trajectory::position`] needs. By default the loss reads all nodes.
     fn nodes(&self) -> usize {
         usize::MAX
     }
@@ -25,6 +25,13 @@ pub trait Loss: Send + Sync {
     /// robot is ranked by this loss of its full rollout: the smaller, the better.
     fn is_far(&self) -> bool {
         false
+    }
+
+    /// The loss that counts as 1 in the bounds on gradients and in the comparison with the constraints, for a lattice
+    /// of this [scale](crate::lattice::Lattice::scale) (m). The losses of the tasks are lengths, so their unit is the
+    /// scale. By default it is 1.
+    fn unit(&self, _scale: f64) -> f64 {
+        1.0
     }
 
     /// Computes the loss of a trajectory. The trajectory holds at least the states and nodes that the loss reads.

@@ -1,13 +1,13 @@
 //! The losses of the tasks that a scene can choose. Each takes a few lines.
 //!
-//! They are also examples for users who write a loss. A loss reads only states, so the energy that a robot spends is
-//! computed from its states: it is taken to be the energy that the damping removes.
+//! Where they read the position of the payload, they read the [position](Trajectory::position) of the body that the
+//! scene names in `objective.body`. They are also examples for users who write a loss. A loss reads only states, so the
+//! energy that a robot spends is computed from its states: it is taken to be the energy that the damping removes.
 
 use autodiff::Real;
 
 use super::{Displacement, Loss};
 use crate::geometry::Vector;
-use crate::lattice::State;
 use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
 use crate::simulator::Trajectory;
 
@@ -43,12 +43,13 @@ impl Objective {
         }
     }
 
-    /// How far the robot is from the goal of the task "reach", m^2. It is the squared distance along the ground from
-    /// the payload to the target, plus the square of the distance that the payload would cover in the time `settle`. So
-    /// a payload that is near but fast has a large loss.
-    fn off_target<R: Real>(&self, state: &State<R>) -> R {
-        let along = self.far.ground.point_to_ground(state.x[0]).forward();
-        let way = state.v[0] * R::lit(self.settings.settle);
+    /// How far the robot is from the goal of the task "reach" after a number of steps, m^2. It is the squared distance
+    /// along the ground from the payload to the target, plus the square of the distance that the payload would cover in
+    /// the time `settle`. So a payload that is near but fast has a large loss.
+    fn off_target<R: Real>(&self, seen: &Trajectory<R>, step: usize) -> R {
+        let place = seen.position(step);
+        let along = self.far.ground.point_to_ground(place).forward();
+        let way = seen.velocity(step) * R::lit(self.settings.settle);
         let off = along - R::lit(self.settings.target);
         off * off + way.dot(way)
     }
@@ -73,10 +74,10 @@ impl Objective {
         R::sum_of(&weighed) * R::lit(self.damping * self.dt)
     }
 
-    /// The mean of `of` over the states that the loss reads.
-    fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
+    /// The mean of `of` over the numbers of steps after which the loss reads a state.
+    fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(usize) -> R) -> R {
         let observed = self.observed(trajectory.last_step());
-        let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();
+        let values: Vec<R> = observed.iter().map(|&step| of(step)).collect();
         R::sum_of(&values) * R::lit(1.0 / values.len() as f64)
     }
 }
@@ -104,12 +105,20 @@ impl Loss for Objective {
         self.settings.task == TaskKind::Far
     }
 
+    fn unit(&self, scale: f64) -> f64 {
+        match self.settings.task {
+            // The loss is the square of a length.
+            TaskKind::Reach => scale * scale,
+            _ => scale,
+        }
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         match self.settings.task {
             TaskKind::Far => self.far.loss(trajectory),
             TaskKind::Back => -self.far.loss(trajectory),
-            TaskKind::Reach => self.mean(trajectory, |state| self.off_target(state)),
-            TaskKind::Climb => self.mean(trajectory, |state| -state.x[0].up()),
+            TaskKind::Reach => self.mean(trajectory, |step| self.off_target(trajectory, step)),
+            TaskKind::Climb => self.mean(trajectory, |step| -trajectory.position(step).up()),
             TaskKind::Economy => {
                 let price = R::lit(self.settings.energy_price);
                 self.far.loss(trajectory) + self.energy(trajectory) * price

@@ -69,7 +69,8 @@ pub fn check_numbers(
     let (Some(first), Some(last)) = (trajectory.states.first(), trajectory.states.last()) else {
         return Ok(());
     };
-    let moved = last.x[0] - first.x[0];
+    let marker = case.body().marker;
+    let moved = marker.place(&first.x, last) - first.x[marker.payload];
     let size = 1.0 + moved.map(f64::abs).largest();
     if (summary.displacement - moved).map(f64::abs).largest() > ROUNDING * size {
         let what = format!(

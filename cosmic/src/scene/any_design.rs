@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::robot::{MaterialSettings, PhysicsSettings};
-use crate::lattice::{Body, Lattice};
+use crate::lattice::{Body, Lattice, Marker};
 use crate::laws::{Force, Pose, Stiffness};
 
 /// The number of intervals into which the range of a share is divided: the share of the actuator material in a mixture,
@@ -55,6 +55,7 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
         strain: vec![0.0; edges],
         mass: vec![physics.node_mass; lattice.nodes()],
         presence: Vec::new(),
+        marker: Marker::default(),
     };
     let at_rest = lattice.state_at_rest();
     let pose = Pose::idle(lattice, &body, &at_rest, &physics.into());

@@ -13,6 +13,10 @@ settings! {
         task: TaskKind = TaskKind::Far, since 1,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
+        /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes
+        /// in use. Every task, every reported distance and every choice by distance follows it; only an `own_loss`
+        /// reads what it likes. The centre of mass and the mean node count from the payload's place at the start.
+        body: MovedBody = MovedBody::Payload, since 3, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
         own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
         /// For "reach": the desired position of the payload along the ground, from its origin, in the states that the
@@ -45,6 +49,21 @@ settings! {
         Back = "back",
         /// To get far on little energy.
         Economy = "economy",
+    }
+}
+
+settings! {
+    /// The part of the robot whose displacement counts.
+    #[derive(Default)]
+    enum MovedBody {
+        /// The payload.
+        #[default]
+        Payload = "payload",
+        /// The centre of mass.
+        Mass = "mass",
+        /// The mean of the nodes that have a bar. While edges are undecided, each node counts by how solid its edges
+        /// are.
+        Nodes = "nodes",
     }
 }
 

@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    GroundSettings, LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
+    GroundSettings, LatticeKind, LatticeSettings, Layout, LossKind, Named, ProfileKind, Scene,
+    StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
 
@@ -49,7 +50,7 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, spans, searches, terrain,
+        phases, horizons, starts, volumes, trusses, payloads, spans, searches, terrain,
     ] {
         rule(scene, &mut found);
     }
@@ -206,6 +207,32 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
              be solid"
         ),
     );
+}
+
+/// The payload is a node of the lattice. A truss names its own payload.
+fn payloads(scene: &Scene, found: &mut Conflicts) {
+    let LatticeSettings {
+        columns,
+        rows,
+        payload,
+        ..
+    } = scene.lattice;
+    let nodes = columns * rows;
+    if scene.lattice.is_truss() {
+        found.require(
+            payload == 0,
+            ["lattice.payload", "lattice.file"],
+            format!("a truss names its own payload in its file: leave `payload` ({payload}) out"),
+        );
+    } else {
+        found.require(
+            payload < nodes,
+            ["lattice.payload", "lattice.columns"],
+            format!(
+                "node {payload} does not exist in a lattice of {columns}x{rows} nodes; `payload` must be below {nodes}"
+            ),
+        );
+    }
 }
 
 /// The first entry of a range must not exceed the second.

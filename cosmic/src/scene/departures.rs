@@ -1,8 +1,8 @@
 //! Departures: the options by which a scene deliberately differs from the paper.
 
 use super::{
-    BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, Pass,
-    ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, MovedBody,
+    Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
 };
 use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,8 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.lattice.kind == LatticeKind::Triangular;
     "lattice.file": "nodes and edges come from a file or from the program, not from the paper's lattice"
         if |s| s.lattice.is_truss();
+    "lattice.payload": "another node than the lower left one carries the payload"
+        if |s| s.lattice.payload != 0 && s.is_generated();
     "start.layout": "the initial design follows another layout than the tall one of the paper's baseline"
         if |s| s.start.kind == StartKind::ThreeLegged && s.start.layout != Layout::Tall;
     "controller.policy": "the policy is not the paper's network"
@@ -88,6 +90,8 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.physics.void_edges == VoidEdges::Drop;
     "objective.task": "the robot is designed for another task than distance"
         if |s| s.objective.task != TaskKind::Far && s.has_task();
+    "objective.body": "the displacement is that of another part of the robot than its payload"
+        if |s| s.objective.body != MovedBody::Payload;
     "objective.own_loss": "robots are designed for a loss that the program adds"
         if |s| !s.has_task();
     "robust.samples": "gradients are means over random variations of the robot and its surroundings"

@@ -3,7 +3,7 @@
 
 use super::robot::{LatticeKind, LatticeSettings};
 use crate::geometry::{Ground, Vector};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Payload};
 
 impl Lattice {
     /// Generates the lattice that `settings` describe. It stands on `ground` and is rotated with it (D1). The rest
@@ -15,7 +15,9 @@ impl Lattice {
         let ground = ground.into();
         if let Some(truss) = settings.file.truss() {
             let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
-            return Self::of_truss(truss, positions.collect());
+            let lattice = Self::of_truss(truss, positions.collect());
+            let scale = settings.scale(lattice.spacing);
+            return Self { scale, ..lattice };
         }
         // The positions follow D1 without rounding errors: with `drop = 0` the lowest row is exactly on the ground.
         let places = places(settings);
@@ -27,6 +29,8 @@ impl Lattice {
         Self {
             places,
             spacing: settings.spacing,
+            scale: settings.scale(settings.spacing),
+            payload: Payload::at(settings.payload),
             ..Self::between(positions, edges)
         }
     }

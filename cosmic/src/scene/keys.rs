@@ -27,6 +27,7 @@ impl Scene {
             let setting = |field: Field| Setting {
                 key: format!("{name}.{}", field.key),
                 value: field.value.toml(),
+                unit: field.unit,
             };
             section.fields().into_iter().map(setting).collect()
         };
@@ -67,6 +68,9 @@ pub struct Setting {
     pub key: String,
     /// The value as a scene file states it.
     pub value: String,
+    /// The unit of its numbers; empty for numbers without a unit and for other values.
+    #[serde(skip)]
+    pub unit: &'static str,
 }
 
 /// The name of a section, and the keys in this section.

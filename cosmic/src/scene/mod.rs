@@ -39,7 +39,7 @@ mod builtin;
 
 pub use any_design::bound_of_any_design;
 pub use base::Base;
-pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
+pub use beyond::{MovedBody, ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
 pub use chosen::Chosen;
 pub use departures::Departure;
@@ -64,7 +64,7 @@ pub use pass::Pass;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
-    PhysicsSettings, Senses, UnstableStep, VoidEdges,
+    PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
 };
 
 pub use stable_step::{phase_limit, stable_step, step_limit};

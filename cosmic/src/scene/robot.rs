@@ -41,6 +41,15 @@ settings! {
         kind: LatticeKind = LatticeKind::Rectangular, since 1,
             read "without a `file`" if Scene::is_generated,
             source "D1";
+        /// Number of the node that carries `physics.payload_mass`. It is row * columns + column, counted from 0 at the
+        /// lower left. A truss file names its own payload.
+        payload: usize = 0, allowed within(0.0, 4095.0), since 3,
+            read "without a `file`" if Scene::is_generated,
+            source "paper: 0";
+        /// Units of the small lengths and of the bounds that the method contains. `relative`: ten spacings count as 1 m
+        /// (of a truss, ten median lengths of its edges), so that a lattice of any size is treated alike. `absolute`:
+        /// metres, as in runs before version 3.
+        units: Units = Units::Relative, since 3 before "absolute", source "D4";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file, or the
         /// name of a lattice that the program adds.
         file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
@@ -59,7 +68,27 @@ settings! {
     }
 }
 
+settings! {
+    /// The units of the small lengths and of the bounds that the method contains.
+    #[derive(Default)]
+    enum Units {
+        /// Ten spacings count as 1 m.
+        #[default]
+        Relative = "relative",
+        /// Metres and seconds.
+        Absolute = "absolute",
+    }
+}
+
 impl LatticeSettings {
+    /// The [scale](Lattice::scale) of a lattice whose neighbouring nodes have this distance, m.
+    pub(crate) fn scale(&self, spacing: f64) -> f64 {
+        match self.units {
+            Units::Relative => Lattice::SPACINGS * spacing,
+            Units::Absolute => 1.0,
+        }
+    }
+
     /// True if the nodes and edges come from a truss file or from a program, and not from columns and rows.
     pub fn is_truss(&self) -> bool {
         self.file.truss().is_some()
@@ -117,7 +146,7 @@ settings! {
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
         /// Mass of a node without its edges.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
-        /// Extra mass of the payload, which is node 0 unless a truss file names other nodes.
+        /// Extra mass of the payload, whose node is `lattice.payload`, or the nodes that a truss file names.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
         /// Height of the ground line at x = 0. `[ground]` has the profile above this line.
         ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";

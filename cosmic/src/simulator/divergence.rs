@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
 
 use super::blame::Cause;
-use super::rollout::{Simulator, Span, Still};
-use super::trajectory::{ABSURD, Trajectory, WATCHED};
+use super::rollout::{Simulator, Span};
+use super::trajectory::{ABSURD, Still, Trajectory, WATCHED};
 use crate::error::Error;
 use crate::geometry::Vector;
 use crate::lattice::{Body, State};
@@ -195,7 +195,7 @@ impl Simulator {
             position: after.x[node],
             velocity: after.v[node],
             term: bound.unwrap_or_else(|| self.blame(body, controller, before, step, node)),
-            last: Trajectory { steps, states },
+            last: Trajectory::new(steps, states),
         }
     }
 }

@@ -193,9 +193,11 @@ impl Simulator {
             time,
             ..Pose::idle(&self.lattice, body, state, &self.ground)
         };
+        let softening = self.lattice.softening();
         let vector = |edge: usize| EdgeVector::of(state, self.lattice.edges[edge]);
-        let strain = |edge: usize| vector(edge).length() / self.lattice.rest_length[edge] - 1.0;
-        let rate = |edge: usize| vector(edge).rate(vector(edge).length());
+        let strain =
+            |edge: usize| vector(edge).length(softening) / self.lattice.rest_length[edge] - 1.0;
+        let rate = |edge: usize| vector(edge).rate(vector(edge).length(softening));
         let pull = |edge| forces.iter().map(|force| force.tension(&pose, edge)).sum();
         EdgeMoments {
             strain: edges.clone().map(strain).collect(),

@@ -26,6 +26,8 @@ pub(super) struct Mechanics {
     first: Option<Drift>,
     /// The time for which the forces push in a substep, s.
     pub(super) push: f64,
+    /// The softening of lengths, m^2.
+    softening: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
     /// The profile of the ground above the ground line; `None` if the ground is a straight line.
@@ -52,6 +54,7 @@ impl Mechanics {
             substeps: physics.substeps,
             first,
             push,
+            softening: lattice.softening(),
             flight: Flight { drift, decay },
             contact: physics.contact_law().into(),
             terrain: Terrain::new(&physics.ground.resolved()),
@@ -141,6 +144,7 @@ impl Mechanics {
                 strain: given.strain,
                 time,
                 dt: self.push,
+                softening: self.softening,
                 vertical: self.ground.vertical(),
             };
             let mut impulses = None;

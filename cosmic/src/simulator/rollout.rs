@@ -8,8 +8,8 @@ use autodiff::{CotangentBound, Given, Memory, Model, Real, Rollout};
 use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
 use super::surroundings::Surroundings;
-use super::trajectory::Trajectory;
-use crate::geometry::{Ground, Vector};
+use super::trajectory::{Still, Trajectory};
+use crate::geometry::Ground;
 use crate::lattice::{Body, Lattice, State};
 use crate::policy::{Controller, clock};
 use crate::scene::{ControllerSettings, PhysicsSettings};
@@ -26,7 +26,8 @@ pub struct Span {
     /// If true, every state after the start is checked in a cheap way for absurd positions and too fast nodes. If a
     /// state fails this check, all observations become NaN. [`Simulator::guarded`] relies on this.
     pub watched: bool,
-    /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact.
+    /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact. Its norm counts
+    /// cotangents of velocities in units of the [time scale](Lattice::time_scale).
     pub cotangent_bound: Option<CotangentBound>,
 }
 
@@ -175,7 +176,7 @@ impl Simulator {
         let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.run(&self.flatten(start), &slices(&parameters));
-        self.trajectory(&seen, span, &Still::of(body, start))
+        self.trajectory(&seen, span, body, start)
     }
 
     /// Simulates robots with one controller from several starts. `bodies` has one body for all starts, or one for each
@@ -229,17 +230,17 @@ impl Simulator {
         starts: &[&State<R>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let still = |k: usize| Still::of(&bodies[k % bodies.len()], starts[k]);
+        let body = |k: usize| &bodies[k % bodies.len()];
         if let [start] = starts {
             let parameters = numbers.iter().flatten().cloned().collect();
             let seen = Planned { model, parameters }.run(&self.flatten(start), self, span);
-            return vec![self.trajectory(&seen, span, &still(0))];
+            return vec![self.trajectory(&seen, span, body(0), start)];
         }
         let flat: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
         let rollout = self.plan(model, span);
         let seen = run_together(&rollout, &slices(&flat), numbers);
         let seen = seen.iter().enumerate();
-        seen.map(|(k, seen)| self.trajectory(seen, span, &still(k)))
+        seen.map(|(k, seen)| self.trajectory(seen, span, body(k), starts[k]))
             .collect()
     }
 
@@ -289,7 +290,7 @@ impl Simulator {
         let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.unrolled(&self.flatten(start), &slices(&parameters));
-        self.trajectory(&seen, span, &Still::of(body, start))
+        self.trajectory(&seen, span, body, start)
     }
 
     /// Panics unless bodies and starts fit this lattice. Without this check, arrays for a larger lattice would be
@@ -357,8 +358,22 @@ impl Simulator {
             entries: (span.nodes < nodes).then(|| entries.collect()),
             state_bound: span.watched.then(|| self.watched()),
             cotangent_bound: span.cotangent_bound,
+            cotangent_units: self.cotangent_units(),
             memory: self.memory,
         }
+    }
+
+    /// The units in which the norm of a state's cotangent is compared with its bound: the cotangents of velocities are
+    /// divided by the [time scale](Lattice::time_scale) of the lattice. `None` if that is 1 s.
+    fn cotangent_units(&self) -> Option<Arc<[f64]>> {
+        let time = self.lattice.time_scale();
+        let half = 2 * self.lattice.nodes();
+        (time != 1.0).then(|| {
+            let units = [1.0, time].into_iter();
+            units
+                .flat_map(|unit| std::iter::repeat_n(unit, half))
+                .collect()
+        })
     }
 
     /// Prepares a robot for a body: leaves out the parts that the body does not need, and collects the numbers of the
@@ -412,11 +427,20 @@ impl Simulator {
     }
 
     /// Converts the observed states to a trajectory. `seen` has the states as flat arrays, one after the other.
-    fn trajectory<R: Real>(&self, seen: &[R], span: &Span, still: &Still<R>) -> Trajectory<R> {
+    fn trajectory<R: Real>(
+        &self,
+        seen: &[R],
+        span: &Span,
+        body: &Body<R>,
+        start: &State<R>,
+    ) -> Trajectory<R> {
+        let still = Still::of(body, start);
         let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
         Trajectory {
             steps: span.observed.clone(),
             states: states.map(|s| still.held(self.unflatten(s))).collect(),
+            marker: body.marker.clone(),
+            start: (body.marker.weights.first()).map_or(Vec::new(), |_| start.x.clone()),
         }
     }
 
@@ -429,29 +453,6 @@ impl Simulator {
     /// the first nodes.
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
         State::from_columns(state).to_world(&self.ground)
-    }
-}
-
-/// The nodes that do not belong to a robot, each with the position at which it stays. No bar pulls on these nodes, and
-/// the controller does not see them. In the simulation they fall, so they are put back afterwards.
-pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
-
-impl<R: Real> Still<R> {
-    pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
-        let nodes = body.presence.iter().zip(&start.x).enumerate();
-        let still = nodes.filter(|(_, (presence, _))| presence.is_zero());
-        Self(still.map(|(node, (_, x))| (node, *x)).collect())
-    }
-
-    /// Puts the nodes that do not belong to the robot back to their positions, at rest. The state has all nodes, or
-    /// only the first nodes.
-    pub(super) fn held(&self, mut state: State<R>) -> State<R> {
-        for &(node, x) in &self.0 {
-            if node < state.x.len() {
-                (state.x[node], state.v[node]) = (x, Vector::zero());
-            }
-        }
-        state
     }
 }
 

@@ -1,7 +1,9 @@
 //! The type [`Trajectory`], which has the observed states of a rollout, and the test whether a state is absurd.
 
+use autodiff::Real;
+
 use crate::geometry::Vector;
-use crate::lattice::State;
+use crate::lattice::{Body, Marker, State};
 
 /// The smallest absurd value: a state is absurd if a component of a position (m) or of a velocity (m/s) has this
 /// absolute value or more.
@@ -17,9 +19,27 @@ pub struct Trajectory<R> {
     pub steps: Vec<usize>,
     /// The states: one for each entry of `steps`.
     pub states: Vec<State<R>>,
+    /// The point whose displacement counts.
+    pub marker: Marker<R>,
+    /// The positions of the nodes at the start of the rollout. Empty if the marker is the payload, which does not need
+    /// them.
+    pub start: Vec<Vector<R>>,
 }
 
 impl<R> Trajectory<R> {
+    /// A trajectory whose marker is node 0. `steps` has the number of steps before each state.
+    pub fn new(steps: Vec<usize>, states: Vec<State<R>>) -> Self {
+        Self {
+            steps,
+            states,
+            marker: Marker {
+                payload: 0,
+                weights: Vec::new(),
+            },
+            start: Vec::new(),
+        }
+    }
+
     /// The number of steps before the last state.
     ///
     /// # Panics
@@ -43,6 +63,60 @@ impl<R> Trajectory<R> {
                 self.steps
             ),
         }
+    }
+}
+
+impl<R: Copy> Trajectory<R> {
+    /// This trajectory with `f` applied to every number.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Trajectory<S> {
+        Trajectory {
+            steps: self.steps.clone(),
+            states: self.states.iter().map(|state| state.map(&f)).collect(),
+            marker: self.marker.map(&f),
+            start: self.start.iter().map(|x| x.map(&f)).collect(),
+        }
+    }
+}
+
+impl<R: Real> Trajectory<R> {
+    /// The position of the [marker](Marker) after this number of steps, in metres: the position that losses for
+    /// distance read.
+    ///
+    /// # Panics
+    /// If that state was not observed.
+    pub fn position(&self, step: usize) -> Vector<R> {
+        self.marker.place(&self.start, self.at(step))
+    }
+
+    /// The velocity of the [marker](Marker) after this number of steps, in m/s.
+    ///
+    /// # Panics
+    /// If that state was not observed.
+    pub fn velocity(&self, step: usize) -> Vector<R> {
+        self.marker.velocity(self.at(step))
+    }
+}
+
+/// The nodes that do not belong to a robot, each with the position at which it stays. No bar pulls on these nodes, and
+/// the controller does not see them. In the simulation they fall, so they are put back afterwards.
+pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
+
+impl<R: Real> Still<R> {
+    pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
+        let nodes = body.presence.iter().zip(&start.x).enumerate();
+        let still = nodes.filter(|(_, (presence, _))| presence.is_zero());
+        Self(still.map(|(node, (_, x))| (node, *x)).collect())
+    }
+
+    /// Puts the nodes that do not belong to the robot back to their positions, at rest. The state has all nodes, or
+    /// only the first nodes.
+    pub(super) fn held(&self, mut state: State<R>) -> State<R> {
+        for &(node, x) in &self.0 {
+            if node < state.x.len() {
+                (state.x[node], state.v[node]) = (x, Vector::zero());
+            }
+        }
+        state
     }
 }
 

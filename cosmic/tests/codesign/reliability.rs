@@ -1,5 +1,7 @@
 use cosmic::codesign::{Merit, Quantiles, Reliability};
 
+const FAR: Merit = Merit::Distance { scale: 1.0 };
+
 fn spread(p10: f64, p50: f64) -> Quantiles {
     let p90 = p50 + 1.0;
     Quantiles { p10, p50, p90 }
@@ -13,7 +15,7 @@ fn reason(merit: Merit, [p10, p50, unperturbed]: [f64; 3]) -> String {
 
 #[test]
 fn an_unreliable_robot_has_a_reason() {
-    let far = |numbers| reason(Merit::Distance, numbers);
+    let far = |numbers| reason(FAR, numbers);
     assert_eq!(far([1.6, 3.0, 4.4]), "");
     assert_eq!(
         far([-1.537, 3.093, 3.0]),
@@ -30,7 +32,7 @@ fn an_unreliable_robot_has_a_reason() {
 /// A robot that walks backwards is as reliable as one that walks forwards.
 #[test]
 fn negative_medians_are_compared_by_their_absolute_value() {
-    let far = |numbers| reason(Merit::Distance, numbers);
+    let far = |numbers| reason(FAR, numbers);
     assert_eq!(far([-2.9, -2.0, -1.1]), "");
     assert!(far([-3.1, -2.0, -2.0]).contains("-3.100 m"));
     // For a robot that barely moves, the numbers may differ by at most 5 mm.
@@ -48,8 +50,7 @@ fn negative_medians_are_compared_by_their_absolute_value() {
 
 #[test]
 fn the_score_of_an_unreliable_robot_is_its_lower_quantile() {
-    let score =
-        |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
+    let score = |numbers: [f64; 3]| FAR.score(&spread(numbers[0], numbers[1]), numbers[2]);
     let reliable = score([1.9, 2.0, 2.0]);
     assert_eq!(reliable, 2.0);
     // Two unreliable robots: the first because of its quantile, the second because of its unperturbed rollout.
@@ -63,7 +64,7 @@ fn the_score_of_an_unreliable_robot_is_its_lower_quantile() {
 fn files_have_the_verdict_and_the_reason() {
     let json = |found: &Reliability| serde_json::to_string(found).unwrap();
     assert_eq!(json(&Reliability::Reliable), r#"{"verdict":"reliable"}"#);
-    let found = Merit::Distance.reliability(&spread(0.0, 3.0), 3.0);
+    let found = FAR.reliability(&spread(0.0, 3.0), 3.0);
     let text = json(&found);
     assert!(
         text.starts_with(r#"{"verdict":"unreliable","reason":"the 10 %"#),

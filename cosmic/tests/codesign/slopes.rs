@@ -1,48 +1,110 @@
 use crate::small::{begun, tiny};
-use cosmic::codesign::{At, CoDesign, Progress, Schedule, Slope, Sought};
+use autodiff::Real;
+use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Sought};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
+use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
-use cosmic::scene::{GradientPrecision, HorizonMode, Scene};
+use cosmic::scene::{GradientPrecision, HorizonMode, MovedBody, Named, Scene, TaskKind};
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::{Horizon, Task};
 
-/// With two goals, the gradients of the loss with respect to design and controller agree with finite differences.
-/// The robot falls freely, so that the loss has no kinks.
-#[test]
-fn the_gradient_for_two_goals_agrees_with_differences() {
-    let mut scene = tiny();
-    (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
-    scene.controller.goal_scale = 1.0;
-    let (evaluator, progress) = begun(&scene);
-    let inputs = evaluator.inputs(&progress);
-    let horizon = Horizon::head(24);
-    let start = &evaluator.start;
-    let sought = Sought::Design(Projection::Performance);
-    let value = |inputs: &Inputs<f64>| {
-        let design = sought.design(&evaluator.task, &inputs.z);
-        evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
-    };
-    for blocks in [DESIGN, CONTROLLER] {
-        let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-            let design = sought.design(&evaluator.task, &inputs.z);
-            evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
-        });
+/// The loss of the robot with which the optimisation of a scene begins, as a function of its inputs.
+fn loss_at<R: Real>(evaluator: &Evaluator, inputs: &Inputs<R>, horizon: &Horizon) -> R
+where
+    dyn AnyLoss: LossOf<R>,
+{
+    let (task, start) = (&evaluator.task, &evaluator.start);
+    let design = Sought::Design(Projection::Performance).design(task, &inputs.z);
+    evaluator.losses_of(task, &[design], inputs, start, horizon)[0].0
+}
+
+/// The slopes of the loss over 24 steps along a direction in the design and along one in the controller. Each must
+/// agree with a finite difference.
+fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
+    let (evaluator, progress) = begun(scene);
+    let (inputs, horizon) = (evaluator.inputs(&progress), Horizon::head(24));
+    [DESIGN, CONTROLLER].map(|blocks| {
+        let loss = |inputs: &Inputs<_>| loss_at(&evaluator, inputs, &horizon);
+        let (_, gradient) = inputs.differentiate(blocks, loss);
         let numbers = inputs.get(blocks);
         let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
         let at = |h: f64| {
             let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
             let mut inputs = inputs.clone();
             inputs.set(blocks, &moved.collect::<Vec<_>>());
-            value(&inputs)
+            loss_at(&evaluator, &inputs, &horizon)
         };
         let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
         let h = 1e-5;
         let difference = (at(h) - at(-h)) / (2.0 * h);
         // The absolute error is 1e-12: positions of 0.1 m are rounded at 1e-17, and differences are divided by
         // h. The relative truncation error is h^2 beta^2 = 4e-8.
-        assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
-        assert!(slope != 0.0);
+        let off = (difference - slope).abs();
+        assert!(off < 1e-7 * slope.abs() + 1e-11, "{difference} {slope}");
+        slope
+    })
+}
+
+/// The robot falls freely, so that the loss has no kinks.
+#[test]
+fn the_gradient_for_two_goals_agrees_with_differences() {
+    let mut scene = tiny();
+    (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
+    scene.controller.goal_scale = 1.0;
+    let slopes = slopes_agree_with_differences(&scene);
+    assert!(slopes.iter().all(|slope| *slope != 0.0));
+}
+
+/// The weights of the centre of mass and of the nodes in use depend on the design, and the gradients contain that.
+/// The lowest nodes stand on the ground, so that the centre of mass can move.
+#[test]
+fn gradients_for_every_body_agree_with_differences() {
+    for &(name, body) in MovedBody::ALL {
+        for task in [TaskKind::Far, TaskKind::Reach, TaskKind::Climb] {
+            let mut scene = tiny();
+            (scene.objective.body, scene.objective.task) = (body, task);
+            scene.start.tilt = 0.2;
+            let slopes = slopes_agree_with_differences(&scene);
+            assert!(slopes.iter().all(|slope| *slope != 0.0), "{name}");
+        }
     }
+}
+
+/// Bars pull equally on both of their ends. So in free fall no design and no controller moves the centre of mass
+/// along the ground, but they move the payload and the mean of the nodes.
+#[test]
+fn bars_do_not_move_the_centre_of_mass() {
+    let slope = |body| {
+        let mut scene = tiny();
+        (scene.lattice.drop, scene.objective.body) = (1.0, body);
+        // With `one_piece`, the masses of nodes that are only partly in use would count less.
+        (scene.start.tilt, scene.design.one_piece) = (0.2, false);
+        let slope = slope_in_domains(&scene, 24);
+        slope.gradient.iter().map(|g| g.abs()).fold(0.0, f64::max)
+    };
+    let [payload, mass, nodes] = [MovedBody::Payload, MovedBody::Mass, MovedBody::Nodes].map(slope);
+    assert!(payload > 1e-5 && nodes > 1e-5, "{payload} {nodes}");
+    // The gradient is a sum of numbers as large as the gradient for the payload, which cancel up to rounding.
+    assert!(mass < 1e-9 * payload, "{mass} {payload}");
+}
+
+/// In the mode "tail" a displacement counts from the start of the whole rollout.
+#[test]
+fn a_tail_counts_from_the_start() {
+    let mut scene = tiny();
+    scene.objective.body = MovedBody::Nodes;
+    let (evaluator, progress) = begun(&scene);
+    let inputs = evaluator.inputs(&progress);
+    let loss = |steps, mode| {
+        let horizon = Horizon {
+            mode,
+            ..Horizon::head(steps)
+        };
+        loss_at::<f64>(&evaluator, &inputs, &horizon)
+    };
+    let whole = loss(24, HorizonMode::Head);
+    assert_eq!(loss(8, HorizonMode::Tail), whole);
+    assert_ne!(loss(8, HorizonMode::Head), whole);
 }
 
 /// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.

@@ -66,10 +66,11 @@ fn of_bars<L: BarForce>(name: &str) -> String {
         kernel: Tension {
             law: L::default(),
             dt: v[L::COUNT],
+            softening: v[L::COUNT + 1],
         },
         uniforms: v[..L::COUNT].to_vec(),
     };
-    let fields = [&UNIFORMS[..L::COUNT], &["self.dt"]].concat();
+    let fields = [&UNIFORMS[..L::COUNT], &["self.dt", "self.softening > 0"]].concat();
     adjoint(&format!("Tension<{name}>"), &fields, tension)
 }
 
@@ -83,10 +84,15 @@ fn adjoints_are_fresh() {
     let forces = [
         of_bars::<Hooke>("Hooke"),
         of_bars::<Stiffening>("Stiffening"),
-        adjoint("Bend", &["self.section", "self.dt"], |v| Bend {
-            section: v[0],
-            dt: v[1],
-        }),
+        adjoint(
+            "Bend",
+            &["self.section", "self.softening > 0", "self.dt"],
+            |v| Bend {
+                section: v[0],
+                softening: v[1],
+                dt: v[2],
+            },
+        ),
         adjoint("Total", &[], |_| Total),
         adjoint("Sum", &[], |_| Sum),
     ];

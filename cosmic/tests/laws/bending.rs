@@ -28,6 +28,7 @@ fn nothing_is_recorded_if_bars_bend_freely() {
 fn equal_edges_bend_as_one_bar_and_void_ones_freely() {
     let bend = Bend {
         section: 2.0 * 0.01 * 0.01,
+        softening: 1e-12,
         dt: 1.0,
     };
     // The expected angular stiffness is k r^2; `LEAST_STIFFNESS` reduces it by a fraction of 1e-15.

@@ -12,6 +12,8 @@ use cosmic::laws::{
 };
 
 const DT: f64 = 0.002;
+/// The softening of lengths, m^2.
+const SOFTENING: f64 = 1e-12;
 
 /// Computes the cotangents of a kernel's inputs at `x` from the cotangents `y_bar` of its outputs.
 fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
@@ -75,7 +77,11 @@ fn values(law: &impl Law) -> Vec<f64> {
 fn tension<L: BarForce>(law: L) -> Fixed<Tension<L>> {
     Fixed {
         uniforms: values(&law),
-        kernel: Tension { law, dt: DT },
+        kernel: Tension {
+            law,
+            dt: DT,
+            softening: SOFTENING,
+        },
     }
 }
 
@@ -160,6 +166,7 @@ const TURNS: [[f64; 6]; 5] = [
 
 const BEND: Bend = Bend {
     section: 2e-4,
+    softening: SOFTENING,
     dt: DT,
 };
 

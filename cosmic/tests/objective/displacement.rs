@@ -36,10 +36,8 @@ fn both_forms_measure_along_the_ground() {
         x: vec![ground.vector_to_world(Vector::new([along, 0.4]))],
         v: vec![Vector::zero()],
     };
-    let trajectory = Trajectory {
-        steps: vec![0, 8, 24, 40],
-        states: [9.0, 1.0, 2.0, 6.0].map(state).to_vec(),
-    };
+    let states = [9.0, 1.0, 2.0, 6.0].map(state).to_vec();
+    let trajectory = Trajectory::new(vec![0, 8, 24, 40], states);
     // Rotating vectors with entries below 10 has rounding errors of 1e-15.
     let last = displacement(LossKind::Final).loss(&trajectory);
     assert!((last + 6.0).abs() < 1e-14);

@@ -33,12 +33,8 @@ fn walk() -> Trajectory<f64> {
         x: vec![Vector::new([x, 0.25 * x]), Vector::zero()],
         v: vec![Vector::new([v, 0.0]), Vector::zero()],
     };
-    Trajectory {
-        steps: vec![0, 1, 2, 3],
-        states: [(0.0, 0.0), (2.0, 4.0), (4.0, 2.0), (2.0, 0.0)]
-            .map(state)
-            .to_vec(),
-    }
+    let states = [(0.0, 0.0), (2.0, 4.0), (4.0, 2.0), (2.0, 0.0)].map(state);
+    Trajectory::new(vec![0, 1, 2, 3], states.to_vec())
 }
 
 #[test]

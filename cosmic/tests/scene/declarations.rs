@@ -1,7 +1,7 @@
 //! Checks that the structs, the declarations and the texts of scenes agree.
 
 use cosmic::Registry;
-use cosmic::scene::{Named, Scene, TaskKind, VERSION};
+use cosmic::scene::{Named, Scene, TaskKind, Units, VERSION};
 use cosmic::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
@@ -36,17 +36,18 @@ fn the_value_of_a_key_for_older_runs_is_valid() {
 #[test]
 fn the_scene_of_a_run_of_version_1_is_read() {
     let text = Scene::paper().to_run_toml();
-    let is_new = |line: &&str| line.starts_with("policy = ");
-    assert_eq!(text.lines().filter(is_new).count(), 1);
+    let newer = ["policy = ", "payload = ", "units = ", "body = "];
+    let is_new = |line: &&str| newer.iter().any(|key| line.starts_with(key));
+    assert_eq!(text.lines().filter(is_new).count(), newer.len());
     let old: String = text
         .lines()
         .filter(|line| !is_new(line))
         .fold(String::new(), |text, line| text + line + "\n");
-    let old = old.replacen("version = 2", "version = 1", 1);
-    assert_eq!(
-        Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
-        Scene::paper()
-    );
+    let old = old.replacen("version = 3", "version = 1", 1);
+    let mut read = Scene::parse_of_run("old", &old, &Registry::default()).unwrap();
+    assert_eq!(read.lattice.units, Units::Absolute);
+    read.lattice.units = Units::Relative;
+    assert_eq!(read, Scene::paper());
     let cut = old.replacen("version = 1", "version = 2", 1);
     let refused = Scene::parse_of_run("cut", &cut, &Registry::default())
         .unwrap_err()

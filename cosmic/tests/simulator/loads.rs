@@ -67,10 +67,7 @@ fn loads_are_those_of_hooke_s_bars() {
         x: rest.x.iter().map(|x| *x + x.along() * 0.1).collect(),
         v: rest.x.iter().map(|x| x.along() * 1.1).collect(),
     };
-    let trajectory = Trajectory {
-        steps: vec![0, 16],
-        states: vec![rest, stretched],
-    };
+    let trajectory = Trajectory::new(vec![0, 16], vec![rest, stretched]);
     let moments = simulator.moments(&body, &controller, &trajectory);
     let edges = 0..lattice.edges.len();
     let loads: Vec<BarLoad> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();

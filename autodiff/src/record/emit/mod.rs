@@ -62,6 +62,9 @@ use crate::arrays::Kernel;
 use crate::reverse::{Tape, Var};
 use print::{Formula, Printer, UNIFORMS};
 
+/// The end of the expression of a field that is promised to be positive.
+const POSITIVE: &str = " > 0";
+
 /// Returns Rust source code with a method `emitted_vjp` for the kernel type `name`. Implement its [`Kernel::vjp`] by
 /// calling `self.emitted_vjp(at)`. Numbers that the results `y` already contain, such as a hyperbolic tangent, are not
 /// computed again. Numbers that do not depend on the cotangents are computed once for all rows of cotangents.
@@ -94,7 +97,10 @@ use print::{Formula, Printer, UNIFORMS};
 /// [`Mask`](crate::Mask), the results are the same. If a kernel breaks this contract, it is not detected here; use
 /// [`check_gradient`](crate::check::check_gradient).
 ///
-/// # Fields
+/// # Fields A field whose expression ends in ` > 0` (such as `self.softening > 0`) is promised to be positive, and
+/// safely away from zero: the code is printed as if it were a positive constant, without guards against a division by
+/// it.
+///
 /// The printed code is used for all values of the fields, so a field must not decide a branch (`if self.k > 1.0`), a
 /// loop or an integer exponent (`x.powi(self.n)`). To check this, `build` is called with many values: of both signs,
 /// small, large, infinite and NaN. It should create the struct directly, without a constructor that checks its
@@ -119,15 +125,21 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         fields::stand_ins(E, fields.len()),
         fields::stand_ins(PI, fields.len()),
     );
-    let runs: [Vec<f64>; 4] = [
+    let mut runs: [Vec<f64>; 4] = [
         few.clone().collect(),
         more.clone().collect(),
         few.map(|value| -37.0 * value).collect(),
         more.map(|value| 1e6 * value).collect(),
     ];
+    let is_positive: Vec<bool> = fields.iter().map(|f| f.ends_with(POSITIVE)).collect();
+    for run in &mut runs {
+        let promised = run.iter_mut().zip(&is_positive).filter(|(_, is)| **is);
+        promised.for_each(|(value, _)| *value = value.abs());
+    }
     let [text, others @ ..] = runs.map(|values| {
-        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
-        let recording = Recording::simplified(&values);
+        let names = fields.iter().map(|f| f.trim_end_matches(POSITIVE));
+        let named: Vec<_> = names.zip(values.iter().copied()).collect();
+        let recording = Recording::simplified(&values, &is_positive);
         let (formula, recording) = record(recording, || pulled_back(&build(&values)));
         Printer::new(&recording, &formula, &named).print()
     });

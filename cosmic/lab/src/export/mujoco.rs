@@ -8,7 +8,7 @@ use crate::files::write_text;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector, flat};
-use cosmic::lattice::{Body, SOFTENING};
+use cosmic::lattice::{Body, Marker};
 use cosmic::laws::{Damper, Law, Stops};
 use cosmic::policy::{Layer, Network, Weights};
 use cosmic::record::files::{Format, make_folder, write_json};
@@ -28,7 +28,8 @@ pub const PLAYER: &str = "walk.py";
 /// The largest coefficient of friction that is allowed. Above it, MuJoCo's contacts creep and depend on the solver.
 pub const MOST_FRICTION: f64 = 5.0;
 
-/// The radius of the sphere at each node, in metres. The spheres collide with the ground.
+/// The radius of the sphere at each node, as a share of the lattice's scale: 2 mm if the spacing is 0.1 m. The spheres
+/// collide with the ground.
 const RADIUS: f64 = 0.002;
 
 /// Settings that MuJoCo needs and a scene does not have.
@@ -154,8 +155,9 @@ impl<'c> Robot<'c> {
             let mut rows = folded.first.weights.chunks_exact(4 * count + 2);
             rows.any(|row| (0..4).any(|part| row[part * count + node] != 0.0))
         };
-        // Node 0 always stays in the model, because its displacement is measured.
-        let is_there = |&node: &usize| node == 0 || is_joined(node) || is_observed(node);
+        // The payload always stays in the model, because its displacement is measured.
+        let payload = body.marker.payload;
+        let is_there = |&node: &usize| node == payload || is_joined(node) || is_observed(node);
         let nodes: Vec<usize> = (0..count).filter(is_there).collect();
         Self {
             controller: reordered(&folded, &nodes, &actuators, count),
@@ -169,6 +171,11 @@ impl<'c> Robot<'c> {
             bars,
             actuators,
         }
+    }
+
+    /// Returns the radius of the sphere at each node, in metres.
+    fn radius(&self) -> f64 {
+        RADIUS * self.case.lattice.scale
     }
 
     fn substeps(&self) -> usize {
@@ -205,6 +212,9 @@ impl<'c> Robot<'c> {
             .map(|&edge| self.actuator(edge))
             .collect();
         let (ground, start) = (self.ground(), self.start());
+        let (radius, scale) = (self.radius(), self.case.lattice.scale);
+        // The depth over which a contact stiffens, the widths of the tendons, and the camera's view.
+        let [depth, thin, thick, up, extent] = [0.0005, 0.003, 0.004, 0.4, 1.5].map(|x| x * scale);
         format!(
             "<mujoco model=\"cosmic\">
   <!-- Nodes n0, n1, ... and edges e0, e1, ... have their numbers of design.json. Void edges are left
@@ -215,12 +225,12 @@ impl<'c> Robot<'c> {
   </option>
   <default>
     <joint type=\"slide\"/>
-    <geom type=\"sphere\" size=\"{RADIUS}\" contype=\"1\" conaffinity=\"0\" friction=\"{friction} 0 0\"
-      solref=\"{contact_time} 1\" solimp=\"0.95 0.99 0.0005\" rgba=\"0.2 0.2 0.2 1\"/>
-    <tendon width=\"0.003\" rgba=\"0.2 0.2 0.2 1\"/>
-    <default class=\"actuator\"><tendon width=\"0.004\" rgba=\"0.1 0.4 0.8 1\"/></default>
+    <geom type=\"sphere\" size=\"{radius}\" contype=\"1\" conaffinity=\"0\" friction=\"{friction} 0 0\"
+      solref=\"{contact_time} 1\" solimp=\"0.95 0.99 {depth}\" rgba=\"0.2 0.2 0.2 1\"/>
+    <tendon width=\"{thin}\" rgba=\"0.2 0.2 0.2 1\"/>
+    <default class=\"actuator\"><tendon width=\"{thick}\" rgba=\"0.1 0.4 0.8 1\"/></default>
   </default>
-  <statistic center=\"1 0 0.4\" extent=\"1.5\"/>
+  <statistic center=\"{scale} 0 {up}\" extent=\"{extent}\"/>
   <worldbody>
     <light pos=\"1 -2 4\" dir=\"0 0.4 -1\" directional=\"true\"/>
 {ground}{bodies}  </worldbody>
@@ -242,7 +252,10 @@ impl<'c> Robot<'c> {
             return String::new();
         }
         let normal = spatial(self.ground.normal());
-        let place = spatial(self.ground.point_to_world(Vector::new([0.0, -RADIUS])));
+        let place = spatial(
+            self.ground
+                .point_to_world(Vector::new([0.0, -self.radius()])),
+        );
         format!(
             "    <geom name=\"ground\" type=\"plane\" pos=\"{place}\" zaxis=\"{normal}\" size=\"0 0 1\" \
              contype=\"0\" conaffinity=\"1\" rgba=\"0.9 0.9 0.9 1\"/>\n"
@@ -252,7 +265,7 @@ impl<'c> Robot<'c> {
     /// Returns the element for the body of a node. In an explicit step of `dt` seconds, MuJoCo multiplies the velocity
     /// by `1 - damping dt / mass`. `damping` is chosen such that this factor equals the scene's `exp(-gamma dt)`.
     fn node(&self, node: usize, dt: f64) -> String {
-        let mass = self.body.mass[node];
+        let (mass, radius) = (self.body.mass[node], self.radius());
         let damping = -mass * (-self.case.physics.damping * dt).exp_m1() / dt;
         let start = self.case.start.x[node];
         let place = spatial(start);
@@ -271,7 +284,7 @@ impl<'c> Robot<'c> {
         format!(
             "    <body name=\"n{node}\" pos=\"{place}\">\n{joints}      \
              <inertial pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"1e-6 1e-6 1e-6\"/>\n      \
-             <geom/><site name=\"n{node}\" size=\"{RADIUS}\"/>\n    </body>\n"
+             <geom/><site name=\"n{node}\" size=\"{radius}\"/>\n    </body>\n"
         )
     }
 
@@ -330,7 +343,7 @@ impl<'c> Robot<'c> {
     /// correction, errors in flight are several times larger.
     fn rest_length(&self, edge: usize) -> f64 {
         let length = self.case.lattice.rest_length[edge];
-        length - 0.5 * SOFTENING / length
+        length - 0.5 * self.case.lattice.softening() / length
     }
 
     fn start(&self) -> String {
@@ -352,10 +365,23 @@ impl<'c> Robot<'c> {
             .collect()
     }
 
+    /// Returns the weight of each node of the model in the displacement that counts. The weights sum to 1.
+    fn weights_of_marker(&self) -> Vec<f64> {
+        let Marker { payload, weights } = &self.body.marker;
+        let own = self.nodes.iter().map(|&node| match weights.get(node) {
+            Some(weight) => *weight,
+            None => f64::from(u8::from(node == *payload)),
+        });
+        let own: Vec<f64> = own.collect();
+        let sum: f64 = own.iter().sum();
+        own.iter().map(|weight| weight / sum).collect()
+    }
+
     /// Returns the content of `controller.json`.
     fn weights(&self) -> ControllerFile {
         ControllerFile {
             nodes: self.nodes.clone(),
+            weights: self.weights_of_marker(),
             actuators: self.actuators.clone(),
             network: Weights::from(&self.controller),
             strain: self.strain(),
@@ -367,11 +393,13 @@ impl<'c> Robot<'c> {
     }
 }
 
-/// The content of `controller.json`. The target strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is
-/// `qpos`, `qvel`, `sin(omega t)` and `cos(omega t)`.
+/// The content of `controller.json`. `weights` has the weight of each node in the displacement that counts. The target
+/// strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is `qpos`, `qvel`, `sin(omega t)` and `cos(omega
+/// t)`.
 #[derive(Serialize)]
 struct ControllerFile {
     nodes: Vec<usize>,
+    weights: Vec<f64>,
     actuators: Vec<usize>,
     #[serde(flatten)]
     network: Weights,

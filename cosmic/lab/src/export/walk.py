@@ -37,4 +37,4 @@ if __name__ == "__main__":
             time.sleep(max(0.0, began + data.time - time.time()))
     if given.path:
         np.savetxt(given.path, path, delimiter=",", fmt="%.17g")
-    print(f"{path[-1][0] - path[0][0]:.4f} m along the ground in {data.time:.3f} s")
+    print(f"{(path[-1] - path[0])[::2] @ net['weights']:.4f} m along the ground in {data.time:.3f} s")

@@ -1,7 +1,7 @@
 """Lets an exported robot walk in MuJoCo from perturbed starts, on ground with several frictions.
 
 Arguments: the folder of the export, the number of walks, the distance by which each coordinate of a start is
-moved (m), the seed, the frictions. Prints JSON: a list of the payload's displacements along the ground (m) for each
+moved (m), the seed, the frictions. Prints JSON: a list of displacements along the ground (m), of the payload or of the body that the scene names, for each
 friction, with null for a walk that MuJoCo reset.
 """
 import json, sys
@@ -20,13 +20,13 @@ def distances_of(starts):
     for data, moved in zip(robots, starts):
         mujoco.mj_resetDataKeyframe(model, data, 0)
         data.qpos += moved
-    begun = [data.qpos[0] for data in robots]
+    begun = [data.qpos.copy() for data in robots]
     for n in range(steps):
         walk.step(model, robots, net, n)
     # If the simulation diverges, MuJoCo resets it to time 0.
     whole = (mechanical - 0.5) * model.opt.timestep
     ended = [data.time > whole and numpy.isfinite(data.qpos[0]) for data in robots]
-    ways = [data.qpos[0] - start for data, start in zip(robots, begun)]
+    ways = [(data.qpos - start)[::2] @ net["weights"] for data, start in zip(robots, begun)]
     return [way if end else None for way, end in zip(ways, ended)]
 
 

@@ -66,7 +66,11 @@ pub(super) fn shots<'m>(
     says: &str,
 ) -> Vec<Shot<'m>> {
     let every = pace.every.max(motion.duration().min(seconds) / pace.most);
-    let along = |index: usize| motion.ground().along(motion.states()[index].x[0]);
+    let along = |index: usize| {
+        motion
+            .ground()
+            .along(motion.payload(&motion.states()[index]))
+    };
     let shot = |index: usize| {
         let [time, metres] = [(motion.time(index), 1), (along(index) - along(0), 2)]
             .map(|(x, digits)| decimals(x, digits));
@@ -102,7 +106,7 @@ impl Shot<'_> {
         view.draw_ground(&mut picture, across);
         view.draw_marks(&mut picture, across);
         view.draw_path(&mut picture, &motion.path()[..=self.index]);
-        view.draw_robot(&mut picture, &motion.bars(state), state.x[0]);
+        view.draw_robot(&mut picture, &motion.bars(state), motion.payload(state));
         picture.text([12.0, 24.0], &self.label[..], label(14.0));
         picture.to_pixels([width, ROWS], scale)
     }

@@ -60,7 +60,9 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
 pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
     // The payload's start is the origin only along the ground. Heights stay relative to the ground's line.
-    let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
+    let origin = ground
+        .point_to_ground(motion.payload(&motion.states()[0]))
+        .along();
     let (seconds, indices) = motion.every(LANE_FRAME);
     let along = |k: usize| -> State<f64> {
         let mut state = motion.states()[k].to_ground(&ground);
@@ -69,7 +71,8 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     };
     let states: Vec<State<f64>> = indices.into_iter().map(along).collect();
     let side = robot.lattice.side();
-    let across = Range::of(states.iter().map(|state| state.x[0].forward())).widened(100.0 * side);
+    let across =
+        Range::of(states.iter().map(|state| motion.payload(state).forward())).widened(100.0 * side);
     let corners = motion.profile.between(across.map(|x| x + origin.forward()));
     let corners: Vec<_> = corners.into_iter().map(|corner| corner - origin).collect();
     let unit = robot.lattice.spacing / LANE_PARTS;
@@ -111,7 +114,7 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
     let firsts = places.filter_map(|places| places.first().copied());
-    let start = motion.states()[0].x[0].forward();
+    let start = motion.payload(&motion.states()[0]).forward();
     let across = Range::of(firsts.map(Vector::forward).chain([start])).widened(2.0 * width);
     let [cos, sin] = motion.ground().tangent().array();
     json!({

@@ -20,8 +20,8 @@ use cosmic::{Error, Result};
 const PERIODS: f64 = 3.0;
 /// The largest number of states for which energies are computed.
 const MOST_STATES: usize = 600;
-/// A node counts as on the ground if its height above the ground, in metres, is below this. Contact puts nodes exactly
-/// onto the ground, except for rounding.
+/// A node counts as on the ground if its height above the ground, as a share of the lattice's scale, is below this.
+/// Contact puts nodes exactly onto the ground, except for rounding.
 const TOUCHES: f64 = 1e-6;
 
 /// The final robot of a run, with the strains and forces of its edges in the states of the trajectory file.
@@ -46,10 +46,8 @@ impl<'r> Gait<'r> {
         }
         let file = run.folder.join(DESIGN).display().to_string();
         let case = run.robot.design.case(&run.robot.scene, &file)?;
-        let trajectory = Trajectory {
-            steps: run.trajectory.steps.clone(),
-            states: run.trajectory.states.clone(),
-        };
+        let kept = &run.trajectory;
+        let trajectory = Trajectory::new(kept.steps.clone(), kept.states.clone());
         let (task, design) = (case.task(), case.own_design());
         let moments = task.moments(&design, &case.controller, &trajectory);
         let kept = &run.trajectory.bars;
@@ -125,8 +123,9 @@ impl<'r> Gait<'r> {
                 motion.seen.iter().map(height).collect()
             })
             .collect();
+        let touches = TOUCHES * motion.robot.lattice.scale;
         let of_node = |(k, &node): (usize, &usize)| {
-            let stands = |heights: &Vec<f64>| if heights[k] < TOUCHES { '1' } else { '0' };
+            let stands = |heights: &Vec<f64>| if heights[k] < touches { '1' } else { '0' };
             (node, heights.iter().map(stands).collect::<String>())
         };
         let nodes = motion.seen.iter().enumerate().map(of_node);

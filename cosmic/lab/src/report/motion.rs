@@ -146,9 +146,16 @@ impl<'r> Motion<'r> {
         strained(strain / self.limit)
     }
 
+    /// Returns the position of the payload in a state.
+    pub(super) fn payload(&self, state: &State<f64>) -> Vector<f64> {
+        state.x[self.robot.lattice.payload[0].node]
+    }
+
     /// Returns the positions of the payload in all states.
     pub(super) fn path(&self) -> Vec<Vector<f64>> {
-        self.states().iter().map(|state| state.x[0]).collect()
+        (self.states().iter())
+            .map(|state| self.payload(state))
+            .collect()
     }
 
     /// Returns the middle of [`Motion::bounds`].

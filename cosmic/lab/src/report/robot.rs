@@ -54,7 +54,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
             // Loose parts that the robot left behind would cover the drawings of earlier moments.
             bars.retain(|bar| motion.is_near(bar, state));
         }
-        view.draw_robot(picture, &bars, state.x[0]);
+        view.draw_robot(picture, &bars, motion.payload(state));
         let top = motion.bounds(state).high.up();
         let above = view.place(motion.centre(state).with_up(top)) - Vector::new([0.0, 8.0]);
         picture.text(above, format!("{:.1} s", motion.time(index)), Font::CAPTION);
@@ -146,7 +146,7 @@ fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>)
     view.draw_path(picture, &path);
     let mut bars = motion.bars(state);
     bars.retain(|bar| inside(&bar.line.from) && inside(&bar.line.to));
-    view.draw_robot(picture, &bars, state.x[0]);
+    view.draw_robot(picture, &bars, motion.payload(state));
 }
 
 /// Draws the legend of the colours, right-aligned on the first line.

@@ -43,12 +43,15 @@ impl View<'_> {
     }
 
     /// Draws a mark at every tenth of a metre along the ground, counted from the payload's start, and a longer mark
-    /// with a number at every metre. If there were too many marks, both distances are increased by a power of ten.
+    /// with a number at every metre. On lattices of other sizes than a few decimetres, and if there were too many
+    /// marks, both distances are multiplied by a power of ten.
     pub(super) fn draw_marks(&self, picture: &mut Picture, across: Range) {
         let motion = self.motion;
-        let per_metre = 10f64.powf((MOST_MARKS / across.size()).log10().floor().min(1.0));
+        let decades = |most: f64| most.log10().floor();
+        let finest = decades(10.0 / motion.robot.lattice.scale);
+        let per_metre = 10f64.powf(decades(MOST_MARKS / across.size()).min(finest));
         let cos = motion.ground().tangent().forward();
-        let start = motion.states()[0].x[0].forward();
+        let start = motion.payload(&motion.states()[0]).forward();
         let Range { low, high } = across.map(|x| per_metre * (x - start) / cos);
         for k in low.ceil() as i64..=high.floor() as i64 {
             let x = start + cos * k as f64 / per_metre;

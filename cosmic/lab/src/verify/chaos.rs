@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::probe::{MOVED, Probe, distance};
+use super::probe::{Probe, distance};
 use crate::table::{Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
@@ -12,7 +12,7 @@ use cosmic::task::together;
 /// The number of perturbed starts. The motion from each perturbed start is compared with the motion from the
 /// unperturbed start.
 const STARTS: usize = 16;
-/// If two motions are farther apart than this distance, in metres, their difference no longer counts as a small
+/// If two motions are farther apart than this share of the lattice's scale, their difference no longer counts as a small
 /// perturbation.
 const PARTED: f64 = 1e-4;
 /// The distance between two motions is measured whenever this number of steps is done.
@@ -34,6 +34,8 @@ pub struct Chaos {
     /// because contacts stretch some directions for a while. The list ends when a perturbation is no longer small.
     pub grown: Vec<(usize, f64)>,
     steps: usize,
+    /// The distance by which every coordinate of a perturbed start is moved, in metres.
+    moved_by: f64,
     /// The quantiles of the displacement along the ground after all steps, over the perturbed starts, in metres.
     pub spread: Quantiles,
     /// The displacement from the unperturbed start, in metres.
@@ -51,13 +53,17 @@ impl Chaos {
         let starts = probe.moved_starts(STARTS);
         let groups = starts.par_chunks(together(STARTS));
         let moved = groups.map(run).collect::<Vec<_>>().concat();
+        let marker = case.body().marker;
         let reach = |states: &Vec<State<f64>>| {
-            let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
-            probe.task.ground().along(last - first)
+            let (first, last) = (&states[0], &states[states.len() - 1]);
+            let moved = marker.place(&first.x, last) - first.x[marker.payload];
+            probe.task.ground().along(moved)
         };
         let distances = |states: &Vec<State<f64>>| {
             let pairs = states.iter().zip(&unmoved);
-            pairs.map(|(a, b)| distance(a, b)).collect()
+            pairs
+                .map(|(a, b)| distance(a, b) / case.lattice.scale)
+                .collect()
         };
         let parting: Vec<Vec<f64>> = moved.iter().map(distances).collect();
         let rates: Vec<f64> = parting.iter().map(|d| growth_rate(&observed, d)).collect();
@@ -69,6 +75,7 @@ impl Chaos {
             dt: case.physics.dt,
             grown: largest_growth(&observed, &parting),
             steps,
+            moved_by: probe.moved_by(),
             spread: Quantiles::of(&reached),
             unmoved: reach(&unmoved),
         }
@@ -107,8 +114,9 @@ impl Chaos {
 
     /// The table with the displacement from the unperturbed start and the quantiles over the perturbed starts.
     pub(super) fn table(&self) -> Table {
+        let moved = self.moved_by;
         let title = format!(
-            "Displacement along the ground from {STARTS} starts, each moved by {MOVED:e} m"
+            "Displacement along the ground from {STARTS} starts, each moved by {moved:e} m"
         );
         let Quantiles { p10, p50, p90 } = self.spread;
         let is_finite = p10.is_finite() && self.unmoved.is_finite();

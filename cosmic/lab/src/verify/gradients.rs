@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::measured;
-use super::probe::{MOVED, Probe, distance, most, norm, relative_error};
+use super::probe::{Probe, distance, most, norm, relative_error};
 use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Standing, Table};
@@ -217,6 +217,7 @@ impl Horizon {
             .map(|&h| (h, subject.differences(h, &steps)));
         let sweep: Vec<(f64, Vec<Slopes>)> = sweep.collect();
         let (moved, rounding) = (moved(case, subject, &steps), rounding(case, &steps));
+        let moved_by = subject.probe.moved_by();
         let horizon = |k: usize| {
             let errors = sweep
                 .iter()
@@ -226,7 +227,7 @@ impl Horizon {
             Self {
                 steps: steps[k],
                 truth: truth[k],
-                allowed: 128.0 * 128.0 * f64::EPSILON + 16.0 * moved[k] / MOVED * rounding[k],
+                allowed: 128.0 * 128.0 * f64::EPSILON + 16.0 * moved[k] / moved_by * rounding[k],
                 width: errors.fold((WIDTHS[0], f64::INFINITY), better).0,
             }
         };

@@ -14,8 +14,9 @@ use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::Task;
 
-/// The distance, in metres, by which every coordinate of a start is moved to make a perturbed start.
-pub(super) const MOVED: f64 = 1e-9;
+/// The distance, as a share of the lattice's scale, by which every coordinate of a start is moved to make a perturbed
+/// start.
+const MOVED: f64 = 1e-9;
 
 /// The robot of a case in its world, ready to be simulated in any number type.
 #[derive(Clone)]
@@ -58,11 +59,16 @@ impl<'a> Probe<'a> {
         seen.into_iter().map(|seen| seen.states).collect()
     }
 
-    /// Returns copies of the case's start, in which every coordinate is moved by plus or minus [`MOVED`] at random.
+    /// The distance by which [`moved_starts`](Self::moved_starts) moves every coordinate, in metres.
+    pub(super) fn moved_by(&self) -> f64 {
+        MOVED * self.case.lattice.scale
+    }
+
+    /// Returns copies of the case's start, in which every coordinate is moved forwards or back at random.
     /// Cases of equal size get equal moves.
     pub(super) fn moved_starts(&self, count: usize) -> Vec<State<f64>> {
         let mut stream = stream(0, Purpose::Verification);
-        let mut start = || perturbed(&self.case.start, MOVED, &mut stream);
+        let mut start = || perturbed(&self.case.start, self.moved_by(), &mut stream);
         (0..count).map(|_| start()).collect()
     }
 

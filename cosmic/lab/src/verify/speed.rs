@@ -110,7 +110,7 @@ impl<'a> Subject<'a> {
     /// The steps of the rollout, and the states and nodes that the loss observes.
     fn span(&self) -> Span {
         Span {
-            nodes: self.loss.nodes(),
+            nodes: self.loss.nodes().max(self.probe.case.body().marker.nodes()),
             ..Span::from_start(self.loss.observed(self.horizon.steps))
         }
     }

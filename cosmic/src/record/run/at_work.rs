@@ -325,7 +325,7 @@ impl Run {
     fn write_result(&self, delivery: &Delivery) -> Result<Summary> {
         let folder = self.lock.folder();
         self.write_design(delivery)?;
-        let Trajectory { steps, states } = delivery.trajectory.clone();
+        let Trajectory { steps, states, .. } = delivery.trajectory.clone();
         let moves = TrajectoryFile {
             dt: self.plan.scene.physics.dt,
             steps,

@@ -47,7 +47,7 @@ impl<'a> Vibration<'a> {
         }
         let projector = |&ends: &[usize; 2]| {
             let edge = EdgeVector::of(&pose.state, ends);
-            Matrix::square(edge.d / edge.length())
+            Matrix::square(edge.d / edge.length(lattice.softening()))
         };
         let edges = lattice.edges.iter().map(projector).zip(&stiffness.bars);
         let parts = edges.map(|(projector, bar)| {

@@ -16,14 +16,14 @@ use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
-/// The height, in metres, to which a robot's lowest node is lifted above the ground. A node exactly on the ground is at
-/// a kink of the loss.
+/// The height, as a share of the lattice's scale, to which a robot's lowest node is lifted above the ground. A node
+/// exactly on the ground is at a kink of the loss.
 const LIFT: f64 = 1e-3;
 /// If the rounding error of the slopes exceeds this fraction of the slopes, the output mentions it.
 const WORN: f64 = 1e-6;
 /// The factor from the estimate [`GradientCheck::rounding`] of the rounding error to a bound on it.
 const SAFETY: f64 = 64.0;
-/// A bound on the rounding errors of heights above an inclined ground, in metres.
+/// A bound on the rounding errors of heights above an inclined ground, as a share of the lattice's scale.
 const ON_LINE: f64 = 1e-12;
 
 /// The check of the gradient with respect to one group of parameters.
@@ -84,6 +84,8 @@ pub struct GradientCheck {
     /// The negative control, which tests the check itself. `None` if no group has a smooth gradient that is larger than
     /// the rounding error of the displacement.
     pub control: Option<NegativeControl>,
+    /// The height above the ground to which a robot that stands is [lifted](Group::lifted), m.
+    pub lift: f64,
     /// An estimate of the rounding error of the slopes, relative to the slopes. Every step rounds the state, and the
     /// motion magnifies these errors as it magnifies any change of the start.
     pub rounding: f64,
@@ -127,7 +129,7 @@ pub fn check_gradients(
 ///
 /// If a node starts exactly on the ground line, the loss has a kink with respect to the positions: moving the node up
 /// gives another slope than moving it down. Differences then cannot show the derivative. So the gradient with respect
-/// to the positions is checked for a lifted robot, whose lowest node is 1 mm above the ground.
+/// to the positions is checked for a lifted robot, whose lowest node is a hundredth of a spacing above the ground.
 ///
 /// The loss has a kink with respect to the velocities if a node starts on or below the ground line and its velocity
 /// decides whether it touches the ground. This happens in two cases: with leapfrog, which moves the nodes before any
@@ -177,6 +179,7 @@ pub fn check_gradients_of(
         steps: case.physics.steps,
         control: groups.iter().find_map(Group::control),
         groups,
+        lift: LIFT * case.lattice.scale,
         rounding,
     }
 }
@@ -193,7 +196,8 @@ pub fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
 /// Returns two answers: whether a node starts on the ground line, and whether a node starts on or below it.
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
-        case.physics.contact != ContactLaw::none() && heights(case).into_iter().any(is)
+        let mut heights = heights(case).into_iter().map(|h| h / case.lattice.scale);
+        case.physics.contact != ContactLaw::none() && heights.any(is)
     };
     [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
 }
@@ -206,7 +210,7 @@ fn heights(case: &Case) -> Vec<f64> {
 }
 
 fn lifted(case: &Case) -> Case {
-    let by = LIFT - heights(case).into_iter().fold(0.0, f64::min);
+    let by = LIFT * case.lattice.scale - heights(case).into_iter().fold(0.0, f64::min);
     let mut case = case.clone();
     let normal = Ground::from(&case.physics).normal();
     for x in &mut case.start.x {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use autodiff::check::{Direction, WRONG_BY};
 
-use super::{GradientCheck, Group, LIFT, NegativeControl, WORN};
+use super::{GradientCheck, Group, NegativeControl, WORN};
 use crate::table::Table;
 
 impl Group {
@@ -54,8 +54,9 @@ impl fmt::Display for GradientCheck {
             writeln!(
                 out,
                 "{}: nodes start on the ground, where the loss has a kink; the slopes are those of a \
-                 robot lifted by {LIFT} m",
-                lifted.join(", ")
+                 robot lifted by {} m",
+                lifted.join(", "),
+                self.lift
             )?;
         }
         if !zero.is_empty() {

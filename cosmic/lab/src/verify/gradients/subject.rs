@@ -23,7 +23,7 @@ pub(super) type Slopes = [f64; DIRECTIONS];
 /// A case, and random directions in the space of its inputs. The inputs are the design vectors and the controller's
 /// weights; if the design is a layout, only the weights.
 pub(super) struct Subject<'a> {
-    probe: Probe<'a>,
+    pub(super) probe: Probe<'a>,
     blocks: Vec<Block>,
     /// The directions, as vectors of length 1.
     directions: [Vec<f64>; DIRECTIONS],
@@ -63,8 +63,8 @@ impl<'a> Subject<'a> {
         let span = Span::from_start(steps.to_vec());
         let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
         let ground = task.ground();
-        let states = seen.states.iter();
-        states.map(|state| -ground.along(state.x[0])).collect()
+        let along = |&step: &usize| -ground.along(seen.position(step));
+        steps.iter().map(along).collect()
     }
 
     /// Converts the inputs to another number type. `step` computes each new number from two arguments: the old number,
@@ -130,7 +130,7 @@ impl<'a> Subject<'a> {
             let span = Span::from_start(vec![steps]);
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
             let seen = simulator.rollout_in_full(&body, &inputs.controller, &inputs.start, &span);
-            -task.ground().along(seen.states[0].x[0])
+            -task.ground().along(seen.position(steps))
         })
     }
 

@@ -176,8 +176,9 @@ impl Trial {
         let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
         let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
         let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
-        let off_rest =
-            edges.map(|(&edge, rest)| (EdgeVector::of(&case.start, edge).length() - rest).abs());
+        let off_rest = edges.map(|(&edge, rest)| {
+            (EdgeVector::of(&case.start, edge).length(case.lattice.softening()) - rest).abs()
+        });
         let stroke = strain * longest_edge(case) + off_rest.fold(0.0, f64::max);
         let speeds = states.iter().flat_map(State::speeds);
         match most(speeds) {

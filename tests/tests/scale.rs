@@ -1,0 +1,236 @@
+//! Scale invariance. A scene whose lengths, times and masses are multiplied by `s`, `sqrt(s)` and `m` has the same
+//! robot, which moves `s` times as far. For `s` = 4^k and `m` = 2^k every number of the computation is only multiplied
+//! by a power of two, so the bits are the same.
+//!
+//! [`scaled`] multiplies every key by the dimension of its unit. Keys without a unit are dimensionless: the bounds on
+//! gradients, for example, count in the scale of the lattice (`lattice.units`).
+
+use cosmic::case::Case;
+use cosmic::codesign::{CoDesign, Delivery};
+use cosmic::geometry::Vector;
+use cosmic::scene::{Scene, Setting};
+use cosmic::simulator::{Span, Trajectory};
+
+/// The factors by which a scene is scaled.
+#[derive(Clone, Copy, Debug)]
+struct Factors {
+    length: f64,
+    mass: f64,
+}
+
+impl Factors {
+    /// The factor on times. Accelerations stay as they are.
+    fn time(self) -> f64 {
+        self.length.sqrt()
+    }
+
+    /// The factor on numbers with this unit.
+    ///
+    /// # Panics
+    /// If the unit is unknown.
+    fn of(self, unit: &str) -> f64 {
+        let (length, time, mass) = (self.length, self.time(), self.mass);
+        match unit {
+            "" | "degrees" | "MB" => 1.0,
+            "m" => length,
+            "s" => time,
+            "kg" => mass,
+            "1/m" => 1.0 / length,
+            "1/m2" => 1.0 / (length * length),
+            "1/s" | "rad/s" => 1.0 / time,
+            "m/s" => length / time,
+            "s/m" => time / length,
+            "m/s2" => length / (time * time),
+            "kg/m" => mass / length,
+            "N/m" => mass / (time * time),
+            "m kg/J" => time * time / length,
+            _ => panic!("the unit {unit} has no factor: add its dimension"),
+        }
+    }
+}
+
+/// The scene with every number multiplied by the factor of its unit.
+fn scaled(scene: &Scene, factors: Factors) -> Scene {
+    let settings = scene.settings().into_iter();
+    let settings = settings.map(|Setting { key, value, unit }| {
+        let factor = factors.of(unit);
+        format!("{key} = {}", times(&value, factor))
+    });
+    let file = scene.lattice.file.clone();
+    let mut scaled = scene.set(&settings.collect::<Vec<_>>()).unwrap();
+    scaled.lattice.file = file;
+    scaled
+}
+
+/// A value of a scene file with all its numbers multiplied by a factor.
+fn times(value: &str, factor: f64) -> String {
+    if factor == 1.0 {
+        return value.to_owned();
+    }
+    let ends = ['[', ']', ',', ' '];
+    let part = |part: &str| {
+        let number = part.trim_end_matches(ends);
+        let rest = &part[number.len()..];
+        let number: Result<f64, _> = number.parse();
+        number.map_or(part.to_owned(), |x| format!("{:?}{rest}", x * factor))
+    };
+    value.split_inclusive(ends).map(part).collect()
+}
+
+/// Worlds and robots that differ in their physics.
+const WORLDS: [&str; 6] = [
+    "base = 'stability'",
+    "base = 'earth'",
+    "base = 'coulomb'\nphysics.incline_deg = 12.0\nlattice.kind = 'triangular'",
+    "base = 'stability'\nphysics = { integrator = 'leapfrog', substeps = 3, stiffening = 40.0 }",
+    "base = 'rough'\ncontroller = { goal_relative = true, goal_scale = 0.5 }",
+    "base = 'steps'\nobjective.body = 'mass'\nlattice.payload = 5",
+];
+
+/// The scene of a world, with a small robot that falls, walks and is optimised in all phases.
+fn scene(world: &str) -> Scene {
+    let scene = Scene::parse("world", world).unwrap();
+    let small = "
+        [lattice]
+        columns = 3
+        rows = 3
+        drop = 0.02
+        [physics]
+        steps = 192
+        [controller]
+        hidden = 8
+        gain = [6.0, 6.0]
+        [start]
+        kind = 'stability'
+        [volume]
+        widening = 0.2
+        widening_over = [1, 2]
+        [loss]
+        window = 32
+        [schedule]
+        iterations = 14
+        attraction_from = 4
+        snap_at = 8
+        horizon = [64, 128]
+        horizon_over = [1, 6]
+        snap_trials = 4
+        polish_trials = 4
+        settle = 0.5
+        [binarisation]
+        threshold_over = [2, 6]
+    ";
+    scene.with("small", small).unwrap()
+}
+
+/// The states of the robot with which the optimisation of a scene begins.
+fn rollout(scene: &Scene, steps: usize) -> Trajectory<f64> {
+    let case = Case::of_scene(scene, 4).unwrap();
+    let span = Span::from_start((0..=steps).step_by(16).collect());
+    let (design, task) = (case.own_design(), case.task());
+    task.rollout(&design, &case.controller, &case.start, &span)
+}
+
+/// Pairs of vectors of a trajectory, the positions and the velocities of all states, with the factor between the two.
+fn pairs(
+    a: &Trajectory<f64>,
+    b: &Trajectory<f64>,
+    factors: Factors,
+) -> Vec<(Vector<f64>, Vector<f64>)> {
+    let states = a.states.iter().zip(&b.states);
+    let (length, speed) = (factors.length, factors.of("m/s"));
+    let of_states = states.flat_map(|(a, b)| {
+        let x = a.x.iter().zip(&b.x).map(move |(a, b)| (*a * length, *b));
+        let v = a.v.iter().zip(&b.v).map(move |(a, b)| (*a * speed, *b));
+        x.chain(v).collect::<Vec<_>>()
+    });
+    of_states.collect()
+}
+
+#[test]
+fn a_rollout_scales_bit_for_bit_with_powers_of_two() {
+    for world in WORLDS {
+        let scene = scene(world);
+        let seen = rollout(&scene, 192);
+        let moved = seen.position(192) - seen.position(0);
+        assert!(moved.norm() > 1e-3, "{world}: the robot must move");
+        for exponent in -3..=3 {
+            let factors = Factors {
+                length: 4_f64.powi(exponent),
+                mass: 2_f64.powi(2 * exponent - 1),
+            };
+            let other = rollout(&scaled(&scene, factors), 192);
+            for (expected, found) in pairs(&seen, &other, factors) {
+                assert_eq!(expected, found, "{world}: {factors:?}");
+            }
+        }
+    }
+}
+
+/// With other factors, numbers are rounded differently, and the motion magnifies the differences. Over this short
+/// horizon it does so by less than 1e5, so 1e-11 is left of rounding at 1e-16.
+#[test]
+fn a_rollout_scales_up_to_rounding_with_other_factors() {
+    for world in WORLDS {
+        let scene = scene(world);
+        let seen = rollout(&scene, 48);
+        for length in [0.01, 0.1, 10.0, 100.0] {
+            let factors = Factors { length, mass: 3.0 };
+            let other = rollout(&scaled(&scene, factors), 48);
+            let off = pairs(&seen, &other, factors).into_iter();
+            let off = off.map(|(expected, found)| (expected - found).norm());
+            let off = off.fold(0.0, f64::max) / length;
+            assert!(off < 1e-11, "{world}: {factors:?}: {off:e}");
+        }
+    }
+}
+
+/// Optimises a scene with a fixed seed.
+fn delivered(scene: &Scene) -> Delivery {
+    CoDesign::new(scene).unwrap().optimise(5, |_| ()).unwrap()
+}
+
+/// Everything in an optimisation is free of scale: both optimisers and their bounds, the losses of all tasks, the
+/// domain randomisation, the snap, the polish, the fine-tuning and the selection.
+#[test]
+fn an_optimisation_delivers_the_same_robot_at_every_scale() {
+    let tasks = ["reach", "climb", "economy", "back"].map(|task| {
+        format!("base = 'stability'\nobjective = {{ task = '{task}', body = 'nodes' }}")
+    });
+    let worlds = WORLDS.iter().map(|world| (*world).to_owned());
+    let tail = "base = 'stability'\nschedule.horizon_mode = 'tail'\ncontroller.two_goals = true";
+    for world in worlds.chain(tasks).chain([tail.to_owned()]) {
+        let scene = scene(&world);
+        let robot = delivered(&scene);
+        assert!(robot.along.is_finite() && robot.along != 0.0, "{world}");
+        for exponent in [-3, 1, 3] {
+            let factors = Factors {
+                length: 4_f64.powi(exponent),
+                mass: 2_f64.powi(2 * exponent - 1),
+            };
+            let other = delivered(&scaled(&scene, factors));
+            let says = format!("{world}: {factors:?}");
+            assert_eq!(other.design, robot.design, "{says}");
+            assert!(other.controller == robot.controller, "{says}");
+            assert_eq!(other.along, factors.length * robot.along, "{says}");
+            assert_eq!(
+                other.spread.p10,
+                factors.length * robot.spread.p10,
+                "{says}"
+            );
+            assert_eq!(other.reliability.word(), robot.reliability.word(), "{says}");
+        }
+    }
+}
+
+/// With bounds in metres and seconds the scale matters, so the test above can fail.
+#[test]
+fn absolute_units_deliver_another_robot_at_another_scale() {
+    let factors = Factors {
+        length: 64.0,
+        mass: 1.0,
+    };
+    let scene = scene(WORLDS[0]).set(&["lattice.units=absolute"]).unwrap();
+    let [robot, other] = [scene.clone(), scaled(&scene, factors)].map(|scene| delivered(&scene));
+    assert!(robot.controller == delivered(&self::scene(WORLDS[0])).controller);
+    assert!(robot.controller != other.controller);
+}
