@@ -1,17 +1,24 @@
-//! Tells the crate which SIMD registers the target has, and whether the crate is built without optimisation.
+//! Tells the crate which SIMD registers its lanes have.
 
 use std::env::var;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rustc-check-cfg=cfg(unoptimised)");
-    if var("OPT_LEVEL").is_ok_and(|level| level == "0") {
-        println!("cargo::rustc-cfg=unoptimised");
-    }
     println!("cargo::rustc-check-cfg=cfg(lanes, values(none(), \"x86\", \"neon\", \"simd128\"))");
+    println!("cargo::rustc-check-cfg=cfg(lanes_512)");
+    let level = var("OPT_LEVEL").unwrap_or_default();
+    // Without optimisation every intermediate value of inlined code has its own place on the stack. With wide registers
+    // a kernel would need megabytes of stack. `--cfg unoptimised` in RUSTFLAGS also asks for scalars.
+    if level == "0" || var("CARGO_CFG_UNOPTIMISED").is_ok() {
+        return;
+    }
     if let Some(lanes) = lanes() {
         println!("cargo::rustc-cfg=lanes");
         println!("cargo::rustc-cfg=lanes=\"{lanes}\"");
+        // Each kernel is compiled once more for AVX-512. Test builds, which have level 1, save this time.
+        if lanes == "x86" && level != "1" {
+            println!("cargo::rustc-cfg=lanes_512");
+        }
     }
 }
 

@@ -1,8 +1,10 @@
 //! Double-double arithmetic is compared with 60-digit values. It is also tested as the inner number type of every mode.
 
-use crate::common::{Formula, differences, formula, forward_gradient, largest_difference, rows};
+use crate::common::{
+    Formula, differences, formula, forward_gradient, hessian_rows, largest_difference, rows,
+};
 use crate::net::Loss;
-use autodiff::{DoubleDouble, Dual, Function, Real, gradient, hessian};
+use autodiff::{DoubleDouble, Dual, Function, Real, gradient};
 use num_traits::FromPrimitive;
 
 /// One line of a table.
@@ -180,8 +182,8 @@ fn derivatives_are_as_precise_as_the_number_inside() {
 
     // The tolerance is for twenty operations in f64, 20 * 1e-16, times a condition number of order one.
     assert!(largest_difference(&wide(&gradient(|x| mixed.eval(x), &x)), &exact) < 1e-14);
-    let rows = hessian(|x| mixed.eval(x), &wide(&x)).into_vec();
-    assert!(largest_difference(&wide(&hessian(|x| mixed.eval(x), &x).into_vec()), &rows) < 1e-13);
+    let rows = hessian_rows(&mixed, &wide(&x)).concat();
+    assert!(largest_difference(&wide(&hessian_rows(&mixed, &x).concat()), &rows) < 1e-13);
     // The two triangles of the Hessian must agree, although they are computed separately.
     let transposed: Vec<DoubleDouble> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
     assert!(largest_difference(&transposed, &rows) < 1e-29);

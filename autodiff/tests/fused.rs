@@ -330,7 +330,7 @@ struct Solved;
 
 impl Residual for Solved {
     fn eval<R: Real>(&self, y: &[R], x: &[R]) -> Vec<R> {
-        vec![y[0].powi(3) + y[0] - x[0]]
+        vec![y[0] * y[0] * y[0] + y[0] - x[0]]
     }
 }
 

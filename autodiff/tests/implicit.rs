@@ -9,50 +9,69 @@ use autodiff::{
     jacobian_reverse,
 };
 
-/// Three coupled equations with a dominant diagonal. They are algebraic to keep compilation short, because each mode
-/// compiles them.
+/// Polynomial equations. Each equation is a list of terms: a factor, and the numbers to multiply it by, counted from
+/// the first unknown to the last parameter. They are data, because each mode would compile written-out equations.
 #[derive(Clone)]
-struct Coupled;
+struct Polynomials(Vec<Vec<(f64, Vec<usize>)>>);
 
-impl Residual for Coupled {
+impl Residual for Polynomials {
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-        let lit = R::lit;
-        vec![
-            lit(4.0) * x[0] + x[1] * p[0] / (lit(1.0) + x[1] * x[1]) - p[1],
-            // The largest entries of the Jacobian are off the diagonal, so rows must be exchanged.
-            x[2] * lit(5.0) + x[0] * x[0] - p[0] * p[1],
-            x[1] * lit(3.0) + x[1] * x[1] * x[1] + x[2] * p[1] - lit(1.5) - p[0] * p[0],
-        ]
+        let all = [x, p].concat();
+        let mut residual = vec![R::zero(); self.0.len()];
+        for (sum, terms) in residual.iter_mut().zip(&self.0) {
+            for (factor, numbers) in terms {
+                *sum += numbers
+                    .iter()
+                    .fold(R::lit(*factor), |term, &k| term * all[k]);
+            }
+        }
+        residual
     }
 }
 
-/// A system of equations that couple each unknown to its neighbours in a ring.
-#[derive(Clone)]
-struct Ring(usize);
+/// Returns three coupled equations. The largest entries of their Jacobian are off the diagonal, so rows must be
+/// exchanged.
+fn coupled() -> Polynomials {
+    let [x, y, z, p, q] = [0, 1, 2, 3, 4];
+    Polynomials(vec![
+        vec![(4.0, vec![x]), (1.0, vec![y, y, p]), (-1.0, vec![q])],
+        vec![(5.0, vec![z]), (1.0, vec![x, x]), (-1.0, vec![p, q])],
+        vec![
+            (3.0, vec![y]),
+            (1.0, vec![y, y, y]),
+            (1.0, vec![z, q]),
+            (-1.5, vec![]),
+            (-1.0, vec![p, p]),
+        ],
+    ])
+}
 
-impl Residual for Ring {
-    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-        let entry = |i: usize| {
-            let (before, after) = (x[(i + self.0 - 1) % self.0], x[(i + 1) % self.0]);
-            let pull = p[0] * after / (R::one() + after * after);
-            R::lit(4.0) * x[i] + pull - p[1] * before - R::lit(i as f64)
-        };
-        (0..self.0).map(entry).collect()
-    }
+/// Returns `n` equations that couple each unknown to its neighbours in a ring.
+fn ring(n: usize) -> Polynomials {
+    let equation = |i: usize| {
+        let (before, after) = ((i + n - 1) % n, (i + 1) % n);
+        vec![
+            (4.0, vec![i]),
+            (1.0, vec![n, after]),
+            (-1.0, vec![n + 1, before]),
+            (-(i as f64), vec![]),
+        ]
+    };
+    Polynomials((0..n).map(equation).collect())
 }
 
 /// The root of a system of equations. If `implicit` is true, its derivatives follow from the equations. Otherwise it is
 /// found by a contraction in the number type of `p`, whose iterations are differentiated.
 #[derive(Clone)]
-struct Solution<F> {
-    equations: F,
+struct Solution {
+    equations: Polynomials,
     /// For each equation, the unknown that the contraction changes by its residual, and the factor of this change.
     contraction: Vec<(usize, f64)>,
     implicit: bool,
 }
 
-impl<F: Residual> Solution<F> {
-    fn both(equations: F, contraction: &[(usize, f64)]) -> [Self; 2] {
+impl Solution {
+    fn both(equations: Polynomials, contraction: &[(usize, f64)]) -> [Self; 2] {
         [true, false].map(|implicit| Self {
             equations: equations.clone(),
             contraction: contraction.to_vec(),
@@ -81,16 +100,16 @@ impl<F: Residual> Solution<F> {
 }
 
 /// Combines the root and the parameters into a scalar.
-impl Function for Solution<Coupled> {
+impl Function for Solution {
     fn eval<R: Real>(&self, p: &[R]) -> R {
         let x = self.unknowns(p);
         x[0] * x[0] * x[1] + x[2] * p[0]
     }
 }
 
-/// Returns the solution of [`Coupled`] twice: with implicit derivatives, and with unrolled iterations.
-fn both() -> [Solution<Coupled>; 2] {
-    Solution::both(Coupled, &[(0, 0.25), (2, 0.2), (1, 0.125)])
+/// Returns the solution of [`coupled`] twice: with implicit derivatives, and with unrolled iterations.
+fn both() -> [Solution; 2] {
+    Solution::both(coupled(), &[(0, 0.25), (2, 0.2), (1, 0.125)])
 }
 
 const POINT: [f64; 2] = [0.6, 1.1];
@@ -98,7 +117,7 @@ const POINT: [f64; 2] = [0.6, 1.1];
 /// The rounding error of about fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
-fn assert_same_jacobians<F: Residual>([implicit, unrolled]: [Solution<F>; 2], tolerance: f64) {
+fn assert_same_jacobians([implicit, unrolled]: [Solution; 2], tolerance: f64) {
     let expected = jacobian(|p| unrolled.unknowns(p), &POINT).into_vec();
     let forward = jacobian(|p| implicit.unknowns(p), &POINT).into_vec();
     assert_close(&forward, &expected, tolerance);
@@ -115,7 +134,7 @@ fn jacobians_are_those_of_the_iterations() {
         let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
         // The tolerance is for sums of `n` terms.
         let tolerance = n as f64 * ROUNDING;
-        assert_same_jacobians(Solution::both(Ring(n), &contraction), tolerance);
+        assert_same_jacobians(Solution::both(ring(n), &contraction), tolerance);
     }
 }
 
@@ -133,7 +152,7 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
     // Products of the gradient with a direction, in duals along another direction, give second and third derivatives.
-    let of = |solution: Solution<Coupled>| -> [Vec<f64>; 2] {
+    let of = |solution: Solution| -> [Vec<f64>; 2] {
         let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
         let direction = [1.0, -0.5].map(Dual::constant);
         let (_, product) = hessian_vector(|p| solution.eval(p), &p, &direction);

@@ -1,6 +1,8 @@
 //! Each row of the tables of conventions in `real.rs` has a test, which runs in forward, reverse and nested modes.
 
-use crate::common::{Formula, Sym, assert_gradient, assert_gradients, formula, forward_gradient};
+use crate::common::{
+    Formula, Sym, assert_gradient, assert_gradients, formula, forward_gradient, hessian_rows,
+};
 use autodiff::Elementary;
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Function, Real, Tape, Var, gradient, hessian};
@@ -376,7 +378,7 @@ fn assert_seconds(function: impl FnOnce(&[Sym]) -> Sym, expected: f64) {
         forward_gradient(&of_reverse, &x)[0],
         gradient(|x| of_forward.eval(x), &x)[0],
         gradient(|x| of_reverse.eval(x), &x)[0],
-        hessian(|x| function.eval(x), &x)[0][0],
+        hessian_rows(&function, &x)[0][0],
     ];
     let same = |x: &f64| *x == expected || x.is_nan() && expected.is_nan();
     assert!(found.iter().all(same), "{found:?}, not {expected}");

@@ -1,7 +1,7 @@
 //! The reverse sweep through a rollout is compared with duals, the tape and central differences.
 
 use crate::common::{assert_refused, differences, forward_gradient, largest_difference};
-use crate::net::{Loss, NODES, Net};
+use crate::net::{Loss, NODES, Net, taken_from, weighted_squares};
 use approx::assert_relative_eq;
 use autodiff::{
     CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
@@ -45,12 +45,12 @@ fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
     let loss = Loss::new(steps(9));
     let x = loss.point();
     let (_, fused) = value_and_gradient(|x| loss.eval(x), &x);
-    // Duals have no fused rollout, so a tape under duals records every operation of the program.
-    let in_duals = |x: &[Var<f64>]| {
-        let dual: Vec<Dual<_, 1>> = x.iter().map(|&x| Dual::constant(x)).collect();
-        loss.eval(&dual).value
+    let unrolled = |x: &[Var<f64>]| {
+        let (start, rest) = x.split_at(2 * NODES);
+        let parameters = loss.rollout.model.shapes().map(taken_from(rest));
+        weighted_squares(&loss.rollout.unrolled(start, &parameters))
     };
-    let scalars = gradient(in_duals, &x);
+    let scalars = gradient(unrolled, &x);
     assert!(largest_difference(&fused, &scalars) < 1e-13);
 }
 

@@ -2,6 +2,7 @@
 
 use super::dense::Dense;
 use super::gradient::gradient;
+use super::jacobian::parts;
 use super::seed::{CHUNK, along, seeded};
 use crate::dual::Dual;
 use crate::real::Real;
@@ -25,11 +26,7 @@ pub fn hessian_vector<R: Real>(
     x: &[R],
     direction: &[R],
 ) -> (Vec<R>, Vec<R>) {
-    let gradient = gradient(function, &along(x, direction));
-    gradient
-        .into_iter()
-        .map(|g| (g.value, g.tangent[0]))
-        .unzip()
+    parts(gradient(function, &along(x, direction)))
 }
 
 /// Returns the Hessian at `x`, by forward mode over reverse mode. Each pass computes four rows. The upper and the lower
@@ -44,13 +41,18 @@ pub fn hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],
 ) -> Dense<R> {
-    let passes = (0..x.len()).step_by(CHUNK);
-    let rows = passes.flat_map(|first| hessian_rows(&function, x, first));
-    Dense::of_rows(x.len(), rows.collect())
+    all_rows(&function, x)
 }
 
 /// A variable that carries several tangents: a reverse variable over dual numbers.
 type Nested<R> = Var<Dual<R, CHUNK>>;
+
+/// Implements [`hessian`] for a function behind a reference, so that it is compiled once per number type.
+fn all_rows<R: Real>(function: &dyn Fn(&[Nested<R>]) -> Nested<R>, x: &[R]) -> Dense<R> {
+    let passes = (0..x.len()).step_by(CHUNK);
+    let rows = passes.flat_map(|first| hessian_rows(function, x, first));
+    Dense::of_rows(x.len(), rows.collect())
+}
 
 /// Returns the rows of the Hessian that one pass computes, beginning with the row `first`.
 pub(crate) fn hessian_rows<R: Real>(

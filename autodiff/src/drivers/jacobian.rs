@@ -22,7 +22,11 @@ pub fn jvp<R: Real>(
     x: &[R],
     direction: &[R],
 ) -> (Vec<R>, Vec<R>) {
-    let y = function(&along(x, direction));
+    parts(function(&along(x, direction)))
+}
+
+/// Returns the values and the tangents.
+pub(super) fn parts<R: Real>(y: Vec<Dual<R, 1>>) -> (Vec<R>, Vec<R>) {
     y.into_iter().map(|y| (y.value, y.tangent[0])).unzip()
 }
 
@@ -70,12 +74,19 @@ pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
 ) -> Dense<R> {
+    columns(&function, x)
+}
+
+/// Implements [`jacobian`] for a function behind a reference, so that it is compiled once per number type.
+#[allow(clippy::type_complexity)]
+fn columns<R: Real>(
+    function: &dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
+    x: &[R],
+) -> Dense<R> {
     // At least one pass, because it finds the number of values even if there are no arguments.
     let passes = (0..x.len().max(1)).step_by(CHUNK);
-    joined_columns(
-        &mut passes.map(|first| function(&seeded(x, first))),
-        x.len(),
-    )
+    let mut passes = passes.map(|first| function(&seeded(x, first)));
+    joined_columns(&mut passes, x.len())
 }
 
 /// Returns the Jacobian at `x`, with one row per value and one column per argument. The function is recorded once, and

@@ -3,27 +3,60 @@
 use smallvec::SmallVec;
 
 use super::current::{self, CONSTANT};
-use super::fused_entry::{FusedEntry, Parents, SavedCall};
+use super::fused_entry::{Call, FusedEntry, Parents, SavedCall};
 use super::var::Var;
 use crate::real::{Fused, Real};
 
-/// Implements [`Real::fused`] for variables.
+/// Implements [`Real::fused`] for variables. Everything that does not depend on the type of the function is in other
+/// functions, so that it is not compiled again for every function.
 pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec<Var<R>> {
-    let values = |slice: &&[Var<R>]| slice.iter().map(|x| x.value).collect();
-    let values: SmallVec<[Vec<R>; 4]> = inputs.iter().map(values).collect();
-    let values: SmallVec<[&[R]; 4]> = values.iter().map(Vec::as_slice).collect();
-    let generation = inputs.iter().copied().flatten().fold(CONSTANT, Var::common);
+    let (values, generation) = (all_values(inputs), generation(inputs));
+    let values = slices(&values);
     if generation == CONSTANT {
         // Calling `eval` would be wrong, because constants of this tape may carry a derivative of an inner mode.
-        let outputs = R::fused(function, &values);
-        return outputs.into_iter().map(Var::constant).collect();
+        return constants(R::fused(function, &values));
     }
     let (outputs, saved) = function.record(&values);
+    push(
+        inputs,
+        generation,
+        outputs,
+        Box::new(SavedCall { function, saved }),
+    )
+}
+
+type Values<R> = SmallVec<[Vec<R>; 4]>;
+
+fn all_values<R: Real>(inputs: &[&[Var<R>]]) -> Values<R> {
+    let values = |slice: &&[Var<R>]| slice.iter().map(|x| x.value).collect();
+    inputs.iter().map(values).collect()
+}
+
+fn slices<R>(values: &Values<R>) -> SmallVec<[&[R]; 4]> {
+    values.iter().map(Vec::as_slice).collect()
+}
+
+/// Returns the common generation of all variables.
+fn generation<R: Real>(inputs: &[&[Var<R>]]) -> u32 {
+    inputs.iter().copied().flatten().fold(CONSTANT, Var::common)
+}
+
+fn constants<R: Real>(outputs: Vec<R>) -> Vec<Var<R>> {
+    outputs.into_iter().map(Var::constant).collect()
+}
+
+/// Pushes the entry of a call and returns its outputs as variables.
+fn push<R: Real>(
+    inputs: &[&[Var<R>]],
+    generation: u32,
+    outputs: Vec<R>,
+    call: Box<dyn Call<R>>,
+) -> Vec<Var<R>> {
     if outputs.is_empty() {
         return Vec::new();
     }
     let entry = FusedEntry {
-        call: Box::new(SavedCall { function, saved }),
+        call,
         outputs: outputs.len(),
         lengths: inputs.iter().map(|slice| slice.len()).collect(),
         wanted: inputs

@@ -61,6 +61,14 @@ impl<R: Real> Tape<R> {
     /// Pass variables that `function` returns to [`pullback`](Tape::pullback), before the next recording. They have no
     /// other use.
     pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
+        let variables = self.start(inputs);
+        let result = current::enter(&mut self.arena, self.generation, || function(&variables));
+        self.inputs = variables;
+        result
+    }
+
+    /// Begins a recording and returns its inputs.
+    fn start(&mut self, inputs: &[R]) -> Vec<Var<R>> {
         self.arena.restart(inputs.len());
         self.generation = current::next_generation(self.name);
         let generation = self.generation;
@@ -71,9 +79,7 @@ impl<R: Real> Tape<R> {
             index,
             generation,
         }));
-        let result = current::enter(&mut self.arena, generation, || function(&variables));
-        self.inputs = variables;
-        result
+        variables
     }
 
     /// Returns the cotangents of the inputs, given the cotangents of the outputs:

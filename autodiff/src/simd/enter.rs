@@ -5,17 +5,19 @@
 
 #[cfg(lanes = "neon")]
 use super::aarch64::{F32x4, F64x2};
+#[cfg(lanes = "x86")]
+use super::avx2::{F32x8, F64x4};
+#[cfg(any(lanes_512, all(test, lanes = "x86")))]
+use super::avx512::{F32x16, F64x8};
 use super::level;
 #[cfg(lanes = "simd128")]
 use super::wasm::{F32x4, F64x2};
-#[cfg(lanes = "x86")]
-use super::x86::{F32x8, F32x16, F64x4, F64x8};
 use crate::real::Vectorized;
 
 #[inline]
 pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
     match level() {
-        #[cfg(lanes = "x86")]
+        #[cfg(any(lanes_512, all(test, lanes = "x86")))]
         // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx512 => unsafe { f64_avx512(work) },
         #[cfg(lanes = "x86")]
@@ -30,7 +32,7 @@ pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
 #[inline]
 pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     match level() {
-        #[cfg(lanes = "x86")]
+        #[cfg(any(lanes_512, all(test, lanes = "x86")))]
         // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx512 => unsafe { f32_avx512(work) },
         #[cfg(lanes = "x86")]
@@ -42,7 +44,7 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     }
 }
 
-#[cfg(lanes = "x86")]
+#[cfg(any(lanes_512, all(test, lanes = "x86")))]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 pub(super) fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
     work.run::<F64x8>()
@@ -52,7 +54,7 @@ pub(super) fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
 pub(super) fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
     work.run::<F64x4>()
 }
-#[cfg(lanes = "x86")]
+#[cfg(any(lanes_512, all(test, lanes = "x86")))]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 pub(super) fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
     work.run::<F32x16>()

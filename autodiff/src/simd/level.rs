@@ -40,13 +40,9 @@ pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
 
 #[inline]
 fn found() -> Level {
-    // Without optimisation every intermediate value of inlined code has its own place on the stack. With wide registers
-    // a kernel would need megabytes of stack.
-    if cfg!(unoptimised) {
-        return Level::Baseline;
-    }
     #[cfg(lanes = "x86")]
     {
+        #[cfg(any(lanes_512, test))]
         if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
             return Level::Avx512;
         }

@@ -1,8 +1,9 @@
 //! SIMD lanes as a [`Real`](crate::Real): many evaluations at once.
 //!
-//! On x86-64, lanes are the widest registers of the processor, chosen at run time. On aarch64 they are NEON registers.
+//! On x86-64, lanes are the widest registers of the processor, chosen at run time. Builds below optimisation level 2
+//! have no AVX-512 lanes, which shortens compilation. On aarch64, lanes are NEON registers.
 //! On wasm32 they are `simd128` registers if the crate is compiled with `-C target-feature=+simd128`. On all other
-//! targets a register is a scalar, with a single lane.
+//! targets, and in builds without optimisation, a register is a scalar, with a single lane.
 //!
 //! Each register width has its own type for f64 and for f32, because the instructions differ. The macro `define_lanes`
 //! defines all of them.
@@ -20,15 +21,17 @@ mod places;
 mod narrow;
 #[cfg(lanes = "neon")]
 mod aarch64;
-#[cfg(any(lanes = "simd128", test))]
+#[cfg(any(lanes = "simd128", all(test, lanes)))]
 mod doubted;
 #[cfg(lanes = "simd128")]
 mod wasm;
 #[cfg(lanes = "x86")]
-mod x86;
+mod avx2;
+#[cfg(any(lanes_512, all(test, lanes = "x86")))]
+mod avx512;
 mod enter;
 mod float;
-#[cfg(test)]
+#[cfg(all(test, lanes))]
 mod tests;
 
 pub(crate) use lane::{WIDEST, lanes};

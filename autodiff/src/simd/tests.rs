@@ -106,26 +106,13 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     }
 }
 
-/// Without optimisation every intermediate register takes stack space. So the test runs in a thread with a large stack,
-/// if the target has threads.
-#[cfg(lanes)]
-#[test]
-fn every_register_has_the_bits_of_scalars() {
-    if cfg!(lanes = "simd128") {
-        return registers_have_the_bits_of_scalars();
-    }
-    let thread = std::thread::Builder::new().stack_size(64 << 20);
-    let checked = thread.spawn(registers_have_the_bits_of_scalars).unwrap();
-    checked.join().unwrap();
-}
-
-#[cfg(lanes)]
 fn single_bits(x: f32) -> u64 {
     x.to_bits().into()
 }
 
 #[cfg(lanes = "x86")]
-fn registers_have_the_bits_of_scalars() {
+#[test]
+fn every_register_has_the_bits_of_scalars() {
     #![allow(unsafe_code)]
     use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
     // SAFETY: the test checks that the processor has the instructions.
@@ -140,7 +127,8 @@ fn registers_have_the_bits_of_scalars() {
 }
 
 #[cfg(any(lanes = "neon", lanes = "simd128"))]
-fn registers_have_the_bits_of_scalars() {
+#[test]
+fn every_register_has_the_bits_of_scalars() {
     check(|all| all.run::<F64x2>(), f64::to_bits);
     check(|all| all.run::<F32x4>(), single_bits);
 }

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::settings::{Given, Model, Rollout};
+use super::settings::{Given, Model, Recorder, Rollout, recorder};
 use super::sweep::{Recorded, Starts};
 use crate::real::{Fused, Real};
 use crate::simd::lanes;
@@ -29,14 +29,18 @@ impl<M: Model> Rollout<M> {
     /// - If the model does not advance a part of its state, or a method of [`Program`](crate::Program) panics.
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let inputs: Vec<&[R]> = [&[start], parameters].concat();
-        R::fused(Batched::of_one(self, parameters.len()), &inputs)
+        R::fused(
+            Batched::new(self, 1, vec![false; parameters.len()]),
+            &inputs,
+        )
     }
 
     /// Like [`run`](Rollout::run), but on a tape every operation of every step is a separate entry.
     pub fn unrolled<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let one = Starts { count: 1, own: &[] };
-        self.recorded(one, &[&[start], parameters].concat(), false)
-            .0
+        let inputs: Vec<&[R]> = [&[start], parameters].concat();
+        let rollout = self.without_model();
+        (rollout.recorded(&recorder(&self.model), one, &inputs, false)).0
     }
 
     /// Runs a batch of starts. All starts share the matrices; each may have its own values of the other parameters. The
@@ -93,27 +97,8 @@ impl<M: Model> Rollout<M> {
         if starts.is_empty() {
             return Vec::new();
         }
-        let (mut inputs, mut own) = (starts.to_vec(), Vec::new());
-        for parameter in parameters {
-            match parameter {
-                Given::Shared(given) => inputs.push(given),
-                Given::Each(given) => {
-                    assert_eq!(
-                        given.len(),
-                        starts.len(),
-                        "Given::Each must have one slice for each start"
-                    );
-                    inputs.extend(*given);
-                }
-            }
-            own.push(matches!(parameter, Given::Each(_)));
-        }
-        let batched = Batched {
-            rollout: self.clone(),
-            starts: starts.len(),
-            own,
-        };
-        let seen = R::fused(batched, &inputs);
+        let (inputs, own) = flattened(starts, parameters);
+        let seen = R::fused(Batched::new(self, starts.len(), own), &inputs);
         let len = seen.len() / starts.len();
         (0..starts.len())
             .map(|start| seen[start * len..][..len].to_vec())
@@ -121,11 +106,73 @@ impl<M: Model> Rollout<M> {
     }
 }
 
+/// Returns the inputs of [`Batched`], and for each parameter whether each start has its own values.
+fn flattened<'a, R: Real>(
+    starts: &[&'a [R]],
+    parameters: &[Given<'a, R>],
+) -> (Vec<&'a [R]>, Vec<bool>) {
+    let (mut inputs, mut own) = (starts.to_vec(), Vec::new());
+    for parameter in parameters {
+        match parameter {
+            Given::Shared(given) => inputs.push(given),
+            Given::Each(given) => {
+                assert_eq!(
+                    given.len(),
+                    starts.len(),
+                    "Given::Each must have one slice for each start"
+                );
+                inputs.extend(*given);
+            }
+        }
+        own.push(matches!(parameter, Given::Each(_)));
+    }
+    (inputs, own)
+}
+
 /// A batch of rollouts as a fused function. The inputs are the starts, followed by each parameter: one slice that all
 /// starts share, or one slice for each start. The outputs are the observed states, one start after the other.
-#[derive(Clone)]
-pub(super) struct Batched<M> {
-    pub(super) rollout: Rollout<M>,
+struct Batched<M> {
+    model: M,
+    batch: Batch,
+}
+
+impl<M: Model> Batched<M> {
+    fn new(rollout: &Rollout<M>, starts: usize, own: Vec<bool>) -> Self {
+        Self {
+            model: rollout.model.clone(),
+            batch: Batch {
+                rollout: rollout.without_model(),
+                starts,
+                own,
+            },
+        }
+    }
+}
+
+impl<M: Model> Fused for Batched<M> {
+    type Saved<R: Real> = Vec<(StartGroup, Recorded<R>)>;
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        self.batch.run(&recorder(&self.model), inputs, false).0
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
+        self.batch.run(&recorder(&self.model), inputs, true)
+    }
+
+    fn reverse<R: Real>(
+        &self,
+        saved: &mut Self::Saved<R>,
+        y_bar: &[R],
+        wanted: &[bool],
+    ) -> Vec<Vec<R>> {
+        self.batch.reverse(saved, y_bar, wanted)
+    }
+}
+
+/// A batch without its model.
+pub(super) struct Batch {
+    pub(super) rollout: Rollout<()>,
     pub(super) starts: usize,
     /// For each parameter, whether each start (initial state) has its own values for it.
     pub(super) own: Vec<bool>,
@@ -178,16 +225,7 @@ impl StartGroup {
     }
 }
 
-impl<M: Model> Batched<M> {
-    /// A batch that has only one start (initial state). All parameters count as shared.
-    pub(super) fn of_one(rollout: &Rollout<M>, parameters: usize) -> Self {
-        Self {
-            rollout: rollout.clone(),
-            starts: 1,
-            own: vec![false; parameters],
-        }
-    }
-
+impl Batch {
     /// Divides the starts into groups of one start per lane. If the remaining starts fill more than three quarters of
     /// the lanes, they also run as such a group, because this is faster than pairs. Otherwise they run in pairs, and
     /// the last one possibly alone.
@@ -208,13 +246,6 @@ impl<M: Model> Batched<M> {
         groups
     }
 
-    fn of_group(&self, group: &StartGroup) -> Starts<'_> {
-        Starts {
-            count: group.lanes,
-            own: &self.own,
-        }
-    }
-
     /// Divides a list with one item for each input into parts, one for each parameter. The part of a shared parameter
     /// is one item; the part of any other parameter is one item for each start.
     fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
@@ -227,13 +258,12 @@ impl<M: Model> Batched<M> {
         self.own.iter().map(&mut take).collect()
     }
 
-    /// Calls `run` with the inputs of a group of starts: the interleaved starts, then one slice for each parameter.
-    fn with_inputs<'a, R: Real, T>(
+    /// Returns the inputs of a group of starts: the interleaved starts, then one slice for each parameter.
+    fn inputs_of<'a, R: Real>(
         &self,
         group: &StartGroup,
         inputs: &'a [&'a [R]],
-        run: impl FnOnce(&[&[R]]) -> T,
-    ) -> T {
+    ) -> Vec<Cow<'a, [R]>> {
         let parameters = self.by_parameter(inputs).into_iter().zip(&self.own);
         let parameter = |(given, &own): (&'a [&'a [R]], &bool)| {
             if own {
@@ -243,45 +273,39 @@ impl<M: Model> Batched<M> {
             }
         };
         let start = Cow::Owned(group.own(&inputs[..self.starts]));
-        let inputs: Vec<Cow<[R]>> = std::iter::once(start)
+        std::iter::once(start)
             .chain(parameters.map(parameter))
-            .collect();
-        run(&inputs.iter().map(|input| &input[..]).collect::<Vec<_>>())
-    }
-}
-
-impl<M: Model> Fused for Batched<M> {
-    type Saved<R: Real> = Vec<(StartGroup, Recorded<R>)>;
-
-    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
-        let mut seen = Vec::new();
-        for group in self.groups::<R>() {
-            let forward = |inputs: &[&[R]]| {
-                self.rollout
-                    .recorded(self.of_group(&group), inputs, false)
-                    .0
-            };
-            let of_group = self.with_inputs(&group, inputs, forward);
-            seen.extend(group.parted(&of_group).concat());
-        }
-        seen
+            .collect()
     }
 
-    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
+    /// Runs all groups. Returns the observed states and, if `keeps` is true, what the reverse sweep needs.
+    fn run<R: Real>(
+        &self,
+        record: Recorder<R>,
+        inputs: &[&[R]],
+        keeps: bool,
+    ) -> (Vec<R>, Vec<(StartGroup, Recorded<R>)>) {
         let (mut seen, mut saved) = (Vec::new(), Vec::new());
         for group in self.groups::<R>() {
-            let record =
-                |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs, true);
-            let (of_group, recorded) = self.with_inputs(&group, inputs, record);
+            let inputs = self.inputs_of(&group, inputs);
+            let inputs: Vec<&[R]> = inputs.iter().map(|input| &input[..]).collect();
+            let starts = Starts {
+                count: group.lanes,
+                own: &self.own,
+            };
+            let (of_group, recorded) = self.rollout.recorded(record, starts, &inputs, keeps);
             seen.extend(group.parted(&of_group).concat());
-            saved.push((group, recorded));
+            if keeps {
+                saved.push((group, recorded));
+            }
         }
         (seen, saved)
     }
 
+    /// See [`Fused::reverse`].
     fn reverse<R: Real>(
         &self,
-        saved: &mut Self::Saved<R>,
+        saved: &mut [(StartGroup, Recorded<R>)],
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {

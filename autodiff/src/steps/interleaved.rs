@@ -1,11 +1,11 @@
 //! Runs one start or several interleaved starts forward, and sweeps back.
 
 use super::progress::running;
-use super::settings::{Model, Rollout};
+use super::settings::{Recorder, Rollout};
 use super::sweep::{Recorded, Starts};
 use crate::real::Real;
 
-impl<M: Model> Rollout<M> {
+impl Rollout<()> {
     /// Returns the positions, within an observed state, of the numbers that the rollout returns. The state has `len`
     /// numbers, in which `starts` starts are interleaved.
     fn places(&self, starts: usize, len: usize) -> Vec<usize> {
@@ -25,12 +25,13 @@ impl<M: Model> Rollout<M> {
     /// the reverse sweep needs. If `keeps` is false, no reverse sweep follows and no steps are kept.
     pub(super) fn recorded<R: Real>(
         &self,
+        record: Recorder<R>,
         starts: Starts,
         inputs: &[&[R]],
         keeps: bool,
     ) -> (Vec<R>, Recorded<R>) {
         let _running = running();
-        let mut recorded = Recorded::new(self, starts, inputs, keeps);
+        let mut recorded = Recorded::new(self, record, starts, inputs, keeps);
         let places = self.places(starts.count, recorded.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {

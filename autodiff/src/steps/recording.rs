@@ -3,8 +3,8 @@
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Parameter,
-    UniformKernel, Weighted, repeated,
+    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Operation,
+    Parameter, UniformKernel, Weighted, repeated,
 };
 use crate::real::Real;
 
@@ -53,9 +53,12 @@ impl<R: Real> Program<R> {
     {
         let outputs = arrays(&self.map_outputs(&x, uniforms, O));
         let map = Map::new(kernel, x, uniforms, outputs);
-        self.operations
-            .push(StepOperation::Kernel(Box::new(InLanes(map))));
+        self.push_kernel(Box::new(InLanes(map)));
         outputs
+    }
+
+    fn push_kernel(&mut self, kernel: Box<dyn Operation<R>>) {
+        self.operations.push(StepOperation::Kernel(kernel));
     }
 
     fn assert_uniform(&self, arrays: &[Array]) {
@@ -64,8 +67,8 @@ impl<R: Real> Program<R> {
         assert!(is_one, "each uniform input must be an array of one number");
     }
 
-    /// Allocates the outputs of an operation that maps a kernel: one array for each of its `results`.
-    pub(crate) fn map_outputs(
+    /// Checks the inputs of a kernel and allocates an array for each of its `results` results.
+    pub(super) fn map_outputs(
         &mut self,
         x: &[Array],
         uniforms: &[Array],
@@ -257,14 +260,13 @@ impl<R: Real> Program<R> {
         let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O);
         let outputs = arrays(&outputs);
         let map = EdgeMap::new(kernel, &graph, ends, per_edge, uniforms, outputs);
-        self.operations
-            .push(StepOperation::Kernel(Box::new(InLanes(map))));
+        self.push_kernel(Box::new(InLanes(map)));
         outputs
     }
 
-    /// Allocates the outputs of an operation that maps a kernel over edges: one array for each of its `results`. Also
-    /// returns the graph of all starts.
-    pub(crate) fn edge_outputs(
+    /// Checks the inputs of a kernel over edges. Returns the graph of all starts, and an array for each of the `results`
+    /// results.
+    pub(super) fn edge_outputs(
         &mut self,
         graph: &Graph,
         [ends, per_edge]: [&[Array]; 2],

@@ -24,8 +24,16 @@ pub trait Model: Clone + Send + Sync + 'static {
     }
 }
 
-/// Records a model by calling `record_f64`, `record_f32` or `record`, depending on the number type.
-pub(super) struct RecordModel<'a, M>(pub(super) &'a M);
+/// Records a step of a model. Code that gets the model in this form is not compiled again for every model.
+pub(super) type Recorder<'a, R> = &'a dyn Fn(&mut Program<R>);
+
+/// Returns a function that records a model by calling `record_f64`, `record_f32` or `record`, depending on the number
+/// type.
+pub(super) fn recorder<R: Real>(model: &impl Model) -> impl Fn(&mut Program<R>) {
+    |program| R::by_type(RecordModel(model), program)
+}
+
+struct RecordModel<'a, M>(&'a M);
 
 impl<'a, M: Model> ByType for RecordModel<'a, M> {
     type Of<R: Real> = &'a mut Program<R>;
@@ -92,6 +100,22 @@ impl<M: Model> Rollout<M> {
         }
     }
 
+    /// Returns the settings without the model.
+    pub(super) fn without_model(&self) -> Rollout<()> {
+        Rollout {
+            model: (),
+            steps: self.steps,
+            inputs: self.inputs.clone(),
+            observed: self.observed.clone(),
+            entries: self.entries.clone(),
+            state_bound: self.state_bound,
+            cotangent_bound: self.cotangent_bound,
+            memory: self.memory,
+        }
+    }
+}
+
+impl Rollout<()> {
     /// Checks the settings. `inputs` is the number of inputs of a step.
     pub(super) fn check(&self, inputs: usize) {
         assert!(

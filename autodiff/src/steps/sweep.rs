@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::checkpoints::CheckpointSchedule;
 use super::program::Program;
 use super::progress::begin_step;
-use super::settings::{Model, RecordModel, Rollout};
+use super::settings::{Recorder, Rollout};
 use super::watch::Watch;
 use crate::arrays::Aligned;
 use crate::pool;
@@ -34,9 +34,9 @@ pub(super) struct Stepper<R: Real> {
 impl<R: Real> Stepper<R> {
     /// Records the program and loads its numbers. `inputs` are the starts (interleaved if there are several), then the
     /// parameters.
-    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
+    fn new(rollout: &Rollout<()>, record: Recorder<R>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
-        R::by_type(RecordModel(&rollout.model), &mut program);
+        record(&mut program);
         let mut program = program.finish();
         rollout.check(program.inputs_len);
         let mut parameters = program.parameters();
@@ -132,13 +132,14 @@ pub(super) struct Recorded<R: Real> {
 impl<R: Real> Recorded<R> {
     /// Prepares a forward run. If `keeps` is true, the run keeps what a reverse sweep needs. The other arguments are
     /// those of [`Stepper::new`].
-    pub(super) fn new<M: Model>(
-        rollout: &Rollout<M>,
+    pub(super) fn new(
+        rollout: &Rollout<()>,
+        record: Recorder<R>,
         starts: Starts,
         inputs: &[&[R]],
         keeps: bool,
     ) -> Self {
-        let stepper = Stepper::new(rollout, starts, inputs);
+        let stepper = Stepper::new(rollout, record, starts, inputs);
         let (stride, row) = (stepper.program.stride(), stepper.row(inputs[0]));
         let lengths = [stepper.state_len(), stride];
         let schedule = match keeps {

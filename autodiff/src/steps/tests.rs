@@ -6,7 +6,7 @@ mod net;
 use net::{Loss, NODES, taken_from};
 use num_traits::Zero;
 
-use super::batched::Batched;
+use super::batched::Batch;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
     CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Tape,
@@ -141,8 +141,8 @@ fn starts_fill_registers() {
     at_every_level(|| {
         let lanes = lanes::<f64>();
         for starts in 0..=3 * lanes {
-            let (rollout, own) = (Loss::new(1).rollout, Vec::new());
-            let groups = Batched {
+            let (rollout, own) = (Loss::new(1).rollout.without_model(), Vec::new());
+            let groups = Batch {
                 rollout,
                 starts,
                 own,

@@ -147,6 +147,13 @@ pub(crate) fn formula(arguments: usize, function: impl FnOnce(&[Sym]) -> Sym) ->
 
 /// Records a function with several results.
 pub(crate) fn formulas(arguments: usize, function: impl FnOnce(&[Sym]) -> Vec<Sym>) -> Formula {
+    recorded(arguments, Box::new(function))
+}
+
+/// A boxed function, so that recording is compiled once.
+type Boxed<'f> = Box<dyn FnOnce(&[Sym]) -> Vec<Sym> + 'f>;
+
+fn recorded(arguments: usize, function: Boxed) -> Formula {
     let outer = RECORD.replace(Record::new(arguments));
     let results = function(&(0..arguments).map(Sym).collect::<Vec<_>>());
     let ops = RECORD.with_borrow_mut(|record| take(&mut replace(record, outer).ops));

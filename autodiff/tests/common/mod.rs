@@ -36,9 +36,9 @@ pub(crate) fn forward_gradient<R: Real>(function: &impl Function, x: &[R]) -> Ve
     (0..x.len()).map(along).collect()
 }
 
-/// Returns the rows of the Hessian, each by a product with a unit vector. This needs no number types beyond those that
-/// [`gradients`] needs, which keeps compilation short.
-pub(crate) fn hessian_rows(function: &impl Function, x: &[f64]) -> Vec<Vec<f64>> {
+/// Returns the rows of the Hessian, each by a product with a unit vector. Unlike [`hessian`](autodiff::hessian), this
+/// needs no number types beyond those that [`gradients`] needs, which keeps compilation short.
+pub(crate) fn hessian_rows<R: Real>(function: &impl Function, x: &[R]) -> Vec<Vec<R>> {
     let row = |i| hessian_vector(|x| function.eval(x), x, &unit(x.len(), i)).1;
     (0..x.len()).map(row).collect()
 }

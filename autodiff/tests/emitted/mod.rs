@@ -5,10 +5,7 @@ use std::array::from_fn;
 use autodiff::Elementary;
 use autodiff::arrays::vjp_by_duals;
 use autodiff::emit::{adjoint, assert_fresh};
-use autodiff::{
-    Element, Function, Kernel, Mask, Memory, Model, Program, Pullback, Real, Rollout, data,
-    value_and_gradient,
-};
+use autodiff::{Element, Kernel, Mask, Memory, Model, Program, Pullback, Real, Rollout, Var, data};
 
 mod fields;
 mod guarded;
@@ -252,27 +249,17 @@ impl<K: Kernel<2, 3> + Clone + Sync> Model for Steps<K> {
     }
 }
 
-struct Sum<K>(Rollout<Steps<K>>);
-
-impl<K: Kernel<2, 3> + Clone + Sync> Function for Sum<K> {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (start, pull) = x.split_at(STATE);
-        R::sum_of(&self.0.run(start, &[pull]))
-    }
-}
-
-fn summed<K: Kernel<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> (Sum<K>, Vec<f64>) {
+fn gradient<K: Kernel<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
     let rollout = Rollout {
         memory,
         ..Rollout::new(Steps(kernel), 9)
     };
     let x: Vec<f64> = (0..2 * STATE).map(|i| 0.4 + 0.05 * i as f64).collect();
-    (Sum(rollout), x)
-}
-
-fn gradient<K: Kernel<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
-    let (sum, x) = summed(kernel, memory);
-    value_and_gradient(|x| sum.eval(x), &x).1
+    let sum = |x: &[Var<f64>]| {
+        let (start, pull) = x.split_at(STATE);
+        Var::sum_of(&rollout.run(start, &[pull]))
+    };
+    autodiff::gradient(sum, &x)
 }
 
 #[test]
