@@ -31,7 +31,6 @@ pub mod lattice;
 pub mod settings;
 pub mod laws;
 pub mod scene;
-pub mod generator;
 pub mod design;
 pub mod projection;
 pub mod policy;

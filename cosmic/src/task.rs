@@ -13,8 +13,9 @@ use crate::policy::Controller;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
+    bound_of_any_design,
 };
-use crate::simulator::stability::{Vibration, bound_of_any_design};
+use crate::simulator::stability::Vibration;
 use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
 
 /// The steps of a rollout that carry the gradient (D11).
@@ -59,7 +60,8 @@ pub struct Task {
     pub sharpness: ProjectionSettings,
     /// The restrictions on the mixtures of edges.
     holds: Holds,
-    pub(crate) simulator: Simulator,
+    /// The simulator of the robot.
+    pub simulator: Simulator,
     /// True if the weight of a node in means and observations depends on how solid its edges are.
     one_piece: bool,
     /// The factors by which the simulated robot differs from its design; `None` for the nominal robot.

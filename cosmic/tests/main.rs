@@ -1,13 +1,111 @@
-//! The tests of the crate `cosmic-codesign`. They form one binary with a module for each topic.
+//! The tests of the crate `cosmic-codesign`. They form one binary. A file here tests the file of the same name in `src`;
+//! other files test a topic.
 //!
 //! `cargo test -p cosmic-codesign --test all scene_reader::` runs one module.
 
+mod case {
+    mod results;
+}
+mod codesign {
+    mod begin;
+    mod delivery;
+    mod iterate;
+    mod passes;
+    mod polish;
+    mod quantiles;
+    mod reach;
+    mod reliability;
+    mod review;
+    mod schedule;
+    mod settle;
+    mod slope;
+    mod slopes;
+}
+mod design {
+    mod layout;
+    mod snap;
+    mod start;
+    mod structure;
+    mod tilt;
+    mod vectors;
+}
+mod domain;
+mod error;
+mod geometry {
+    mod ground;
+    mod profile;
+    mod segment;
+    mod vector;
+}
+mod inputs;
+mod lattice {
+    mod check;
+}
+mod laws {
+    mod adjoints;
+    mod bending;
+    mod built_in;
+    mod law_file;
+}
+mod objective {
+    mod augmented;
+    mod displacement;
+    mod measures;
+    mod tasks;
+}
+mod optimiser {
+    mod adam;
+    mod mma {
+        mod bracket;
+        mod cholesky;
+    }
+}
+mod parallel;
+mod policy {
+    mod block;
+    mod mlp;
+    mod saved;
+}
+mod projection;
 mod property_design;
-#[cfg(feature = "files")]
 mod property_files;
-#[cfg(feature = "files")]
+mod random;
+mod reading;
+mod record {
+    mod agreement;
+    mod carry_out;
+    mod history {
+        mod walk;
+        mod write;
+    }
+    mod multistart {
+        mod halving;
+        mod search;
+    }
+    mod run {
+        mod folder;
+    }
+    mod summary;
+}
 mod record_files;
+mod scene {
+    mod declarations;
+    mod departures;
+    mod follow;
+    mod generator;
+    mod toml_file;
+}
 mod scene_builtin;
 mod scene_reader;
 mod scene_unread;
 mod scene_values;
+mod simulator {
+    mod driven;
+    mod loads;
+    mod overflow;
+    mod stability {
+        mod vibration;
+    }
+    mod step_check;
+}
+mod small;

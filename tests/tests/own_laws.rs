@@ -11,10 +11,10 @@ use cosmic::lattice::{Lattice, State};
 use cosmic::laws::{
     Bar, BarForce, Contact, Impact, Law, Node, NodeForce, contact, on_bars, on_nodes,
 };
-use cosmic::scene::{Integrator, PhysicsSettings, Scene};
+use cosmic::scene::{Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::settings::within;
 use cosmic::simulator::Store;
-use cosmic::simulator::stability::{Vibration, stable_step};
+use cosmic::simulator::stability::Vibration;
 use cosmic_lab::verify::check_gradients;
 use cosmic_tests::{Bare, robot_of, states};
 

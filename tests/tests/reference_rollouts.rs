@@ -1,7 +1,7 @@
 //! Reproduces every reference case in the same way as `cosmic evaluate --gradient`. States, losses, measures and
 //! gradients agree with the file within its tolerances.
 
-use cosmic::generator::edges;
+use cosmic::scene::edges;
 use cosmic_tests::{Reference, numbers, own_reference_folder, reference_folder, references};
 use serde_json::Value;
 

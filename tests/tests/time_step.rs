@@ -5,8 +5,8 @@ use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
-use cosmic::scene::{Scene, UnstableStep};
-use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
+use cosmic::scene::{Scene, UnstableStep, bound_of_any_design, step_limit};
+use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Grade, StepCheck};
 
 fn scene(dt: f64) -> Scene {

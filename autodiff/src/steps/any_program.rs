@@ -215,13 +215,12 @@ impl<R: Real> Replaying for Program<R> {
         &mut self,
         graph: &Graph,
         kernel: Plan,
-        [ends, per_edge]: [&[Array]; 2],
+        inputs: [&[Array]; 2],
         uniforms: &[Array],
     ) -> Vec<Array> {
-        let (graph, outputs) =
-            self.edge_outputs(graph, [ends, per_edge], uniforms, kernel.results());
-        let (places, inputs) = (Places::edges(&graph, ends.len()), [ends, per_edge].concat());
-        let kernel = ReplayedKernel::new(kernel, places, &inputs, uniforms, &outputs);
+        let (graph, outputs) = self.edge_outputs(graph, inputs, uniforms, kernel.results());
+        let places = Places::edges(&graph, inputs[0].len());
+        let kernel = ReplayedKernel::new(kernel, places, &inputs.concat(), uniforms, &outputs);
         self.operations.push(StepOperation::Replayed(kernel));
         outputs
     }

@@ -3,6 +3,7 @@
 
 mod adbench;
 mod answers;
+mod comparison;
 mod draw;
 mod driver;
 mod naive;

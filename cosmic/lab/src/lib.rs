@@ -2,22 +2,25 @@
 //!
 //! The order of the modules is the architecture: a module uses only those above it.
 //!
+//! - [`child`]: child processes that can be stopped.
+//! - [`statistics`]: statistics of a sample with their standard errors.
 //! - [`table`]: tables, and how they are written.
 //! - [`robustness`]: designs in randomly drawn worlds.
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`export`]: files of a robot for other programs: MuJoCo and the workshop.
+//! - [`measure`]: measurements of finished runs, in changed scenes and in MuJoCo.
 //! - [`verify`]: errors of trajectories and gradients and their cost; stability of extreme robots.
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: the experiments that a TOML file describes, compared with published numbers.
 
 mod files;
-mod child;
-mod statistics;
+pub mod child;
+pub mod statistics;
 pub mod table;
 pub mod robustness;
 pub mod report;
 pub mod export;
-mod measure;
+pub mod measure;
 pub mod verify;
 pub mod sweep;
 pub mod study;

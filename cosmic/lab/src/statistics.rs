@@ -9,20 +9,23 @@ const RESAMPLES: usize = 1000;
 
 /// The statistics of a sample of runs. A number is `None` if it depends on a diverged run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Statistics {
+pub struct Statistics {
     /// The largest number of the sample.
-    pub(crate) best: Option<f64>,
-    pub(crate) p10: Option<f64>,
-    pub(crate) median: Option<f64>,
-    pub(crate) p90: Option<f64>,
+    pub best: Option<f64>,
+    /// The 10 % quantile.
+    pub p10: Option<f64>,
+    /// The median.
+    pub median: Option<f64>,
+    /// The 90 % quantile.
+    pub p90: Option<f64>,
     /// The standard error of the median, estimated by the bootstrap; `None` for a sample of one number.
-    pub(crate) standard_error: Option<f64>,
+    pub standard_error: Option<f64>,
 }
 
 impl Statistics {
     /// Computes the statistics of a sample. In the sample, NaN stands for a diverged run and counts as the lowest
     /// number.
-    pub(crate) fn of(sample: &[f64]) -> Self {
+    pub fn of(sample: &[f64]) -> Self {
         if sample.is_empty() {
             return Self::default();
         }
@@ -50,7 +53,7 @@ fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
 }
 
 /// Returns the mean of a sample and the standard error of the mean; `None` for a sample of one number.
-pub(crate) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
+pub fn mean(sample: &[f64]) -> Option<[f64; 2]> {
     let [mean, variance] = mean_and_variance(sample);
     (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
@@ -66,39 +69,4 @@ fn standard_error(sample: &[f64]) -> f64 {
     };
     let medians: Vec<f64> = (0..RESAMPLES).map(&mut draw).collect();
     mean_and_variance(&medians)[1].sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Statistics, mean};
-    use cosmic::random::{Purpose, stream};
-    use rand::RngExt;
-
-    #[test]
-    fn diverged_runs_count_lowest() {
-        let sample = [2.0, f64::NAN, 1.0];
-        let statistics = Statistics::of(&sample);
-        assert_eq!((statistics.best, statistics.median), (Some(2.0), Some(1.0)));
-        assert_eq!((statistics.p10, statistics.standard_error), (None, None));
-        assert_eq!(Statistics::of(&[]).best, None);
-    }
-
-    #[test]
-    fn the_error_of_the_median_of_a_uniform_sample_is_known() {
-        let mut stream = stream(7, Purpose::Weights);
-        let sample: Vec<f64> = (0..400).map(|_| stream.random()).collect();
-        let error = Statistics::of(&sample).standard_error.unwrap();
-        // The exact standard error of the median is 1 / (2 f sqrt(n)) = 0.025, where the density f is 1. The bootstrap
-        // estimates it from one sample, so the test allows a factor of two.
-        assert!((0.0125..0.05).contains(&error), "{error}");
-        let error = |sample: &[f64]| Statistics::of(sample).standard_error;
-        assert_eq!([error(&[3.0; 9]), error(&[3.0])], [Some(0.0), None]);
-    }
-
-    #[test]
-    fn the_error_of_a_mean_is_the_scatter_over_the_root_of_the_count() {
-        assert_eq!(mean(&[1.0, 3.0]), Some([2.0, 1.0]));
-        assert_eq!(mean(&[0.0, 0.0, 2.0, 2.0]).map(|[m, _]| m), Some(1.0));
-        assert_eq!(mean(&[1.0]), None);
-    }
 }

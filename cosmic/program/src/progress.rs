@@ -6,6 +6,7 @@ use crate::output::{counted, metres, note, unreliable};
 use cosmic::codesign::Record;
 use cosmic::record::{Observer, Run};
 use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
+use cosmic_lab::table::clock;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::mem;
@@ -247,27 +248,4 @@ fn bar(title: String, done: u64, last: u64) -> ProgressBar {
         .progress_chars("=> ");
     let bar = ProgressBar::new(last).with_style(style);
     bar.with_position(done).with_prefix(title)
-}
-
-/// Formats a duration as minutes and seconds, with hours if there are any.
-fn clock(seconds: f64) -> String {
-    let seconds = seconds.round() as u64;
-    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    match hours {
-        0 => format!("{minutes}:{seconds:02}"),
-        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::clock;
-
-    #[test]
-    fn durations_read_as_on_a_clock() {
-        assert_eq!(
-            [0.4, 59.6, 3599.0, 3600.0].map(clock),
-            ["0:00", "1:00", "59:59", "1:00:00"]
-        );
-    }
 }

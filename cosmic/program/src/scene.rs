@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
-use cosmic::scene::{Builtin, Finding, Scene};
+use cosmic::scene::{Builtin, Finding, Following, Scene};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -88,6 +88,7 @@ fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry)
         print_json(&json!({
             "ok": review.refusals.is_empty(),
             "departures": scene.departures(),
+            "following": scene.following(),
             "refusals": review.refusals,
             "warnings": review.warnings,
         }))?;
@@ -103,9 +104,15 @@ fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry)
     if output.json || output.quiet {
         return Ok(());
     }
+    let following = scene.following().into_iter();
+    let lines = following.map(|setting| {
+        let Following { key, value, rule } = setting;
+        format!("{key} = {value} (auto: {rule})\n")
+    });
     print(&format!(
-        "world: {}\n{}: ok\n",
+        "world: {}\n{}{}: ok\n",
         scene.world(),
+        lines.collect::<String>(),
         file.display()
     ))
 }

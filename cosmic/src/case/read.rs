@@ -7,7 +7,6 @@ use std::sync::Arc;
 use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
 use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
-use crate::generator::places;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Lattice, State, Truss};
 use crate::objective::AugmentedLagrangian;
@@ -15,6 +14,7 @@ use crate::policy::{Controller, blocks_of};
 use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
 use crate::registry::Registry;
+use crate::scene::places;
 use crate::scene::{
     ControllerSettings, DesignSettings, LatticeSettings, MaterialSettings, PhysicsSettings,
     ProjectionSettings, TrussFile, UnstableStep, allowed_instead,

@@ -16,16 +16,22 @@ use crate::task::Task;
 /// Evaluates robots of one scene: simulates them, differentiates their losses and measures their displacement. It has
 /// no state that changes between evaluations.
 pub struct Evaluator {
-    pub(super) scene: Scene,
-    pub(super) task: Task,
-    pub(super) loss: Arc<dyn AnyLoss>,
+    /// The scene.
+    pub scene: Scene,
+    /// The simulated task.
+    pub task: Task,
+    /// The loss of a rollout.
+    pub loss: Arc<dyn AnyLoss>,
     /// The unperturbed start.
-    pub(super) start: State<f64>,
+    pub start: State<f64>,
 }
 
 impl Evaluator {
     /// Creates the evaluator of a scene for the given loss.
-    pub(super) fn new(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
+    ///
+    /// # Errors
+    /// The errors of [`Scene::check`]; [`Error::Usage`] for a loss that observes no node, or steps that do not ascend.
+    pub fn new(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         // A run writes its scene and reads it again, so the scene must be valid as a file.
         scene.check()?;
         check_loss(&*loss, scene)?;

@@ -49,17 +49,18 @@ mod settle;
 mod polish;
 mod passes;
 mod iterate;
-#[cfg(test)]
-pub(crate) mod tests;
 
 pub use begin::CoDesign;
 pub use delivery::Delivery;
 pub use evaluator::Evaluator;
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::Quantiles;
-pub use reach::Reached;
 #[cfg(feature = "files")]
-pub(crate) use reach::{first_best, is_ranked_by_distance};
-pub use reliability::Reliability;
+pub(crate) use reach::is_ranked_by_distance;
+pub use reach::{Reached, first_best};
+pub use reliability::{Merit, Reliability};
 pub use review::Review;
-pub use schedule::Phase;
+pub use schedule::{Phase, Schedule};
+pub use settle::settle;
+pub use slope::{At, Slope};
+pub use slopes::Sought;

@@ -72,7 +72,7 @@ impl Progress {
 
     /// Inserts the current controller into the candidates, which are sorted by merit. Does nothing if the merit is not
     /// finite or the controller is already a candidate. Keeps at most `most` candidates.
-    pub(super) fn note_candidate(&mut self, merit: f64, most: usize) {
+    pub fn note_candidate(&mut self, merit: f64, most: usize) {
         let is_same = |c: &Candidate| c.controller == self.controller;
         if !merit.is_finite() || self.candidates.iter().any(is_same) {
             return;

@@ -32,14 +32,15 @@ pub struct Reached {
 }
 
 impl Reached {
-    pub(super) fn along(&self) -> f64 {
+    /// Displacement along the ground, in metres.
+    pub fn along(&self) -> f64 {
         self.moved.forward()
     }
 
     /// Joins the results for the two goals: this one for the goal ahead, and `behind` for the goal behind the robot.
     /// The merit is the lower one of the two. The merit of `behind` counts with the opposite sign, because for the goal
     /// behind the payload must move backwards, or the loss must be large.
-    pub(super) fn with_behind(self, behind: Self) -> Self {
+    pub fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
             behind: Some(behind.along()),
@@ -61,7 +62,7 @@ pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
 
 impl Evaluator {
     /// Simulates the current robot in a full rollout, in the precision of gradients, and returns the result.
-    pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
+    pub fn evaluate(&self, progress: &Progress) -> Reached {
         self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
     }
 
@@ -283,177 +284,10 @@ fn roll_in<R: Real + Into<f64>>(
 /// The index of the largest merit; of equally large merits, the index of the first. A merit has `N` numbers, which are
 /// compared from the first to the last: a later number only decides between merits with equal earlier numbers. NaN, the
 /// merit of a diverged rollout, is below any number.
-pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
+pub fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
     let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }
     };
     let merits = merits.into_iter().enumerate();
     merits.fold((0, [f64::NEG_INFINITY; N]), better).0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Reached, first_best, worse};
-    use crate::codesign::CoDesign;
-    use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::{LIVELY, Up, begun, tiny};
-    use crate::lattice::State;
-    use crate::laws::ContactLaw;
-    use crate::scene::{GradientPrecision, Scene, TaskKind};
-
-    /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
-    /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
-    #[test]
-    fn a_nearly_absurd_state_has_not_diverged() {
-        let mut scene = tiny();
-        scene.physics.contact = ContactLaw::coulomb();
-        scene.physics.friction = 0.0;
-        scene.physics.incline_deg = 60.0;
-        scene.physics.gravity = 1000.0;
-        (scene.physics.damping, scene.physics.steps) = (0.0, 20_000);
-        scene.physics.speed_bound = None;
-        scene.lattice.spacing = 0.001;
-        scene.materials.stiffness = [1e-7, 1.0, 1.0];
-        let (evaluator, progress) = begun(&scene);
-        let reached = evaluator.evaluate(&progress);
-        assert!((5e5..1e6).contains(&reached.along().abs()), "{reached:?}");
-        let delivery = evaluator.deliver(&progress);
-        assert_eq!(delivery.divergence, None);
-        assert_eq!(delivery.along, reached.along());
-        assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
-    }
-
-    /// A speed bound just below the largest speed of a node makes the rollout diverge; a bound just above it changes
-    /// nothing.
-    #[test]
-    fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
-        let mut scene = Scene::parse("fast", &[LIVELY, "iterations = 8"].concat()).unwrap();
-        scene.physics.speed_bound = None;
-        let free = CoDesign::new(&scene).unwrap();
-        let progress = free.begin(1).unwrap();
-        let all = free
-            .evaluator
-            .watch(&progress, (0..=scene.physics.steps).collect());
-        let states = all.unwrap().states;
-        let speed = |state: &State<f64>| state.speeds().fold(0.0, f64::max);
-        let fastest = states.iter().map(speed).fold(0.0, f64::max);
-        // The node is fastest between the observed states, not at the end.
-        assert!(speed(&states[scene.physics.steps]) < 0.9 * fastest);
-        let first = |bound: f64| states.iter().position(|state| speed(state) > bound);
-        let mut moves = |bound| {
-            scene.physics.speed_bound = bound;
-            let codesign = CoDesign::new(&scene).unwrap();
-            let at = codesign
-                .evaluator
-                .point(&progress, &Schedule::at(&scene, 1));
-            let walk = codesign
-                .evaluator
-                .watch(&progress, vec![0, scene.physics.steps]);
-            assert_eq!(
-                walk.is_none(),
-                codesign.evaluator.evaluate(&progress).along().is_nan()
-            );
-            let slopes = codesign.evaluator.design_slopes(&at);
-            (
-                codesign.evaluator.evaluate(&progress),
-                slopes,
-                codesign.evaluator.deliver(&progress),
-            )
-        };
-        let (reached, slopes, delivery) = moves(None);
-        for bound in [1.001 * fastest, 1e4] {
-            assert_eq!(
-                moves(Some(bound)),
-                (reached, slopes.clone(), delivery.clone())
-            );
-        }
-        for bound in [0.999, 0.8] {
-            let bound = bound * fastest;
-            let (beyond, same, flown) = moves(Some(bound));
-            assert!(beyond.along().is_nan() && beyond.merit.is_nan());
-            assert_eq!(same, slopes);
-            let found = flown.divergence.unwrap();
-            assert_eq!(Some(found.step + 1), first(bound));
-            let says = crate::Error::from(&found).to_string();
-            let node = format!("node {} at", found.node);
-            let allowed = format!("`physics.speed_bound` allows {bound} m/s");
-            for words in [node, allowed] {
-                assert!(says.contains(&words), "{says}");
-            }
-            assert!(flown.along.is_nan() && flown.loads.is_none());
-        }
-    }
-
-    /// Rollouts of the optimisation are computed in the precision of the scene; the figures to quote are computed in
-    /// f64.
-    #[test]
-    fn rollouts_of_the_optimisation_have_the_precision_of_gradients() {
-        let check = |mut scene: Scene| {
-            scene.start.tilt = 0.2;
-            let double = CoDesign::new(&scene).unwrap();
-            scene.gradient.precision = GradientPrecision::F32;
-            let single = CoDesign::new(&scene).unwrap();
-            let progress = double.begin(1).unwrap();
-            let [a, b] = [&double, &single].map(|codesign| codesign.evaluator.evaluate(&progress));
-            // The expected rounding error is 0.3 * 24 * 100^(1/2) * 6e-8: lengths of 0.3 m, 24 steps, and in each
-            // about 100 operations that round at 6e-8 with random signs.
-            for (a, b) in [(a.along(), b.along()), (a.merit, b.merit)] {
-                assert!(a != b && (a - b).abs() < 5e-6, "{a} {b}");
-            }
-            assert_eq!(
-                double.evaluator.deliver(&progress),
-                single.evaluator.deliver(&progress)
-            );
-        };
-        check(tiny());
-        let mut scene = tiny();
-        scene.objective.task = TaskKind::Climb;
-        check(scene);
-    }
-
-    #[test]
-    fn the_first_of_equals_is_the_best_and_diverged_rollouts_are_last() {
-        let least = f64::NEG_INFINITY;
-        assert_eq!(first_best([1.0, 3.0, f64::NAN, 3.0, 2.0].map(|m| [m])), 1);
-        assert_eq!(first_best([[f64::NAN], [least], [-5.0]]), 2);
-        assert_eq!(first_best([[f64::NAN], [least]]), 0);
-        assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
-    }
-
-    /// With two goals, the merit is the merit for the worse goal. A robot that does not observe its goal moves the same
-    /// way for both goals: what it gains for one, it loses for the other.
-    #[test]
-    fn with_two_goals_the_worse_one_gives_the_merit() {
-        let mut scene = Scene::parse("lively", LIVELY).unwrap();
-        (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
-        let check = |codesign: CoDesign, ahead: fn(&Reached) -> f64| {
-            let progress = codesign.begin(1).unwrap();
-            let reached = codesign.evaluator.evaluate(&progress);
-            assert_eq!(reached.behind, Some(reached.along()));
-            assert!(ahead(&reached) != 0.0);
-            assert_eq!(reached.merit, -ahead(&reached).abs());
-            let delivery = codesign.evaluator.deliver(&progress);
-            assert_eq!(delivery.behind, Some(delivery.spread));
-            assert!(delivery.selection.p50 < 0.0);
-        };
-        check(CoDesign::new(&scene).unwrap(), Reached::along);
-        // A caller's loss has to be small for one goal and large for the other.
-        check(CoDesign::with_loss(&scene, Up).unwrap(), |reached| {
-            reached.merit
-        });
-        // If the robot observes the goal, the results differ.
-        scene.controller.goal_scale = 3.0;
-        let codesign = CoDesign::new(&scene).unwrap();
-        let reached = codesign.evaluator.evaluate(&codesign.begin(1).unwrap());
-        let behind = reached.behind.unwrap();
-        assert_ne!(behind, reached.along());
-        assert_eq!(reached.merit, reached.along().min(-behind));
-    }
-
-    #[test]
-    fn a_nan_merit_is_the_worse_merit() {
-        assert_eq!(worse(1.0, 2.0), 1.0);
-        assert_eq!(worse(2.0, 1.0), 1.0);
-        assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());
-    }
 }

@@ -43,17 +43,21 @@ fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
 }
 
 /// The schedule of a scene at one iteration.
-pub(super) struct Schedule<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) iteration: usize,
+pub struct Schedule<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The iteration, counted from 1.
+    pub iteration: usize,
 }
 
 impl<'a> Schedule<'a> {
-    pub(super) fn at(scene: &'a Scene, iteration: usize) -> Self {
+    /// The schedule of a scene at an iteration, counted from 1.
+    pub fn at(scene: &'a Scene, iteration: usize) -> Self {
         Self { scene, iteration }
     }
 
-    pub(super) fn phase(&self) -> Phase {
+    /// The phase that the iteration belongs to.
+    pub fn phase(&self) -> Phase {
         let schedule = &self.scene.schedule;
         if self.scene.start.kind == StartKind::Layout || self.iteration > schedule.snap_at {
             Phase::FineTuning
@@ -67,27 +71,27 @@ impl<'a> Schedule<'a> {
     }
 
     /// What the iteration updates: the design or the controller.
-    pub(super) fn pass(&self) -> Pass {
+    pub fn pass(&self) -> Pass {
         let cycle = &self.scene.schedule.cycle;
         cycle[(self.iteration - 1) % cycle.len()]
     }
 
     /// The number of simulated steps that the gradient is computed over.
-    pub(super) fn horizon(&self) -> usize {
+    pub fn horizon(&self) -> usize {
         let schedule = &self.scene.schedule;
         let ends = schedule.horizon.map(|steps| steps as f64);
         ramp(self.iteration, ends, schedule.horizon_over).round() as usize
     }
 
     /// The volume bounds, widened for this iteration.
-    pub(super) fn volume_bounds(&self) -> VolumeBounds {
+    pub fn volume_bounds(&self) -> VolumeBounds {
         let volume = &self.scene.volume;
         let slack = ramp(self.iteration, [0.0, volume.widening], volume.widening_over);
         VolumeBounds::widened(volume, slack)
     }
 
     /// The thresholds of the binarisation measures, which fall from the measures of the first design.
-    pub(super) fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
+    pub fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
         let settings = &self.scene.binarisation;
         let ends = |g: f64| [g, settings.threshold.min(g)];
         first.map(|g| ramp(self.iteration, ends(g), settings.threshold_over))
@@ -95,7 +99,7 @@ impl<'a> Schedule<'a> {
 
     /// Two numbers for the attraction. The first is a threshold: if the share of an edge's dominant material exceeds
     /// it, the edge is moved towards that material. The second is the size of this move.
-    pub(super) fn attraction(&self) -> (f64, f64) {
+    pub fn attraction(&self) -> (f64, f64) {
         let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
         let over = [schedule.attraction_from, schedule.snap_at];
         let at = |ends| ramp(self.iteration, ends, over);
@@ -112,12 +116,12 @@ impl<'a> Schedule<'a> {
 
     /// True if this iteration is among the last ones of the fine-tuning, in which controllers settle: bad updates are
     /// taken back.
-    pub(super) fn settles(&self) -> bool {
+    pub fn settles(&self) -> bool {
         self.iteration + self.settling() > self.scene.schedule.iterations
     }
 
     /// True if this iteration tries other materials for single edges before it updates the controller.
-    pub(super) fn polishes(&self) -> bool {
+    pub fn polishes(&self) -> bool {
         let (schedule, start) = (&self.scene.schedule, self.scene.start.kind);
         let is_due = || {
             let tuned = self.iteration - schedule.snap_at - 1;
@@ -129,7 +133,7 @@ impl<'a> Schedule<'a> {
     }
 
     /// Adam's learning rate.
-    pub(super) fn learning_rate(&self) -> f64 {
+    pub fn learning_rate(&self) -> f64 {
         let (schedule, adam) = (&self.scene.schedule, &self.scene.adam);
         if self.phase() != Phase::FineTuning {
             return adam.rate;
@@ -144,70 +148,5 @@ impl<'a> Schedule<'a> {
             1.0
         };
         left * ramp(self.iteration, ends, over)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Phase, Schedule};
-    use crate::scene::{Pass, Scene};
-
-    #[test]
-    fn the_paper_s_phases_and_ramps() {
-        let scene = Scene::paper();
-        let at = |iteration| Schedule::at(&scene, iteration);
-        use Phase::{Attraction, CoDesign, FineTuning, Snap};
-        let ends = [
-            (1, CoDesign),
-            (169, CoDesign),
-            (170, Attraction),
-            (239, Attraction),
-            (240, Snap),
-        ];
-        for (iteration, phase) in ends
-            .into_iter()
-            .chain([(241, FineTuning), (300, FineTuning)])
-        {
-            assert_eq!(at(iteration).phase(), phase);
-        }
-        let horizons = [1, 80, 115, 150, 300].map(|i| at(i).horizon());
-        assert_eq!(horizons, [2048, 2048, 3072, 4096, 4096]);
-        let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator.high);
-        // The tolerance covers sums of decimal fractions that are rounded at 1e-17.
-        let is = |a: f64, b: f64| (a - b).abs() < 1e-15;
-        assert!(
-            widened
-                .iter()
-                .zip([0.22, 0.235, 0.25])
-                .all(|(a, b)| is(*a, b))
-        );
-        let first = [0.4, 0.2, 0.01, 0.3];
-        assert_eq!(at(20).thresholds(&first), first);
-        assert_eq!(at(180).thresholds(&first), [0.03, 0.03, 0.01, 0.03]);
-        assert_eq!(at(170).attraction(), (0.9, 0.002));
-        let rates = [1, 241, 285, 300].map(|i| at(i).learning_rate());
-        // Iteration 285 is at 44 of 59 steps of the ramp to a tenth. The rate of the last iteration is zero.
-        let ramped = (15.0 / 59.0) * 0.003 + (44.0 / 59.0) * 0.0003;
-        assert_eq!([rates[0], rates[1], rates[3]], [0.003, 0.003, 0.0]);
-        // The tolerance covers three roundings of numbers of this size.
-        assert!((rates[2] - ramped).abs() < 1e-18);
-        let polishes: Vec<_> = (1..=300).filter(|i| at(*i).polishes()).collect();
-        assert!(polishes.into_iter().eq((241..286).step_by(3)));
-        let settles = [285, 286, 300].map(|i| at(i).settles());
-        assert_eq!(settles, [false, true, true]);
-        // Three of every five passes update the design.
-        let designs = (1..=240).filter(|i| at(*i).pass() == Pass::Design);
-        assert_eq!(designs.count(), 144);
-    }
-
-    #[test]
-    fn a_whole_percentage_of_100_iterations_settles() {
-        let mut scene = Scene::paper();
-        let schedule = &mut scene.schedule;
-        (schedule.snap_at, schedule.iterations) = (200, 300);
-        for percent in 0..=100 {
-            scene.schedule.settle = percent as f64 / 100.0;
-            assert_eq!(Schedule::at(&scene, 1).settling(), percent);
-        }
     }
 }

@@ -11,25 +11,27 @@ use crate::task::{Horizon, Task};
 /// A gradient of the loss, with the loss and the robot's result within the horizon. If the loss is not finite, the
 /// whole gradient is NaN, so that no optimiser uses it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Slope {
-    pub(super) gradient: Vec<f64>,
-    pub(super) loss: f64,
+pub struct Slope {
+    /// The derivatives with respect to the variables.
+    pub gradient: Vec<f64>,
+    /// The loss.
+    pub loss: f64,
     /// Displacement along the ground, in metres.
-    pub(super) displacement: f64,
+    pub displacement: f64,
     /// The number by which robots are ranked, as in [`Reached::merit`](super::reach::Reached::merit).
-    pub(super) merit: f64,
+    pub merit: f64,
 }
 
 impl Slope {
     /// Scales the gradient down if its norm is larger than the given norm. Returns the norm before scaling.
-    pub(super) fn bound(&mut self, norm: Option<f64>) -> f64 {
+    pub fn bound(&mut self, norm: Option<f64>) -> f64 {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
     }
 
     /// Replaces the gradient by its exponential running mean, `memory * mean + (1 - memory) * gradient`.
     /// The first gradient is the first mean. If `memory` is 0 or the gradient is not finite, neither the gradient nor
     /// the mean changes.
-    pub(super) fn averaged(&mut self, mean: &mut Vec<f64>, memory: f64) {
+    pub fn averaged(&mut self, mean: &mut Vec<f64>, memory: f64) {
         if memory == 0.0 || !self.gradient.iter().all(|g| g.is_finite()) {
             return;
         }
@@ -60,11 +62,13 @@ impl Slope {
 }
 
 /// The point at which gradients are computed: the robot and its start, the domains, and the horizon.
-pub(super) struct At<'a> {
+pub struct At<'a> {
     /// The domains that gradients are averaged over. If there are none, the gradient of the nominal task is used.
-    pub(super) domains: Vec<Domain<'a>>,
-    pub(super) inputs: Inputs<f64>,
-    pub(super) horizon: Horizon,
+    pub domains: Vec<Domain<'a>>,
+    /// The inputs of the rollout: design vectors, controller and start.
+    pub inputs: Inputs<f64>,
+    /// The steps that carry the gradient.
+    pub horizon: Horizon,
 }
 
 impl At<'_> {
@@ -86,30 +90,5 @@ impl At<'_> {
         // Collected in order, so that the sum does not depend on the number of threads.
         let of_domains: Vec<[Slope; N]> = self.domains.par_iter().map(in_domain).collect();
         std::array::from_fn(|k| Slope::mean(of_domains.iter().map(|slopes| &slopes[k])))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Slope;
-
-    #[test]
-    fn a_gradient_becomes_its_running_mean() {
-        let mut mean = Vec::new();
-        let mut averaged = |gradient: &[f64], memory| {
-            let mut slope = Slope {
-                gradient: gradient.to_vec(),
-                ..Slope::default()
-            };
-            slope.averaged(&mut mean, memory);
-            assert!(memory > 0.0 || mean.is_empty());
-            slope.gradient
-        };
-        assert_eq!(averaged(&[1.0, 2.0], 0.0), [1.0, 2.0]);
-        assert_eq!(averaged(&[4.0, -8.0], 0.75), [4.0, -8.0]);
-        assert_eq!(averaged(&[0.0, 8.0], 0.75), [3.0, -4.0]);
-        // A gradient that is not finite is returned unchanged and does not enter the mean.
-        assert_eq!(averaged(&[f64::INFINITY, 1.0], 0.75), [f64::INFINITY, 1.0]);
-        assert_eq!(averaged(&[3.0, -4.0], 0.75), [3.0, -4.0]);
     }
 }

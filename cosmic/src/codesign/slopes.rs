@@ -20,7 +20,7 @@ use crate::task::{Horizon, Task, together};
 
 /// The variables that the loss is differentiated with respect to.
 #[derive(Clone, Copy)]
-pub(super) enum Sought<'a> {
+pub enum Sought<'a> {
     /// The design vectors. The given projection is applied to them.
     Design(Projection),
     /// The shares of the materials in each edge of a layout. They are the design vectors of the layout (D7).
@@ -42,7 +42,7 @@ impl Sought<'_> {
 
     /// The design that is simulated for the design vectors `z`. For [`Shares`](Self::Shares), `z` is treated as an
     /// undecided design, whose void edges keep their small stiffness.
-    pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
+    pub fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
             Self::Shares => Design::of_shares(z),
@@ -57,7 +57,7 @@ const WALKS: f64 = 0.01;
 
 impl Evaluator {
     /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
-    pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
+    pub fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
         At {
             domains: self.domains(progress, now),
             inputs: self.inputs(progress),
@@ -76,7 +76,7 @@ impl Evaluator {
 
     /// The domains over which an iteration averages its gradients; empty for a scene without domain randomisation. They
     /// depend only on the seed and the iteration, so that a resumed run draws the same domains.
-    fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
+    pub fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;
         let number = now.iteration as u64;
         let mut stream = stream_of(progress.seed, Purpose::DomainRandomisation, number);
@@ -99,7 +99,7 @@ impl Evaluator {
     /// The gradients with respect to the design, through the performance projection and through the stability
     /// projection; `None` for a projection that has no share in the update. The two rollouts run in SIMD lanes on one
     /// thread if that is possible, otherwise on two threads.
-    pub(super) fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
+    pub fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
         let alone = |k: usize| {
             let [slope] = self.slopes([both[k]], at);
@@ -119,7 +119,7 @@ impl Evaluator {
     ///
     /// Several gradients in one call must all be with respect to the design, because their rollouts share the
     /// controller.
-    pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
+    pub fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
         let horizon = &at.horizon;
         at.means(&self.task, |task, inputs| {
             match self.scene.gradient.precision {
@@ -204,7 +204,7 @@ impl Evaluator {
     /// The loss of each robot within a horizon, and the robot's result measured from `start`. With two goals, the loss
     /// is the mean of the loss for the goal ahead and of minus the loss for the goal behind. The sign changes because
     /// the payload must move backwards to reach the goal behind.
-    fn losses_of<R: Real, const N: usize>(
+    pub fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
         designs: &[Design<Mixture<R>>; N],
@@ -228,197 +228,5 @@ impl Evaluator {
         self.towards_goals(task, towards_goal, |(loss, ahead), (back, behind)| {
             (R::lit(0.5) * (loss - back), ahead.with_behind(behind))
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{At, Slope, Sought};
-    use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::{begun, tiny};
-    use crate::codesign::{CoDesign, Progress};
-    use crate::inputs::{CONTROLLER, DESIGN, Inputs};
-    use crate::projection::Projection;
-    use crate::scene::{GradientPrecision, HorizonMode, Scene};
-    use crate::simulator::stability::Vibration;
-    use crate::task::{Horizon, Task};
-
-    /// With two goals, the gradients of the loss with respect to design and controller agree with finite differences.
-    /// The robot falls freely, so that the loss has no kinks.
-    #[test]
-    fn the_gradient_for_two_goals_agrees_with_differences() {
-        let mut scene = tiny();
-        (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
-        scene.controller.goal_scale = 1.0;
-        let (evaluator, progress) = begun(&scene);
-        let inputs = evaluator.inputs(&progress);
-        let horizon = Horizon::head(24);
-        let start = &evaluator.start;
-        let sought = Sought::Design(Projection::Performance);
-        let value = |inputs: &Inputs<f64>| {
-            let design = sought.design(&evaluator.task, &inputs.z);
-            evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
-        };
-        for blocks in [DESIGN, CONTROLLER] {
-            let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let design = sought.design(&evaluator.task, &inputs.z);
-                evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
-            });
-            let numbers = inputs.get(blocks);
-            let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
-            let at = |h: f64| {
-                let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
-                let mut inputs = inputs.clone();
-                inputs.set(blocks, &moved.collect::<Vec<_>>());
-                value(&inputs)
-            };
-            let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
-            let h = 1e-5;
-            let difference = (at(h) - at(-h)) / (2.0 * h);
-            // The absolute error is 1e-12: positions of 0.1 m are rounded at 1e-17, and differences are divided by
-            // h. The relative truncation error is h^2 beta^2 = 4e-8.
-            assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
-            assert!(slope != 0.0);
-        }
-    }
-
-    /// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.
-    fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
-        let (evaluator, progress) = begun(scene);
-        let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
-        at.horizon = Horizon::head(steps);
-        let [slope] = evaluator.slopes([Sought::Design(Projection::Performance)], &at);
-        slope
-    }
-
-    /// A robot whose controller does not observe the goal moves the same way for both goals, in every domain. So the
-    /// losses for the two goals cancel.
-    #[test]
-    fn both_goals_have_the_same_robot() {
-        let mut scene = tiny();
-        (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
-        scene.robust.samples = 3;
-        let slope = slope_in_domains(&scene, 20);
-        assert_eq!(slope.loss, 0.0);
-        // Two gradients cancel. They come from numbers below 1 that are rounded at 1e-16.
-        assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
-    }
-
-    #[test]
-    fn displacements_are_measured_from_the_start_of_the_domain() {
-        let mut scene = tiny();
-        (scene.robust.samples, scene.robust.start) = (2, 0.5);
-        let slope = slope_in_domains(&scene, 1);
-        // Springs that are stretched by half a metre accelerate nodes to 50 m/s. In a step of 2 ms, the payload then
-        // moves less than 0.1 m.
-        assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
-        assert!(slope.displacement != 0.0);
-    }
-
-    #[test]
-    fn gradients_in_f32_agree_with_gradients_in_f64() {
-        let mut scene = tiny();
-        // A tilted start mixes all materials in different shares, so the gradient has no zeros.
-        scene.start.tilt = 0.2;
-        let double = CoDesign::new(&scene).unwrap();
-        scene.gradient.precision = GradientPrecision::F32;
-        let single = CoDesign::new(&scene).unwrap();
-        let progress = double.begin(1).unwrap();
-        let design = double.evaluator.design(&progress);
-        let at = At {
-            domains: Vec::new(),
-            inputs: double.evaluator.inputs(&progress),
-            horizon: Horizon::head(24),
-        };
-        for sought in [
-            Sought::Design(Projection::Performance),
-            Sought::Design(Projection::Stability),
-            Sought::Controller(&design),
-        ] {
-            let [[a], [b]] =
-                [&double, &single].map(|codesign| codesign.evaluator.slopes([sought], &at));
-            let off: f64 = (a.gradient.iter().zip(&b.gradient))
-                .map(|(a, b)| (a - b).powi(2))
-                .sum();
-            let norm: f64 = a.gradient.iter().map(|g| g * g).sum();
-            // The expected relative error is 24 * 100^(1/2) * 6e-8: 24 steps, and in each about 100 operations that
-            // round at 6e-8 with random signs. It is not 0, because the two gradients have different number types.
-            let (share, tolerance) = ((off / norm).sqrt(), 1.5e-5);
-            assert!(share > 0.0 && share < tolerance, "{share}");
-            assert!(norm > 0.0);
-            // Displacements are about 0.3 m and have the same relative error.
-            assert!((a.displacement - b.displacement).abs() < 0.3 * tolerance);
-        }
-    }
-
-    /// Two gradients in one call have the same bits as two calls, also over domains and with two goals.
-    #[test]
-    fn gradients_computed_together_are_bit_identical_to_single_ones() {
-        let check = |scene: &Scene, mode: HorizonMode| {
-            let (evaluator, progress) = begun(scene);
-            let at = At {
-                horizon: Horizon {
-                    mode,
-                    ..Horizon::head(20)
-                },
-                ..evaluator.point(&progress, &Schedule::at(scene, 1))
-            };
-            let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
-            let together = evaluator.slopes(both, &at);
-            let alone = both.map(|sought| evaluator.slopes([sought], &at).into_iter().next());
-            assert_eq!(together.clone().map(Some), alone);
-            assert_ne!(together[0].gradient, together[1].gradient);
-            assert_eq!(evaluator.design_slopes(&at), together.map(Some));
-        };
-        let mut scene = tiny();
-        scene.start.tilt = 0.2;
-        check(&scene, HorizonMode::Head);
-        check(&scene, HorizonMode::Tail);
-        scene.gradient.precision = GradientPrecision::F32;
-        check(&scene, HorizonMode::Head);
-        scene.controller.two_goals = true;
-        scene.robust.samples = 2;
-        scene.gradient.precision = GradientPrecision::F64;
-        check(&scene, HorizonMode::Head);
-    }
-
-    /// The largest frequency of a vibration of the task's robot, in 1/s.
-    fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
-        let body = task.body(&codesign.evaluator.design(progress));
-        let rest = &task.lattice.positions;
-        Vibration::new(&task.lattice, &body, &task.physics, rest).largest_frequency()
-    }
-
-    #[test]
-    fn time_steps_are_checked_for_the_robots_that_are_drawn() {
-        let mut scene = tiny();
-        let alone = CoDesign::new(&scene).unwrap();
-        let progress = alone.begin(0).unwrap();
-        let nominal = (
-            alone.step_check(&progress),
-            frequency(&alone, &progress, &alone.evaluator.task),
-        );
-        (scene.robust.samples, scene.robust.stiffness) = (32, 0.4);
-        let drawing = CoDesign::new(&scene).unwrap();
-        let progress = drawing.begin(0).unwrap();
-        let check = drawing.step_check(&progress);
-        let drawn = drawing
-            .evaluator
-            .domains(&progress, &Schedule::at(&scene, 1));
-        let drawn = drawn
-            .iter()
-            .map(|w| frequency(&drawing, &progress, &w.task));
-        let fastest = drawn.fold(0.0, f64::max);
-        let faster = scene.robust.faster();
-        assert!(nominal.1 < fastest && fastest < faster * nominal.1);
-        // Both sides are products and quotients of the same numbers, but rounded in another order.
-        let is = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
-        assert!(is(
-            check.bound.frequency,
-            faster * nominal.0.bound.frequency
-        ));
-        let [any, any_drawn] = [nominal.0, check].map(|check| check.any_design.unwrap());
-        // The longest stable time step of the damped symplectic Euler method is nearly proportional to 1 / frequency.
-        assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
     }
 }

@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
@@ -13,8 +14,8 @@ use crate::scene::DesignSettings;
 
 /// The lowest row consists of the nodes whose height is below this, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// What is left of a row counts as zero up to this share of the longest row. Because lengths are about 1, a row that
-/// depends on others leaves only a rounding error.
+/// Singular values up to this share of the largest one count as zero. Because lengths are about 1, the singular value
+/// of a floppy mode is only a rounding error.
 const RANK: f64 = 1e-9;
 /// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
 /// bars take a few seconds.
@@ -173,7 +174,7 @@ impl LayoutRules {
 
     /// Counts the faults of a layout: each bar and each payload that should be connected to the first payload but is
     /// not, and each violation of the other requirements.
-    pub(super) fn faults(&self, layout: &[Material]) -> usize {
+    pub fn faults(&self, layout: &[Material]) -> usize {
         let (asked, bars) = (&self.asked, self.bars(layout));
         let mut faults = 0;
         if asked.one_piece {
@@ -207,7 +208,7 @@ impl LayoutRules {
     /// Finds the shortest path of edges that, as bars, would connect a loose bar or a loose payload to the first
     /// payload. The path is empty if there is no such path, if nothing is loose, or if the scene does not require one
     /// piece.
-    pub(super) fn bridge(&self, layout: &[Material]) -> Vec<usize> {
+    pub fn bridge(&self, layout: &[Material]) -> Vec<usize> {
         if !self.asked.one_piece {
             return Vec::new();
         }
@@ -252,164 +253,14 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
         live.binary_search(&node)
             .expect("`live` has both nodes of every bar")
     };
-    let mut rows = vec![vec![0.0; 2 * live.len()]; bars.len()];
-    for (row, &[i, j]) in rows.iter_mut().zip(bars) {
+    let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
+    for (row, &[i, j]) in bars.iter().enumerate() {
         for (k, along) in lattice.direction([i, j]).into_iter().enumerate() {
-            row[2 * place(i) + k] = -along;
-            row[2 * place(j) + k] = along;
+            matrix[(row, 2 * place(i) + k)] = -along;
+            matrix[(row, 2 * place(j) + k)] = along;
         }
     }
-    (2 * live.len()).saturating_sub(3 + rank(rows))
-}
-
-/// The rank of the matrix with these rows, by Gram-Schmidt: as long as a row is left that is not zero, the longest row is
-/// taken out and its direction is removed from all others.
-fn rank(mut rows: Vec<Vec<f64>>) -> usize {
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
-    let longest = |rows: &[Vec<f64>]| {
-        let squares = rows.iter().map(|row| dot(row, row)).enumerate();
-        squares.max_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let (mut rank, mut zero) = (0, 0.0);
-    while let Some((place, square)) = longest(&rows).filter(|(_, square)| *square > zero) {
-        if rank == 0 {
-            zero = RANK.powi(2) * square;
-        }
-        rank += 1;
-        let taken = rows.swap_remove(place);
-        for row in &mut rows {
-            let share = dot(row, &taken) / square;
-            for (x, y) in row.iter_mut().zip(&taken) {
-                *x -= share * y;
-            }
-        }
-    }
-    rank
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{LayoutRules, MOST_RANKED, Structure};
-    use crate::design::Material::{self, Actuator, Skeleton, Void};
-    use crate::geometry::Vector;
-    use crate::lattice::Lattice;
-    use crate::scene::DesignSettings;
-
-    /// The layout in which only these edges are bars.
-    fn layout(lattice: &Lattice, bars: &[[usize; 2]]) -> Vec<Material> {
-        let is_bar = |ends: &[usize; 2]| bars.contains(ends) || bars.contains(&[ends[1], ends[0]]);
-        let material = |ends: &[usize; 2]| if is_bar(ends) { Skeleton } else { Void };
-        let layout: Vec<_> = lattice.edges.iter().map(material).collect();
-        let solid = layout.iter().filter(|m| m.is_solid()).count();
-        assert_eq!(solid, bars.len(), "the lattice has no such edge");
-        layout
-    }
-
-    #[test]
-    fn structures_are_counted() {
-        let lattice = Lattice::sample(3, 2, 0.0);
-        let node = |x: f64, y: f64| {
-            let at = |place: &Vector<f64>| place.distance(Vector::new([x, y])) < 1e-9;
-            lattice.places.iter().position(at).unwrap()
-        };
-        let [a, b, c] = [0.0, 1.0, 2.0].map(|x| node(x, 0.0));
-        let [d, e, f] = [0.0, 1.0, 2.0].map(|x| node(x, 1.0));
-        let of = |bars: &[[usize; 2]]| Structure::new(&lattice, &layout(&lattice, bars));
-        let square = [[a, b], [b, e], [e, d], [d, a]];
-        assert_eq!(
-            of(&square),
-            Structure {
-                pieces: 1,
-                nodes: 4,
-                feet: 2,
-                // A hinged square can shear.
-                floppy_modes: Some(1),
-                ..Structure::default()
-            }
-        );
-        let braced = [&square[..], &[[a, e], [b, d], [c, f]]].concat();
-        assert_eq!(
-            of(&braced),
-            Structure {
-                pieces: 2,
-                nodes: 6,
-                free_ends: 2,
-                crossings: 1,
-                feet: 3,
-                // The loose bar can turn and move in two directions.
-                floppy_modes: Some(3),
-            }
-        );
-        let none = Structure {
-            floppy_modes: Some(0),
-            ..Structure::default()
-        };
-        assert_eq!(of(&[]), none);
-    }
-
-    #[test]
-    fn floppy_modes_are_not_counted_for_many_bars() {
-        // All edges of a square lattice: it is rigid, and the braces of each cell cross.
-        let of = |nodes: usize| {
-            let lattice = Lattice::sample(nodes, nodes, 0.0);
-            let structure = Structure::new(&lattice, &vec![Skeleton; lattice.edges.len()]);
-            assert_eq!(structure.crossings, (nodes - 1).pow(2));
-            (lattice.edges.len(), structure.floppy_modes)
-        };
-        let (bars, modes) = of(8);
-        assert!(bars <= MOST_RANKED);
-        assert_eq!(modes, Some(0));
-        let (bars, modes) = of(64);
-        assert!(bars > MOST_RANKED);
-        assert_eq!(modes, None);
-    }
-
-    #[test]
-    fn loose_bars_are_faults_that_can_be_cut_or_bridged() {
-        let lattice = Lattice::sample(3, 3, 0.0);
-        let asked = DesignSettings {
-            one_piece: true,
-            ..DesignSettings::default()
-        };
-        let rules = LayoutRules::new(&lattice, &asked);
-        let payload = lattice.payload[0].node;
-        let mut layout = vec![Void; lattice.edges.len()];
-        let touches = |node: usize| move |ends: &[usize; 2]| ends.contains(&node);
-        let own = lattice.edges.iter().position(touches(payload)).unwrap();
-        let apart = |ends: &[usize; 2]| {
-            !ends.contains(&payload) && {
-                lattice.edges[own].iter().all(|node| !ends.contains(node))
-            }
-        };
-        let loose = lattice.edges.iter().rposition(apart).unwrap();
-        layout[own] = Skeleton;
-        assert_eq!(rules.faults(&layout), 0);
-        layout[loose] = Actuator;
-        assert_eq!(rules.faults(&layout), 1);
-        let bridge = rules.bridge(&layout);
-        assert!(!bridge.is_empty());
-        // A bridge is built only for loose bars, not for other faults.
-        let in_pieces = DesignSettings {
-            one_piece: false,
-            free_ends: false,
-            ..asked.clone()
-        };
-        let in_pieces = LayoutRules::new(&lattice, &in_pieces);
-        assert!(in_pieces.faults(&layout) > 0 && in_pieces.bridge(&layout).is_empty());
-        let mut joined = layout.clone();
-        bridge.iter().for_each(|&edge| joined[edge] = Skeleton);
-        assert_eq!(rules.faults(&joined), 0);
-        let cut = rules.without_loose_bars(&layout);
-        assert_eq!((cut[own], cut[loose]), (Skeleton, Void));
-        // Each requirement counts its own faults.
-        let free = |asked: DesignSettings| LayoutRules::new(&lattice, &asked).faults(&cut);
-        assert_eq!(free(asked.clone()), 0);
-        let no_ends = DesignSettings {
-            free_ends: false,
-            ..asked.clone()
-        };
-        assert_eq!(free(no_ends), 1);
-        let feet = DesignSettings { feet: 3, ..asked };
-        assert_eq!(free(feet), 3 - Structure::new(&lattice, &cut).feet);
-    }
+    let values = matrix.singular_values();
+    let rank = values.iter().filter(|v| **v > RANK * values[0]).count();
+    (2 * live.len()).saturating_sub(3 + rank)
 }

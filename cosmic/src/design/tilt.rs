@@ -17,7 +17,7 @@ const VOID: Range = Range::new(0.001, 0.999);
 ///
 /// The angle depends on the seed, and all angles are equally likely. So a search over seeds also searches for the side
 /// that should have less material.
-pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {
+pub fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {
     let angle = symmetric(&mut stream(seed, Purpose::Tilt), 0.5 * TAU);
     let (sin, cos) = angle.sin_cos();
     let edge = |(m, middle): (&f64, Vector<f64>)| {
@@ -39,40 +39,4 @@ fn midpoints(lattice: &Lattice) -> Vec<Vector<f64>> {
     };
     let middle = |&[i, j]: &[usize; 2]| Segment::new(at(i), at(j)).middle();
     lattice.edges.iter().map(middle).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{midpoints, tilted};
-    use crate::geometry::Bounds;
-    use crate::lattice::Lattice;
-
-    fn lattice() -> Lattice {
-        Lattice::sample(6, 6, 0.0)
-    }
-
-    #[test]
-    fn the_mean_surplus_of_void_is_the_tilt() {
-        let tilted = tilted(&[0.3; 110], &lattice(), 0.1, 7);
-        // The lattice is symmetric, so the mean surplus is the tilt, up to 110 roundings below 1e-16.
-        let mean = tilted.iter().sum::<f64>() / 110.0;
-        assert!((mean - 0.4).abs() < 1e-14, "{mean}");
-        let most = tilted.iter().copied().fold(0.0, f64::max);
-        // The largest surplus is 2 tilt for a direction along an axis, and more for directions towards a corner.
-        assert!((0.48..0.55).contains(&most), "{most}");
-    }
-
-    #[test]
-    fn the_direction_depends_on_the_seed() {
-        let of = |seed| tilted(&[1.0 / 3.0; 110], &lattice(), 0.1, seed);
-        assert_eq!(of(3), of(3));
-        assert_ne!(of(3), of(4));
-        assert_eq!(tilted(&[0.25; 110], &lattice(), 0.0, 3), [0.25; 110]);
-    }
-
-    #[test]
-    fn midpoints_reach_the_sides_of_the_lattice() {
-        let bounds = Bounds::of(midpoints(&lattice()));
-        assert_eq!(bounds.high, [1.0, 1.0]);
-    }
 }

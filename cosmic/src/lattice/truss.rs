@@ -69,7 +69,7 @@ impl Lattice {
     }
 
     /// Converts this lattice to a truss. The node positions of the truss are the `places` of this lattice.
-    pub(crate) fn truss(&self) -> Truss {
+    pub fn truss(&self) -> Truss {
         Truss {
             nodes: self.places.clone(),
             edges: self.edges.clone(),

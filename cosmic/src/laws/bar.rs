@@ -186,7 +186,7 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
 /// Like [`Tension`], for a law with [`BarForce::NEEDS_RATE`]. Its second input, after the vector along the edge, is the
 /// velocity of one end relative to the other (m/s).
 #[derive(Clone, Debug)]
-pub(super) struct MovingTension<L>(pub(super) Tension<L>);
+pub struct MovingTension<L>(pub Tension<L>);
 
 impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
     const UNIFORMS: usize = L::COUNT;

@@ -67,27 +67,29 @@ impl AnyForce for Bending {
 /// The kernel computes the impulses on the three nodes (N s) from their coordinates (m) and the stiffness of the two
 /// edges (N/m).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bend {
+pub struct Bend {
     /// Twice the square of the radius of gyration of a bar's section, m^2.
-    pub(super) section: f64,
+    pub section: f64,
     /// The time for which the spring pushes the nodes, s.
-    pub(super) dt: f64,
+    pub dt: f64,
 }
 
 /// Two edges in line, with the positions of their three nodes and their stiffness. `R` is a number, or an array with a
 /// number for each pair.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line<R, const D: usize = 2> {
+pub struct Line<R, const D: usize = 2> {
     /// Positions of the three nodes, m.
-    pub(super) nodes: [Vector<R, D>; 3],
-    /// Stiffness of the first edge, N/m. The field `second` is the stiffness of the second edge.
-    pub(super) first: R,
-    pub(super) second: R,
+    pub nodes: [Vector<R, D>; 3],
+    /// Stiffness of the first edge, N/m.
+    pub first: R,
+    /// Stiffness of the second edge, N/m.
+    pub second: R,
 }
 
 impl<R: Copy> Line<R> {
+    /// The line of eight numbers, the inputs of [`Bend`]: the coordinates of the nodes, then the stiffnesses.
     #[inline(always)]
-    fn new([x0, y0, x1, y1, x2, y2, first, second]: [R; 8]) -> Self {
+    pub fn new([x0, y0, x1, y1, x2, y2, first, second]: [R; 8]) -> Self {
         Self {
             nodes: [
                 Vector::new([x0, y0]),
@@ -118,7 +120,7 @@ impl<R: Real, const D: usize> Line<R, D> {
 impl Bend {
     /// The angular stiffness of a pair of edges, N m.
     #[inline(always)]
-    fn stiffness<R: Real, const D: usize>(&self, line: &Line<R, D>) -> R {
+    pub fn stiffness<R: Real, const D: usize>(&self, line: &Line<R, D>) -> R {
         let (a, b) = (line.first, line.second);
         R::lit(self.section) * a * b / (a + b + R::lit(LEAST_STIFFNESS))
     }
@@ -151,7 +153,7 @@ impl Kernel<8, 6> for Bend {
 
 /// A kernel that adds five numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Total;
+pub struct Total;
 
 impl Kernel<5, 1> for Total {
     #[inline(always)]
@@ -167,16 +169,18 @@ impl Kernel<5, 1> for Total {
 
 /// The indices of three nodes in line, and of the two edges between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Pair {
-    nodes: [usize; 3],
-    edges: [usize; 2],
+pub struct Pair {
+    /// The nodes, in line.
+    pub nodes: [usize; 3],
+    /// The edge between the first two nodes, then the edge between the last two.
+    pub edges: [usize; 2],
 }
 
 impl Pair {
     /// The shape of a pair: the index of each outer node minus the index of the middle node. Among pairs of the same
     /// shape, a node is the first node of at most one pair, the middle node of at most one, and the last node of at
     /// most one.
-    fn shape(&self) -> [isize; 2] {
+    pub fn shape(&self) -> [isize; 2] {
         let [before, middle, after] = self.nodes.map(|node| node as isize);
         [before - middle, after - middle]
     }
@@ -195,16 +199,16 @@ impl Pair {
 
 /// The force of bars that resist bending, on one lattice: all pairs of edges, with the setting of the law.
 #[derive(Clone, Debug)]
-struct BentBars {
+pub struct BentBars {
     /// Radius of gyration of a bar's section, m.
     radius: f64,
     /// The pairs, sorted by shape and then by the middle node, so that gathers of their nodes copy whole rows.
-    pairs: Vec<Pair>,
+    pub pairs: Vec<Pair>,
 }
 
 impl BentBars {
     /// Finds the pairs of a lattice. Returns `None` if the radius is 0 or no edges are in line.
-    fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
+    pub fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
         let mut pairs = pairs(lattice);
         pairs.sort_by_key(|pair| (pair.shape(), pair.nodes[1]));
         (radius > 0.0 && !pairs.is_empty()).then_some(Self { radius, pairs })
@@ -325,7 +329,7 @@ impl Force for BentBars {
 }
 
 /// Finds all pairs of edges that share a node and lie in line at the start.
-fn pairs(lattice: &Lattice) -> Vec<Pair> {
+pub fn pairs(lattice: &Lattice) -> Vec<Pair> {
     let away = |edge: usize, node: usize| {
         let [i, j] = lattice.edges[edge];
         let other = if i == node { j } else { i };
@@ -350,53 +354,4 @@ fn pairs(lattice: &Lattice) -> Vec<Pair> {
         }
     }
     pairs
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Bend, BentBars, Line, Pair, pairs};
-    use crate::lattice::Lattice;
-
-    #[test]
-    fn every_line_of_three_nodes_is_a_pair() {
-        // Three nodes in line occur four times in each row and column, and 4 x 4 times in each of the two diagonal
-        // directions.
-        assert_eq!(
-            pairs(&Lattice::sample(6, 6, 0.0)).len(),
-            6 * 4 + 6 * 4 + 2 * 4 * 4
-        );
-        assert_eq!(
-            pairs(&Lattice::sample(6, 6, 15.0)),
-            pairs(&Lattice::sample(6, 6, 0.0))
-        );
-        assert_eq!(pairs(&Lattice::sample(2, 2, 0.0)), []);
-        let line = Pair {
-            nodes: [0, 1, 2],
-            edges: [0, 3],
-        };
-        assert_eq!(pairs(&Lattice::sample(3, 2, 0.0))[0], line);
-    }
-
-    #[test]
-    fn nothing_is_recorded_if_bars_bend_freely() {
-        assert!(BentBars::new(&Lattice::sample(6, 6, 0.0), 0.0).is_none());
-        assert!(BentBars::new(&Lattice::sample(2, 2, 0.0), 0.01).is_none());
-        let bending = BentBars::new(&Lattice::sample(6, 6, 0.0), 0.01).unwrap();
-        let shapes = bending.pairs.chunk_by(|a, b| a.shape() == b.shape());
-        assert_eq!((shapes.count(), bending.pairs.len()), (4, 80));
-    }
-
-    #[test]
-    fn equal_edges_bend_as_one_bar_and_void_ones_freely() {
-        let bend = Bend {
-            section: 2.0 * 0.01 * 0.01,
-            dt: 1.0,
-        };
-        // The expected angular stiffness is k r^2; `LEAST_STIFFNESS` reduces it by a fraction of 1e-15.
-        let stiffness = |first: f64, second: f64| {
-            bend.stiffness(&Line::new([0.0, 0.0, 0.1, 0.0, 0.2, 0.0, first, second]))
-        };
-        assert!((stiffness(400.0, 400.0) - 0.04).abs() < 1e-15);
-        assert_eq!([stiffness(400.0, 0.0), stiffness(0.0, 0.0)], [0.0; 2]);
-    }
 }

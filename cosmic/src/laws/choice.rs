@@ -158,7 +158,8 @@ impl ContactLaw {
         &*self.law
     }
 
-    pub(crate) fn settings(&mut self) -> &mut dyn Settings {
+    /// The settings of the law.
+    pub fn settings(&mut self) -> &mut dyn Settings {
         self.law.settings()
     }
 
@@ -184,7 +185,7 @@ impl ContactLaw {
     ///
     /// # Errors
     /// A message about an unknown law or a wrong setting.
-    pub(crate) fn read_file(&mut self, file: &LawFile) -> Result<(), String> {
+    pub fn read_file(&mut self, file: &LawFile) -> Result<(), String> {
         if !self.choose(&file.name) {
             let known = self
                 .registry
@@ -301,7 +302,8 @@ impl ForceLaws {
         self.laws.iter().map(|force| &**force)
     }
 
-    pub(crate) fn settings(&mut self) -> impl Iterator<Item = (&'static str, &mut dyn Settings)> {
+    /// The name and the settings of each law.
+    pub fn settings(&mut self) -> impl Iterator<Item = (&'static str, &mut dyn Settings)> {
         let laws = self.laws.iter_mut();
         laws.map(|force| (force.name(), force.settings()))
     }
@@ -310,7 +312,7 @@ impl ForceLaws {
     ///
     /// # Errors
     /// A message about a law that is unknown or occurs twice, or about a wrong setting.
-    pub(crate) fn read_files(&mut self, files: &[LawFile]) -> Result<(), String> {
+    pub fn read_files(&mut self, files: &[LawFile]) -> Result<(), String> {
         self.laws.clear();
         for file in files {
             let name = &file.name;

@@ -165,7 +165,7 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
 
 /// A kernel that adds two numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sum;
+pub struct Sum;
 
 impl Kernel<2, 1> for Sum {
     #[inline(always)]

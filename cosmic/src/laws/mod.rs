@@ -27,14 +27,11 @@ mod law_file;
 mod choice;
 #[rustfmt::skip]
 mod adjoints;
-#[cfg(test)]
-mod emission;
-#[cfg(test)]
-mod tests;
 
 pub(crate) use bar::OnBars;
-pub use bar::{Bar, BarForce, Tension};
+pub use bar::{Bar, BarForce, MovingTension, Tension};
 pub(crate) use bending::Bending;
+pub use bending::{Bend, BentBars, Line, Pair, Total, pairs};
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_nodes};
 pub(crate) use choice::{LAW, names};
 pub(crate) use contact::{AnyContact, Pushed};
@@ -42,10 +39,10 @@ pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::AnyForce;
-pub use force::{Force, Given, Pose, Pull, Step};
+pub use force::{Force, Given, Pose, Pull, Step, Sum};
 pub use hooke::Hooke;
 pub use law::{Law, StepInput};
-pub(crate) use law_file::LawFile;
+pub use law_file::LawFile;
 pub use motion::{Drift, Flight, Particle};
 pub use no_ground::NoGround;
 pub use node::{Node, NodeForce};

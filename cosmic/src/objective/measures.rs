@@ -48,18 +48,3 @@ fn shortfall<R: Real>(m: &Mixture<R>) -> R {
 fn overlap<R: Real>(a: R, b: R, delta: f64) -> R {
     a * b / (R::lit(0.5) * (a + b) + R::lit(delta))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::measures;
-    use crate::design::Design;
-    use crate::design::Material::{Actuator, Skeleton, Void};
-
-    #[test]
-    fn the_measures_of_a_layout_are_its_volumes() {
-        let layout = Design::Layout(vec![Void, Skeleton, Actuator, Skeleton]);
-        let m = measures::<f64>(&layout.mixtures(), 1e-6);
-        assert_eq!((m.volume, m.actuator_volume), (0.75, 0.25));
-        assert_eq!(m.constrained(), [0.0; 4]);
-    }
-}

@@ -201,11 +201,18 @@ impl Summary {
     }
 
     /// The score by which the best of several starts is chosen; the median in files of earlier versions.
-    pub(super) fn score(&self) -> Option<f64> {
+    fn score(&self) -> Option<f64> {
         match self.reliability {
             Some(_) => self.displacement_selection_score,
             None => self.displacement_selection_p50,
         }
+    }
+
+    /// The numbers that a start is ranked by: the score, then the median to break ties. Minus infinity for a number
+    /// that the summary lacks.
+    pub fn rank(&self) -> [f64; 2] {
+        let numbers = [self.score(), self.displacement_selection_p50];
+        numbers.map(|x| x.unwrap_or(f64::NEG_INFINITY))
     }
 
     pub(super) fn new(
@@ -324,45 +331,4 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
         departures.push(named("loss", says));
     }
     departures
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Summary;
-    use crate::codesign::tests::tiny;
-    use crate::keys::{Keyed, columns};
-    use crate::record::{RunPlan, optimise};
-
-    #[test]
-    fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
-        let folder = tempfile::tempdir().unwrap();
-        let plan = RunPlan::new("tiny", tiny(), 1);
-        let summary = optimise(&folder.path().join("run"), &plan, &mut ()).unwrap();
-        let keys = Summary::keys();
-        let names: Vec<_> = keys.iter().map(|key| key.name).collect();
-        let written = serde_json::to_value(&summary).unwrap();
-        assert!(
-            written
-                .as_object()
-                .unwrap()
-                .keys()
-                .all(|key| names.contains(&&key[..]))
-        );
-        let number = |name: &str| {
-            let at = columns(&keys).iter().position(|column| *column == name);
-            summary.numbers()[at.unwrap()]
-        };
-        assert_eq!(summary.numbers().len(), columns(&keys).len());
-        assert_eq!(number("displacement_y"), Some(summary.displacement.up()));
-        assert_eq!(number("feet"), summary.structure.map(|s| s.feet as f64));
-        assert_eq!(number("seconds"), Some(summary.seconds));
-        let undecided = Summary {
-            structure: None,
-            loads: None,
-            undecided: Some(true),
-            ..summary.clone()
-        };
-        assert_eq!(undecided.numbers().len(), summary.numbers().len());
-        assert_eq!(undecided.numbers().last(), summary.numbers().last());
-    }
 }

@@ -2,12 +2,12 @@
 
 use super::Scene;
 use crate::registry::Registry;
-use crate::settings::{Field, Settings};
+use crate::settings::{AUTO, Field, Settings};
 use serde::Serialize;
 
 impl Scene {
     /// This scene with another registry. The settings of the scene may name the items of the registry.
-    pub(crate) fn knowing(mut self, registry: &Registry) -> Self {
+    pub fn knowing(mut self, registry: &Registry) -> Self {
         self.of_sections(|_, settings| {
             let fields = settings.fields().into_iter();
             fields.for_each(|field| field.value.know(registry));
@@ -35,7 +35,7 @@ impl Scene {
 
     /// Calls `of` with the name and the settings of every section and returns the results. The sections of the ground
     /// and of laws come last.
-    pub(super) fn of_sections<T>(
+    pub fn of_sections<T>(
         &mut self,
         mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
     ) -> Vec<T> {
@@ -46,7 +46,7 @@ impl Scene {
     }
 
     /// The setting with a key such as `physics.dt`, if there is one.
-    pub(super) fn field(&mut self, path: &str) -> Option<Field<'_>> {
+    pub fn field(&mut self, path: &str) -> Option<Field<'_>> {
         let (section, key) = path.split_once('.')?;
         let is_own = self.sections().iter().all(|(name, _)| *name != section);
         let mut sections = if is_own {
@@ -104,7 +104,13 @@ pub fn reference() -> String {
         for field in settings.fields() {
             let (key, unit, source, doc) = (field.key, field.unit, field.source, field.doc);
             let (default, allowed) = (field.value.toml(), field.allowed());
-            text += &format!("| `{key}` | `{default}` | {unit} | {allowed} | {source} | {doc} |\n");
+            let auto = match field.auto {
+                "" => String::new(),
+                auto => format!(" With {AUTO:?}: {auto}."),
+            };
+            text += &format!(
+                "| `{key}` | `{default}` | {unit} | {allowed} | {source} | {doc}{auto} |\n"
+            );
         }
         text + "\n"
     });

@@ -14,6 +14,9 @@ mod truss_file;
 mod terrain;
 mod chosen;
 mod robot;
+mod generator;
+mod stable_step;
+mod any_design;
 mod design;
 mod optimisation;
 mod beyond;
@@ -21,6 +24,7 @@ mod layout;
 mod version;
 mod base;
 mod keys;
+mod follow;
 mod departures;
 mod unread;
 mod world;
@@ -33,6 +37,7 @@ mod whole;
 mod write;
 mod builtin;
 
+pub use any_design::bound_of_any_design;
 pub use base::Base;
 pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
@@ -45,6 +50,9 @@ pub use design::{
     BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
     StartKind, StartSettings, VolumeSettings,
 };
+pub use follow::Following;
+pub use generator::edges;
+pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;
 pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
@@ -59,17 +67,13 @@ pub use robot::{
     PhysicsSettings, Senses, UnstableStep, VoidEdges,
 };
 
+pub use stable_step::{phase_limit, stable_step, step_limit};
 pub use terrain::{GroundSettings, ProfileKind};
 pub use toml_file::TomlFile;
 pub use truss_file::TrussFile;
 pub use version::VERSION;
 
 use crate::settings;
-
-#[cfg(test)]
-mod departures_tests;
-#[cfg(test)]
-mod tests;
 
 settings! {
     /// A complete experiment. The default is the built-in scene `earth`.

@@ -14,7 +14,7 @@ settings! {
         iterations: usize = 300, allowed within(1.0, 1e5),
             source "paper: 300, and 200 for the baseline";
         /// Number of steps that carry the gradient, at the start and at the end of the run.
-        horizon: [usize; 2] = [2048, 4096], allowed STEPS, source "paper: 2048 to 4096";
+        horizon: [usize; 2] = [2048, 4096], allowed STEPS, auto "a quarter and a half of `physics.steps`", source "paper: 2048 to 4096";
         /// First and last iteration in which the horizon grows.
         horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS,
             read "with two horizons that differ" if |s: &Scene| s.schedule.horizon[0] != s.schedule.horizon[1],
@@ -170,11 +170,11 @@ settings! {
         /// Payload's position at the horizon's end, or its mean over the last steps.
         kind: LossKind = LossKind::Mean, source "found by experiment; paper: final";
         /// Number of steps at the horizon's end that the mean covers.
-        window: usize = 2048, allowed STEPS,
+        window: usize = 2048, allowed STEPS, auto "a quarter of `physics.steps`, but not above the first horizon",
             read "with the kind `mean`" if |s: &Scene| s.loss.kind == LossKind::Mean,
             source "found by experiment";
         /// Steps from one position in the mean to the next.
-        every: usize = 16, allowed STEPS,
+        every: usize = 16, allowed STEPS, auto "the window divided by 128",
             read "with the kind `mean` or the task `economy`" if Scene::sees_several_states,
             source "found by experiment";
     }

@@ -7,7 +7,7 @@ use super::{Scene, check};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
-use crate::settings::{Misfit, kind};
+use crate::settings::{AUTO, Misfit, kind};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -267,9 +267,11 @@ impl<'s, 't> Reader<'s, 't> {
         self.finished()
     }
 
-    /// Checks for settings that contradict one another. Returns the scene, or the errors found.
+    /// Computes the settings that follow from the others, and checks for settings that contradict one another. Returns
+    /// the scene, or the errors found.
     fn finished(mut self) -> Result<Scene> {
         if self.faults.is_empty() && !self.sources.is_empty() {
+            self.follow();
             self.conflicts();
         }
         if self.faults.is_empty() {
@@ -350,9 +352,15 @@ impl<'s, 't> Reader<'s, 't> {
             let path = format!("{name}.{}", key.get_ref());
             match self.scene.field(&path) {
                 Some(field) => {
-                    if let Err(misfit) = field.value.read(value, &field.limits) {
+                    let is_auto = !field.auto.is_empty() && value.get_ref().as_str() == Some(AUTO);
+                    if is_auto {
+                        self.scene.auto.insert(path.clone());
+                    } else if let Err(misfit) = field.value.read(value, &field.limits) {
                         let allowed = format!("allowed: {}", field.allowed());
                         self.misfit(&path, value, misfit, allowed);
+                    }
+                    if !is_auto {
+                        self.scene.auto.remove(&path);
                     }
                     let (source, span) = (self.source, value.span());
                     self.places.insert(path, KeyPlace { source, span });
@@ -404,6 +412,20 @@ impl<'s, 't> Reader<'s, 't> {
             None => suggest(key, keys.flat_map(|section| &section.keys).copied()),
         };
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
+    }
+
+    /// Computes the settings that follow from the others. Records an error for every value that is out of its range.
+    fn follow(&mut self) {
+        for key in self.scene.follow() {
+            let place = self.places.get(&key).cloned().unwrap_or_default();
+            let field = self.scene.field(&key).expect("a key of the scene");
+            let (value, allowed) = (field.value.toml(), field.value.allowed(&field.limits));
+            self.source = place.source;
+            let message = format!(
+                "`{key}` follows from the robot and its world as {value}, which is out of range"
+            );
+            self.fault(place.span, message, format!("set it; allowed: {allowed}"));
+        }
     }
 
     /// Records an error for every conflict between settings. The error points at the first setting of the conflict that

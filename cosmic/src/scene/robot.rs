@@ -97,14 +97,20 @@ settings! {
     /// The physics of a rollout, with the ground line.
     struct PhysicsSettings with ground: GroundSettings {
         /// Time step.
-        dt: f64 = 0.002, allowed within(1e-9, 1.0), unit "s", source "paper, table 2";
+        dt: f64 = 0.002, allowed within(1e-9, 1.0), unit "s",
+            auto "0.002 s times the time scale `sqrt((l / 0.5 m) (9.81 m/s2 / g))`, where `l` is the extent of the lattice \
+                  along the ground, or less if the largest number of substeps is not stable for every design",
+            source "paper, table 2";
         /// Number of steps of a rollout.
-        steps: usize = 8192, allowed STEPS, source "paper, table 2";
+        steps: usize = 8192, allowed STEPS,
+            auto "16.384 s times the time scale, divided by `dt`", source "paper, table 2";
         /// Integration method.
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
         /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
         /// output is constant during them.
-        substeps: usize = 1, allowed within(1.0, 64.0), since 1, source "paper: 1";
+        substeps: usize = 1, allowed within(1.0, 64.0),
+            auto "the smallest number with which a substep is at most 0.97 of the step that is stable for every design",
+            since 1, source "paper: 1";
         /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
         /// Damping rate of the velocities.
@@ -137,7 +143,8 @@ settings! {
         /// node has flown apart, and its displacement means nothing. Nodes reach 13 m/s in delivered
         /// robots, about 50 m/s in undecided robots that hold together, and several hundred in robots
         /// that fly apart.
-        speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s", since 1 before "off",
+        speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s",
+            auto "100 m/s times `l / 0.5 m` divided by the time scale", since 1 before "off",
             source "found by experiment";
         /// What an optimisation does if the time step is so long that the robot's vibrations grow.
         unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
@@ -253,13 +260,13 @@ settings! {
         /// Number of clock signals.
         clocks: usize = 10, allowed within(1.0, 1024.0), source "paper: 10";
         /// Angular frequency of the clock.
-        omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", source "paper: 10";
+        omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", auto "10 rad/s divided by the time scale", source "paper: 10";
         /// Position of the goal along the ground and above it, from the world's origin.
-        goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m",
+        goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
             source "paper: 2, 0.1";
         /// Factor on the goal in the observation.
-        goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
+        goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m", auto "0.05 / m divided by `l / 0.5 m`",
             source "D3, found by experiment";
         /// Whether the goal is given relative to the mean node position.
         goal_relative: bool = false,
@@ -272,12 +279,17 @@ settings! {
         two_goals: bool = false, since 1, source "paper: false";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
+            auto "0.05 / m times `sqrt(36 / nodes)`, divided by `l / 0.5 m`",
             source "D3, found by experiment";
         /// Factor on the node velocities in the observation.
         velocity_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "s/m",
+            auto "0.05 s/m times `sqrt(36 / nodes)` and the time scale, divided by `l / 0.5 m`",
             source "D3, found by experiment";
         /// Gain of the Xavier initialisation of the hidden and the output layer.
-        gain: [f64; 2] = [2.0, 2.0], allowed within(0.0, 1e3), source "found by experiment";
+        gain: [f64; 2] = [2.0, 2.0], allowed within(0.0, 1e3),
+            auto "the first activations have the size that a gain of 2 gives 36 nodes, 110 edges, 10 clock signals and 32 \
+                  hidden units",
+            source "found by experiment";
     }
 }
 

@@ -2,12 +2,18 @@
 
 use super::Scene;
 use super::version::{FORMAT, VERSION};
-use crate::settings::{Settings, Values};
+use crate::settings::{AUTO, Settings, Values};
 use serde::{Serialize, Serializer};
 
 impl Scene {
-    /// The whole scene as TOML with comments. [`Scene::parse`] reads it back to the same bits.
+    /// The whole scene as TOML with comments. [`Scene::parse`] reads it back to the same bits. A value that follows from
+    /// the robot and its world is written as `"auto"`.
     pub fn to_toml(&self) -> String {
+        self.written(false)
+    }
+
+    /// The scene as TOML. If `fixed` is true, all values are written as numbers, also those that follow from others.
+    fn written(&self, fixed: bool) -> String {
         let write = |name: &str, settings: &mut dyn Settings| {
             let mut text = format!("# {}\n[{name}]\n", settings.about());
             for field in settings.fields() {
@@ -16,7 +22,13 @@ impl Scene {
                 let comma = if field.unit.is_empty() { "" } else { ", " };
                 let (unit, source, allowed) = (field.unit, field.source, field.allowed());
                 text += &format!("# {doc}{comma}{unit} ({source}). Allowed: {allowed}.\n");
-                text += &format!("{} = {}\n", field.key, field.value.toml());
+                let (key, value, auto) = (field.key, field.value.toml(), field.auto);
+                let is_auto = self.auto.contains(&format!("{name}.{key}"));
+                text += &match (is_auto, fixed) {
+                    (false, _) => format!("{key} = {value}\n"),
+                    (true, false) => format!("# Here it is {value}: {auto}.\n{key} = {AUTO:?}\n"),
+                    (true, true) => format!("# Follows from the scene: {auto}.\n{key} = {value}\n"),
+                };
             }
             text
         };
@@ -30,9 +42,9 @@ impl Scene {
 
 impl Scene {
     /// The scene for the folder of a run: the text of [`to_toml`](Scene::to_toml) with format and version. In such a
-    /// scene no key may be missing.
+    /// scene no key may be missing, and the values that follow from others are numbers, so that they stay as they are.
     pub fn to_run_toml(&self) -> String {
-        let text = self.to_toml();
+        let text = self.written(true);
         format!(
             "# The scene of a run: it must hold every key of its version.\n\
              format = {FORMAT:?}\nversion = {VERSION}\n{text}"

@@ -26,6 +26,9 @@
 /// written as in TOML, or the default if there is no `before`. With this value the program must do what programs
 /// without the key did.
 ///
+/// If the value of a key can follow from the robot and its world, `auto` states the formula before the mark: `auto "20
+/// divided by the time scale"`. A file may then say `"auto"` instead of a number. `scene/follow.rs` has the formulas.
+///
 /// If only some scenes read a key, a condition follows the mark: `read "with the task reach" if |s: &Scene| ...`. A
 /// scene that sets the key but does not read it gets a warning.
 ///
@@ -49,7 +52,7 @@ macro_rules! settings {
             $(
                 $(#[doc = $doc:literal])+
                 $key:ident: $type:ty = $default:expr
-                $(, allowed $limits:expr)? $(, unit $unit:literal)?
+                $(, allowed $limits:expr)? $(, unit $unit:literal)? $(, auto $auto:literal)?
                 $(, since $since:literal $(before $before:expr)?)?
                 $(, read $when:literal if $is_read:expr)?, source $source:literal;
             )*
@@ -98,6 +101,7 @@ macro_rules! settings {
                     key: stringify!($key),
                     doc: concat!($($doc),+).trim_ascii(),
                     unit: concat!("", $($unit)?),
+                    auto: concat!("", $($auto)?),
                     source: $source,
                     since: [$($since,)? 0][0],
                     when: concat!("", $($when)?),
@@ -126,6 +130,8 @@ macro_rules! settings {
             /// The built-in scene that supplied the keys that were missing in the file. Scenes with equal settings are
             /// equal even if their bases differ.
             pub base: $Base,
+            /// The keys whose values follow from the robot and its world, such as `physics.dt`: their files say "auto".
+            pub(crate) auto: std::collections::BTreeSet<String>,
             $($(#[doc = $doc])+ pub $section: $Settings,)+
         }
 
@@ -138,7 +144,7 @@ macro_rules! settings {
         impl $Scene {
             /// The scene in which every setting has its declared default.
             fn declared(base: $Base) -> Self {
-                Self { base, $($section: <$Settings>::default(),)+ }
+                Self { base, auto: Default::default(), $($section: <$Settings>::default(),)+ }
             }
 
             /// Two things about a section: the condition under which scenes read it, as a phrase, and whether this

@@ -10,6 +10,9 @@ use super::limits::Limits;
 use super::value::SettingValue;
 use crate::registry::OFF;
 
+/// The word in a scene file for a value that follows from the robot and its world.
+pub(crate) const AUTO: &str = "auto";
+
 /// A setting: its value and everything that its declaration says.
 pub struct Field<'a> {
     /// The name of the key within its section.
@@ -18,6 +21,9 @@ pub struct Field<'a> {
     pub doc: &'static str,
     /// The unit; empty for a pure number, a name or a boolean.
     pub unit: &'static str,
+    /// How the value follows from the robot and its world if the file says "auto", as a phrase. Empty if the key does
+    /// not allow "auto".
+    pub auto: &'static str,
     /// The source of the default: the paper, a decision (D1 to D11), or an experiment.
     pub source: &'static str,
     /// The first version of the scenes of runs that has the key.
@@ -37,14 +43,18 @@ pub struct Field<'a> {
 impl Field<'_> {
     /// The values that the key may have, as a phrase.
     pub fn allowed(&self) -> String {
-        self.value.allowed(&self.limits)
+        let allowed = self.value.allowed(&self.limits);
+        match self.auto {
+            "" => allowed,
+            _ => format!("{allowed}, or {AUTO:?}"),
+        }
     }
 
     /// Reads a value written in TOML into the setting.
     ///
     /// # Errors
     /// The middle part of the error message, which goes between the key and the value.
-    pub(crate) fn read_text(self, text: &str) -> Result<(), String> {
+    pub fn read_text(self, text: &str) -> Result<(), String> {
         let text = format!("value = {text}");
         let table = DeTable::parse(&text).ok();
         let value = table
@@ -57,7 +67,7 @@ impl Field<'_> {
 
     /// Gives the key the value that it has in scenes that are older than the key. Returns false if that value cannot be
     /// read.
-    pub(crate) fn take_before(self) -> bool {
+    pub fn take_before(self) -> bool {
         let before = self.before;
         before.is_empty() || self.read_text(before).is_ok()
     }

@@ -9,6 +9,7 @@ mod declare;
 
 #[doc(hidden)]
 pub use autodiff::Real;
+pub(crate) use field::AUTO;
 pub use field::{Field, Settings, Values, holds, read_json};
 pub use inputs::{InputField, Inputs};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};

@@ -46,10 +46,7 @@ impl Simulator {
         start: &State<f64>,
         steps: usize,
     ) -> Option<Overflow> {
-        let sweep = Sweep {
-            simulator: self,
-            planned: self.planned(&self.surroundings(), body, controller, start),
-        };
+        let sweep = Sweep::new(self, body, controller, start);
         let start = self.flatten(start);
         let mut bar = vec![0.0; start.len()];
         // The first number of a state is the payload's position along the ground.
@@ -60,12 +57,25 @@ impl Simulator {
 
 /// Repeats the reverse sweep of a rollout in parts. States and cotangents are flat arrays in the ground's frame, so
 /// that each part continues from identical bits.
-struct Sweep<'a> {
+pub struct Sweep<'a> {
     simulator: &'a Simulator,
     planned: Planned<f64>,
 }
 
-impl Sweep<'_> {
+impl<'a> Sweep<'a> {
+    /// Prepares the sweep of a robot.
+    pub fn new(
+        simulator: &'a Simulator,
+        body: &Body<f64>,
+        controller: &Controller<f64>,
+        start: &State<f64>,
+    ) -> Self {
+        Self {
+            simulator,
+            planned: simulator.planned(&simulator.surroundings(), body, controller, start),
+        }
+    }
+
     /// Sweeps back over the range `steps`. At first, `bar` is the cotangent of the state after these steps; at the end,
     /// it is the cotangent of `state`, the state before them. The sweep has parts of `part` steps. A part that
     /// overflows is repeated step by step. Returns the first overflow, if any.
@@ -100,7 +110,7 @@ impl Sweep<'_> {
 
     /// Simulates from `state`, which is the state before step `first`. Returns the states after the numbers of steps in
     /// `done`, as one list.
-    fn run(&self, state: &[f64], first: usize, done: Vec<usize>) -> Vec<f64> {
+    pub fn run(&self, state: &[f64], first: usize, done: Vec<usize>) -> Vec<f64> {
         let span = Span {
             first,
             ..Span::from_start(done)
@@ -109,7 +119,7 @@ impl Sweep<'_> {
     }
 
     /// Computes the cotangent of `state`, the state before the steps, from the cotangent `bar` of the state after them.
-    fn pullback(&self, state: &[f64], steps: Range<usize>, bar: &[f64]) -> Vec<f64> {
+    pub fn pullback(&self, state: &[f64], steps: Range<usize>, bar: &[f64]) -> Vec<f64> {
         let span = Span {
             first: steps.start,
             ..Span::from_start(vec![steps.len()])
@@ -125,65 +135,9 @@ impl Sweep<'_> {
     }
 
     /// The first node for which the cotangent of its position or velocity is infinite or NaN.
-    fn lost_node(&self, bar: &[f64]) -> Option<usize> {
+    pub fn lost_node(&self, bar: &[f64]) -> Option<usize> {
         let nodes = self.simulator.lattice.nodes();
         let is_lost = |node: &usize| (0..4).any(|k| !bar[k * nodes + node].is_finite());
         (0..nodes).find(is_lost)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Sweep;
-    use crate::design::Design;
-    use crate::lattice::{Body, Lattice, State};
-    use crate::policy::Controller;
-    use crate::scene::Scene;
-    use crate::simulator::Simulator;
-
-    /// A robot of the scene `stability` without damping. Its motion amplifies small changes more and more.
-    fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
-        let scene = Scene::parse("wild", "base = \"stability\"\n[physics]\ndamping = 0.0").unwrap();
-        let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        let design = Design::of_shares(&vec![[1.0 / 3.0; 3]; lattice.edges.len()]);
-        let body = Body::new(&design, &lattice, &scene.materials, &scene.physics);
-        let controller = Controller::xavier(&scene.controller, &lattice, 0);
-        let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
-        (simulator, body, controller, lattice.state_at_rest())
-    }
-
-    /// The search by blocks finds the same step as a single sweep over all steps in which the cotangent overflows.
-    #[test]
-    fn the_step_that_overflows_is_found() {
-        const STEPS: usize = 8192;
-        let (simulator, body, controller, start) = wild();
-        let divergence = simulator.divergence(&body, &controller, &start, 0..STEPS);
-        assert_eq!(divergence, None);
-        let found = simulator.overflow(&body, &controller, &start, STEPS);
-        let found = found.expect("the gradient of this robot overflows");
-        assert!(found.largest > 1e290, "{found:?}");
-
-        let sweep = Sweep {
-            simulator: &simulator,
-            planned: simulator.planned(&simulator.surroundings(), &body, &controller, &start),
-        };
-        let start = simulator.flatten(&start);
-        let mut seed = vec![0.0; start.len()];
-        seed[0] = 1.0;
-        let cotangent = |first: usize| {
-            let state = sweep.run(&start, 0, vec![first]);
-            sweep.pullback(&state, first..STEPS, &seed)
-        };
-        assert_eq!(sweep.lost_node(&cotangent(found.step + 1)), None);
-        assert_eq!(sweep.lost_node(&cotangent(found.step)), Some(found.node));
-    }
-
-    #[test]
-    fn a_finite_gradient_overflows_nowhere() {
-        let (simulator, body, controller, start) = wild();
-        for steps in [0, 1, 100] {
-            let found = simulator.overflow(&body, &controller, &start, steps);
-            assert_eq!(found, None, "{steps} steps");
-        }
     }
 }

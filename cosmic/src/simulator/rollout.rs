@@ -62,7 +62,7 @@ pub struct Simulator {
     /// For each step, the sine and the cosine of the clock's phase, and then the time if a force reads it.
     clock: Arc<[f64]>,
     /// The memory that a rollout may use to store states for its reverse sweep.
-    pub(crate) memory: Memory,
+    pub memory: Memory,
 }
 
 impl Simulator {
@@ -421,7 +421,7 @@ impl Simulator {
     }
 
     /// Converts a state in the world's frame to one flat array in the ground's frame.
-    pub(super) fn flatten<R: Real>(&self, state: &State<R>) -> Vec<R> {
+    pub fn flatten<R: Real>(&self, state: &State<R>) -> Vec<R> {
         state.to_ground(&self.ground).to_columns()
     }
 

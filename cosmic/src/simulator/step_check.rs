@@ -6,10 +6,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::stability::{Vibration, stable_step};
+use super::stability::Vibration;
 use crate::error::{Error, Result};
 use crate::keys::keys;
-use crate::scene::{PhysicsSettings, UnstableStep};
+use crate::scene::{PhysicsSettings, UnstableStep, stable_step};
 
 /// The largest number of substeps that a message advises: the largest number that a scene allows.
 const SUBSTEPS: f64 = 64.0;
@@ -222,24 +222,4 @@ pub fn rounded_down(x: f64, digits: usize) -> f64 {
     let (significand, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let kept = &significand[..significand.len().min(digits + 1)];
     format!("{kept}e{exponent}").parse().unwrap_or(x)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rounded_down;
-
-    #[test]
-    fn remedies_have_two_digits_and_are_safe() {
-        for (x, expected) in [
-            (0.002399, 0.0023),
-            (9.99e-5, 9.9e-5),
-            (0.1, 0.1),
-            (12.0, 12.0),
-        ] {
-            assert_eq!(rounded_down(x, 2), expected);
-        }
-        assert_eq!(rounded_down(2.7909e-6, 4), 2.79e-6);
-        assert_eq!(rounded_down(2.7899e-6, 4), 2.789e-6);
-        assert_eq!(rounded_down(f64::INFINITY, 4), f64::INFINITY);
-    }
 }

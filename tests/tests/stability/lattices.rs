@@ -2,12 +2,11 @@
 
 use super::StabilityCase;
 use cosmic::design::{Design, Material};
-use cosmic::generator::edges;
 use cosmic::geometry::{Ground, Vector, flat};
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{MaterialSettings, PhysicsSettings};
-use cosmic::simulator::stability::{Vibration, step_limit};
+use cosmic::scene::{MaterialSettings, PhysicsSettings, edges, step_limit};
+use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Store, Trajectory};
 use cosmic_tests::{Bare, assert_near, number};
 

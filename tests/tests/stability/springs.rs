@@ -8,7 +8,8 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::projection::softmax;
-use cosmic::simulator::stability::{Vibration, phase_limit};
+use cosmic::scene::phase_limit;
+use cosmic::simulator::stability::Vibration;
 use cosmic_tests::{Bare, assert_near, number, numbers};
 
 pub(super) fn saturates(case: &StabilityCase) {

@@ -66,7 +66,7 @@ impl Radii {
 
 /// Returns the distance from the middle of a regular polygon to its corners. The polygon has the area of a circle of
 /// radius 1.
-fn corners_at(sides: usize) -> f64 {
+pub fn corners_at(sides: usize) -> f64 {
     let n = sides as f64;
     (TAU / (n * (TAU / n).sin())).sqrt()
 }
@@ -208,7 +208,7 @@ pub(super) fn joint(
 /// Returns the corners of a polygon around the origin. The polygon has a side in the direction of each of `angles`, at
 /// `distance` from the origin. Further sides are added where two neighbouring directions are more than a right angle
 /// apart.
-fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
+pub fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
     angles.sort_by(f64::total_cmp);
     // Struts in different planes may have the same direction. They share one side.
     angles.dedup_by(|a, b| *a - *b < 1e-6);
@@ -225,39 +225,4 @@ fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
         Vector::at_angle(0.5 * (a + b)) * far
     };
     sides.iter().zip(next).map(corner).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{around, corners_at};
-    use cosmic::geometry::Vector;
-
-    #[test]
-    fn a_joint_has_a_side_for_each_strut_and_is_closed() {
-        use std::f64::consts::FRAC_PI_4;
-        for angles in [
-            vec![0.3],
-            vec![-2.0, 1.0],
-            vec![0.0, FRAC_PI_4, 2.0 * FRAC_PI_4],
-            (0..8).map(|k| k as f64 * FRAC_PI_4 - 3.0).collect(),
-        ] {
-            let corners = around(angles.clone(), 2.0);
-            assert!(corners.len() >= angles.len().max(4));
-            for angle in angles {
-                let along = |corner: &Vector<f64>| corner.dot(Vector::at_angle(angle));
-                // No corner lies beyond the side, and exactly two corners lie on it.
-                let on_it = corners.iter().filter(|c| (along(c) - 2.0).abs() < 1e-12);
-                assert_eq!(on_it.count(), 2);
-                assert!(corners.iter().all(|corner| along(corner) < 2.0 + 1e-12));
-            }
-        }
-    }
-
-    #[test]
-    fn a_polygon_has_the_area_of_its_circle() {
-        let (sides, far) = (24, corners_at(24));
-        let angle = std::f64::consts::TAU / sides as f64;
-        let area = 0.5 * sides as f64 * far * far * angle.sin();
-        assert!((area - std::f64::consts::PI).abs() < 1e-14);
-    }
 }

@@ -6,21 +6,21 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 /// Bars stacked in layers, which are numbered from 0.
-pub(super) struct Stack {
+pub struct Stack {
     /// The layer of each bar.
-    pub(super) of_member: Vec<usize>,
+    pub of_member: Vec<usize>,
     /// For each node at which a bar ends, the lowest and the highest layer of its bars, as a range.
-    pub(super) at_node: BTreeMap<usize, RangeInclusive<usize>>,
+    pub at_node: BTreeMap<usize, RangeInclusive<usize>>,
     /// `None` if the stack can be built. Otherwise the index of an edge and the index of a node: the bar of this edge
     /// lies across the pin of this node.
-    pub(super) blocked: Option<[usize; 2]>,
+    pub blocked: Option<[usize; 2]>,
 }
 
 impl Stack {
     /// Assigns bars to layers. Bars are taken in the order of their conflicts, the bar with the most conflicts first
     /// (D. Welsh and M. Powell, 1967), and each gets the lowest layer in which it has no conflict. A bar that passes a
     /// node within `reach` (mm) without ending there goes on top of all others, above the node's pin.
-    pub(super) fn new(
+    pub fn new(
         members: &[Member],
         reach: f64,
         conflict: impl Fn(&Member, &Member) -> bool,
@@ -65,7 +65,7 @@ impl Stack {
     }
 
     /// Returns the number of layers.
-    pub(super) fn height(&self) -> usize {
+    pub fn height(&self) -> usize {
         self.of_member.iter().max().map_or(0, |top| top + 1)
     }
 }
@@ -97,50 +97,4 @@ fn spans(members: &[Member], layers: &[usize]) -> BTreeMap<usize, RangeInclusive
         }
     }
     spans
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Stack;
-    use crate::export::member::{Member, sample};
-
-    fn stack(members: &[Member]) -> Stack {
-        Stack::new(members, 2.0, |a, b| a.distance(b) < 1.0)
-    }
-
-    /// Returns bars between nodes that are in a row, 10 mm apart.
-    fn in_a_row(edges: &[[usize; 2]]) -> Vec<Member> {
-        let place = |node: usize| [10.0 * node as f64, 0.0];
-        let bars = edges.iter().enumerate();
-        bars.map(|(k, nodes)| sample(k, *nodes, nodes.map(place)))
-            .collect()
-    }
-
-    #[test]
-    fn bars_that_touch_are_in_different_layers_and_few_are_used() {
-        let corners = [[0.0, 0.0], [10.0, 0.0], [0.0, 10.0], [10.0, 10.0]];
-        let edges = [[0, 1], [0, 2], [1, 3], [2, 3], [0, 3], [1, 2]];
-        let bars: Vec<Member> = (edges.iter().enumerate())
-            .map(|(k, nodes)| sample(k, *nodes, nodes.map(|n| corners[n])))
-            .collect();
-        let stack = stack(&bars);
-        for (k, a) in bars.iter().enumerate() {
-            for (l, b) in bars.iter().enumerate().skip(k + 1) {
-                assert!(a.distance(b) >= 1.0 || stack.of_member[k] != stack.of_member[l]);
-            }
-        }
-        // Opposite sides of the square share a layer; each diagonal touches all other bars.
-        assert_eq!((stack.height(), stack.blocked), (4, None));
-        assert!(stack.at_node.values().all(|span| span.end() > span.start()));
-    }
-
-    #[test]
-    fn a_bar_across_a_node_is_on_top_and_two_that_block_each_other_are_reported() {
-        let stack_of = |edges: &[[usize; 2]]| stack(&in_a_row(edges));
-        let one = stack_of(&[[0, 2], [0, 1], [1, 2], [2, 3]]);
-        assert_eq!((one.of_member[0], one.blocked), (2, None));
-        // Whichever of the first two bars is on top, the pin at its end goes through the other one.
-        let two = stack_of(&[[0, 2], [1, 3], [0, 1], [1, 2], [2, 3]]);
-        assert!(two.blocked.is_some());
-    }
 }

@@ -11,22 +11,22 @@ pub(super) const MM: f64 = 1e3;
 
 /// A bar that the workshop makes.
 #[derive(Clone, Debug)]
-pub(super) struct Member {
+pub struct Member {
     /// The index of its edge in the lattice.
-    pub(super) edge: usize,
+    pub edge: usize,
     /// The nodes at its ends.
-    pub(super) nodes: [usize; 2],
+    pub nodes: [usize; 2],
     /// The line from the first node to the second: positions along and above the ground, in mm.
-    pub(super) axis: Segment,
+    pub axis: Segment,
     /// Skeleton or actuator.
-    pub(super) material: Material,
+    pub material: Material,
     /// The rest length, in metres.
-    pub(super) length: f64,
+    pub length: f64,
 }
 
 impl Member {
     /// Returns the name of the bar's material in files.
-    pub(super) fn made_of(&self) -> &'static str {
+    pub fn made_of(&self) -> &'static str {
         if self.material == Material::Actuator {
             "actuator"
         } else {
@@ -35,7 +35,7 @@ impl Member {
     }
 
     /// Returns the unit vector along the bar that points away from `node`, which is one of the bar's two nodes.
-    pub(super) fn away_from(&self, node: usize) -> Vector<f64> {
+    pub fn away_from(&self, node: usize) -> Vector<f64> {
         let direction = self.axis.direction();
         if node == self.nodes[0] {
             direction
@@ -45,13 +45,13 @@ impl Member {
     }
 
     /// Returns the node that two bars share, if any.
-    pub(super) fn meets(&self, other: &Self) -> Option<usize> {
+    pub fn meets(&self, other: &Self) -> Option<usize> {
         let is_shared = |node: &usize| other.nodes.contains(node);
         self.nodes.into_iter().find(is_shared)
     }
 
     /// Returns the smallest distance between the axes of two bars, in mm; 0 if they cross.
-    pub(super) fn distance(&self, other: &Self) -> f64 {
+    pub fn distance(&self, other: &Self) -> f64 {
         self.axis.distance(&other.axis)
     }
 }
@@ -82,40 +82,4 @@ pub(super) fn members(robot: &RobotFiles) -> Result<Vec<Member>> {
         ));
     }
     Ok(members)
-}
-
-#[cfg(test)]
-pub(super) fn sample(edge: usize, nodes: [usize; 2], [from, to]: [[f64; 2]; 2]) -> Member {
-    let mut member = Member {
-        edge,
-        nodes,
-        axis: Segment::new(from.into(), to.into()),
-        material: Material::Skeleton,
-        length: 0.0,
-    };
-    member.length = member.axis.length() / MM;
-    member
-}
-
-#[cfg(test)]
-mod tests {
-    use super::sample;
-
-    #[test]
-    fn bars_that_cross_have_the_distance_0_and_others_the_distance_of_their_nearest_points() {
-        let bar = |ends| sample(0, [0, 1], ends);
-        let level = bar([[0.0, 0.0], [10.0, 0.0]]);
-        for (ends, distance) in [
-            ([[5.0, -5.0], [5.0, 5.0]], 0.0),
-            ([[10.0, 0.0], [20.0, 3.0]], 0.0),
-            ([[4.0, 0.0], [6.0, 0.0]], 0.0),
-            ([[5.0, 2.0], [5.0, 9.0]], 2.0),
-            ([[13.0, 4.0], [20.0, 4.0]], 5.0),
-            ([[-3.0, 7.0], [30.0, 7.0]], 7.0),
-        ] {
-            let other = bar(ends);
-            assert_eq!(level.distance(&other), distance, "{ends:?}");
-            assert_eq!(other.distance(&level), distance, "{ends:?}");
-        }
-    }
 }

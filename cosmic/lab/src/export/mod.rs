@@ -5,14 +5,14 @@
 //! from the lattice's lower left corner. Drawings and solids are in millimetres, tables in SI units.
 
 mod sizes;
-mod member;
-mod layers;
+pub mod member;
+pub mod layers;
 mod pattern;
 mod csv;
 mod svg;
 mod dxf;
-mod stl;
-mod joint;
+pub mod stl;
+pub mod joint;
 mod frame;
 pub mod mujoco;
 

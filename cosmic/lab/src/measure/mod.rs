@@ -1,5 +1,5 @@
-//! Measurements of finished runs: [`check`] simulates the design in changed scenes, and [`walks`] simulates it in
-//! MuJoCo. Each measurement is a file in the run's folder. [`numbers`] returns all numbers of a run by name.
+//! Measurements of finished runs: `check` simulates the design in changed scenes, and [`Walks`] in MuJoCo. Each
+//! measurement is a file in the run's folder. `numbers` returns all numbers of a run by name.
 
 mod check;
 mod walks;
@@ -7,4 +7,5 @@ mod numbers;
 
 pub(crate) use check::Check;
 pub(crate) use numbers::numbers;
-pub(crate) use walks::{Walks, check_python};
+pub use walks::Walks;
+pub(crate) use walks::check_python;

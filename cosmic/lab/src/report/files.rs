@@ -85,7 +85,7 @@ impl RobotFiles {
     }
 
     /// Returns the indices of the edges whose material in the final design satisfies `kind`.
-    pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
+    pub fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
         let materials = self.design.materials.iter().enumerate();
         let of_kind = materials.filter(|(_, material)| kind(**material));
         of_kind.map(|(edge, _)| edge).collect()

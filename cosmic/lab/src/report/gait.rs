@@ -25,13 +25,14 @@ const MOST_STATES: usize = 600;
 const TOUCHES: f64 = 1e-6;
 
 /// The final robot of a run, with the strains and forces of its edges in the states of the trajectory file.
-pub(super) struct Gait<'r> {
+pub struct Gait<'r> {
     run: &'r RunFiles,
-    case: Case,
+    /// The case of the delivered robot.
+    pub case: Case,
     moments: Vec<EdgeMoments>,
     /// The loads of every edge over all steps of the rollout. If an earlier version made the run, the loads cover only
     /// the states in the trajectory file.
-    pub(super) loads: Vec<BarLoad>,
+    pub loads: Vec<BarLoad>,
 }
 
 impl<'r> Gait<'r> {
@@ -39,7 +40,7 @@ impl<'r> Gait<'r> {
     ///
     /// # Errors
     /// If the design does not fit its scene, or if this program does not have a law of the scene.
-    pub(super) fn new(run: &'r RunFiles) -> Result<Self> {
+    pub fn new(run: &'r RunFiles) -> Result<Self> {
         if let Some(says) = run.robot.left_out("the forces in bars") {
             return Err(Error::Usage(says));
         }
@@ -66,7 +67,7 @@ impl<'r> Gait<'r> {
     }
 
     /// Returns the end of a sentence about loads: which states the loads cover.
-    pub(super) fn loads_over(&self) -> String {
+    pub fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {
             format!(
@@ -80,7 +81,7 @@ impl<'r> Gait<'r> {
 
     /// Returns the data of the last periods of the clock: which nodes are on the ground, and the target strains and
     /// strains of actuators. Also returns the largest strains and forces of all bars over the whole rollout.
-    pub(super) fn last_periods(&self, motion: &Motion) -> Value {
+    pub fn last_periods(&self, motion: &Motion) -> Value {
         let omega = motion.scene().controller.omega;
         let period = (TAU / omega).min(motion.duration());
         let last = motion.states().len() - 1;
@@ -154,7 +155,7 @@ impl<'r> Gait<'r> {
 
     /// Returns three energies over time, in joules: the kinetic energy, the energy of springs and stops, and the
     /// potential energy relative to the start.
-    pub(super) fn energies(&self, motion: &Motion) -> Value {
+    pub fn energies(&self, motion: &Motion) -> Value {
         let (states, mass) = (motion.states(), &self.case.body().mass);
         let every = states.len().div_ceil(MOST_STATES);
         let shown: Vec<usize> = (0..states.len()).step_by(every).collect();
@@ -185,84 +186,4 @@ impl<'r> Gait<'r> {
 /// Rounds a number to four digits, which are enough for a picture.
 pub(super) fn brief(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Gait;
-    use crate::report::RunFiles;
-    use crate::report::motion::Motion;
-    use cosmic::design::Material;
-    use cosmic::record::{RunPlan, optimise};
-    use cosmic::scene::{Scene, StartKind};
-
-    /// Tests the short three-legged robot of the paper's scene after one iteration. Its rollout lasts 0.3 s.
-    #[test]
-    fn a_gait_agrees_with_the_trajectory() {
-        let mut scene = Scene::paper();
-        scene.start.kind = StartKind::Layout;
-        (scene.physics.steps, scene.physics.gravity) = (160, 9.81);
-        (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
-        (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
-        let folder = tempfile::tempdir().unwrap();
-        let folder = folder.path().join("run");
-        optimise(&folder, &RunPlan::new("test", scene, 0), &mut ()).unwrap();
-        let run = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
-        let motion = Motion::new(&run.robot, &run.trajectory);
-        let gait = Gait::new(&run).unwrap();
-        let shown = gait.last_periods(&motion);
-
-        // The largest strain and force equal those in the summary. Both are the largest over all steps.
-        let summary = run.summary.loads.as_ref().unwrap();
-        let actuators = run.robot.edges_of(|m| m == Material::Actuator);
-        let most = |of: fn(&[f64]) -> f64| {
-            let peaks = shown["peaks"].as_array().unwrap().iter();
-            let numbers =
-                peaks.map(|peak| serde_json::from_value::<Vec<f64>>(peak.clone()).unwrap());
-            numbers.map(|peak| of(&peak)).fold(0.0, f64::max)
-        };
-        let near = |a: f64, b: f64| assert!((a - b).abs() <= 6e-4 * b, "{a} is not {b}");
-        let strain = actuators.iter().map(|&edge| gait.loads[edge].strain.peak);
-        assert_eq!(strain.fold(0.0, f64::max), summary.strain.peak);
-        assert_eq!(gait.loads_over(), "over all steps of the rollout");
-        near(most(|peak| peak[2]), summary.compression);
-
-        // A rollout shorter than a period is shown whole. The robot begins on its three feet.
-        let times = shown["times"].as_array().unwrap();
-        assert_eq!(times.len(), motion.states().len());
-        let feet: Vec<(usize, String)> = serde_json::from_value(shown["feet"].clone()).unwrap();
-        let begins: Vec<usize> = feet
-            .iter()
-            .filter(|(_, stands)| stands.starts_with('1'))
-            .map(|(node, _)| *node)
-            .collect();
-        let lowest = motion
-            .seen
-            .iter()
-            .filter(|node| run.robot.lattice.places[**node].up() == 0.0);
-        assert!(lowest.eq(&begins), "{begins:?}");
-
-        // At the start nothing moves, so the kinetic and potential energies are zero. Later they are sums over all
-        // nodes.
-        let energies = gait.energies(&motion);
-        let at = |name: &str, k: usize| energies[name][k].as_f64().unwrap();
-        assert_eq!([at("kinetic", 0), at("height", 0)], [0.0; 2]);
-        let last = motion.states().last().unwrap();
-        let mass = gait.case.body().mass;
-        let kinetic = last.v.iter().zip(&mass).map(|(v, m)| 0.5 * m * v.dot(*v));
-        near(at("kinetic", motion.states().len() - 1), kinetic.sum());
-        assert!(at("elastic", 3) > 0.0);
-
-        // A trajectory file of an earlier version has only states, without loads.
-        let mut earlier = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
-        earlier.trajectory.bars.clear();
-        let gait = Gait::new(&earlier).unwrap();
-        let said = gait.loads_over();
-        assert!(
-            said.starts_with("in the 11 states of trajectory.json"),
-            "{said}"
-        );
-        let seen = actuators.iter().map(|&edge| gait.loads[edge].speed.peak);
-        assert!(seen.fold(0.0, f64::max) < summary.speed.peak);
-    }
 }

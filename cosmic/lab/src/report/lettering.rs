@@ -44,7 +44,7 @@ const GLYPHS: [(char, &[&str]); 25] = [
 ];
 
 /// Returns the strokes of a text. A character without a glyph becomes a blank.
-pub(super) fn letters(text: &str, place: Place, font: Font) -> Vec<Vec<Place>> {
+pub fn letters(text: &str, place: Place, font: Font) -> Vec<Vec<Place>> {
     let scale = OF_SIZE * font.size / DIGIT;
     let (mut left, mut strokes) = (0.0, Vec::new());
     for letter in text.chars() {
@@ -69,29 +69,4 @@ fn point(pair: &str) -> [f64; 2] {
     let number = |text: &str| text.parse().expect("a number");
     let (x, y) = pair.split_once(',').expect("two numbers");
     [number(x), number(y)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{GLYPHS, letters};
-    use crate::report::picture::Font;
-    use cosmic::geometry::{Bounds, Vector};
-
-    #[test]
-    fn every_character_of_a_label_has_strokes_between_its_neighbours() {
-        let label = "delivered iteration 0123456789 - 1.5 s, 2.0 m";
-        for letter in label.chars().filter(|letter| *letter != ' ') {
-            assert!(GLYPHS.iter().any(|(of, _)| *of == letter), "{letter}");
-        }
-        for (anchor, [left, right]) in [(0.0, [100.0, 120.0]), (1.0, [80.0, 100.0])] {
-            let strokes = letters("10", Vector::new([100.0, 50.0]), Font::PLAIN.at(anchor));
-            let [one, zero] = &strokes[..] else {
-                panic!("{strokes:?}");
-            };
-            let [one, zero] = [one, zero].map(|stroke| Bounds::of(stroke.iter().copied()));
-            assert!(left <= one.low[0] && one.high[0] < zero.low[0] && zero.high[0] <= right);
-            // In a font of 12 pixels, digits are 8.4 pixels high.
-            assert!(one.low[1] >= 41.6 - 1e-9 && zero.high[1] <= 50.0);
-        }
-    }
 }

@@ -11,15 +11,17 @@ use cosmic::record::TrajectoryFile;
 use cosmic::scene::Scene;
 
 /// The colour of skeleton bars.
-pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
+pub const SKELETON: Colour = Colour::hex(0x262b33);
 /// The colour of the payload and its path.
 pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
-/// The colour of an actuator at the largest contraction. The constants below it are the colours at rest, at the largest
-/// extension, and at strains beyond this range.
-const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
-const AT_REST: Colour = Colour::hex(0xb4aeba);
-const EXTENDED: Colour = Colour::hex(0xd61f1f);
-pub(super) const BEYOND: Colour = Colour::hex(0xb800b8);
+/// The colour of an actuator at the largest contraction.
+pub const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
+/// The colour of an actuator at rest.
+pub const AT_REST: Colour = Colour::hex(0xb4aeba);
+/// The colour of an actuator at the largest extension.
+pub const EXTENDED: Colour = Colour::hex(0xd61f1f);
+/// The colour of an actuator beyond the largest strains.
+pub const BEYOND: Colour = Colour::hex(0xb800b8);
 
 /// The largest number of frames of an animation.
 const MOST_FRAMES: usize = 2000;
@@ -29,33 +31,36 @@ const FLOORS: u32 = 16;
 
 /// An edge of the robot in one state, ready to be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct DrawnEdge {
+pub struct DrawnEdge {
     /// The line from the edge's first node to its second, in metres.
-    pub(super) line: Segment,
-    pub(super) colour: Colour,
-    pub(super) actuator: bool,
+    pub line: Segment,
+    /// The colour.
+    pub colour: Colour,
+    /// True for an actuator.
+    pub actuator: bool,
     /// True if the edge is more void than solid.
-    pub(super) faint: bool,
+    pub faint: bool,
 }
 
 /// A robot's rollout, prepared for drawing.
-pub(super) struct Motion<'r> {
+pub struct Motion<'r> {
     pub(super) robot: &'r RobotFiles,
     trajectory: &'r TrajectoryFile,
     /// The nodes that a chain of solid edges connects to the payload.
     body: Vec<usize>,
     /// The payload's node and the ends of solid edges, ascending.
-    pub(super) seen: Vec<usize>,
+    pub seen: Vec<usize>,
     /// For each edge, the fraction of solid material in its mixture. An edge with a smaller fraction is drawn fainter.
     presence: Vec<f64>,
     /// The largest target strain of an actuator. At this strain, an actuator has its full colour.
-    pub(super) limit: f64,
+    pub limit: f64,
     /// The terrain, as heights above the ground's line.
     pub(super) profile: Profile,
 }
 
 impl<'r> Motion<'r> {
-    pub(super) fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
+    /// Prepares the rollout of a robot.
+    pub fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
         let largest = Material::Actuator.of(&robot.scene.materials.max_strain);
         let joined = joined_to_payload(&robot.lattice, &robot.design.materials);
         Self {
@@ -77,17 +82,18 @@ impl<'r> Motion<'r> {
         &self.robot.scene
     }
 
-    pub(super) fn states(&self) -> &'r [State<f64>] {
+    /// The states of the trajectory.
+    pub fn states(&self) -> &'r [State<f64>] {
         &self.trajectory.states
     }
 
     /// Returns the time of the state `index`, in seconds from the start.
-    pub(super) fn time(&self, index: usize) -> f64 {
+    pub fn time(&self, index: usize) -> f64 {
         self.trajectory.steps[index] as f64 * self.trajectory.dt
     }
 
     /// Returns the index of the last state at or before a time; 0 if there is no such state.
-    pub(super) fn index_at(&self, time: f64) -> usize {
+    pub fn index_at(&self, time: f64) -> usize {
         // Times are rounded products of a step and dt, so round to the nearest step.
         let step = (time / self.trajectory.dt + 0.5) as usize;
         let after = self.trajectory.steps.partition_point(|&s| s <= step);
@@ -105,13 +111,13 @@ impl<'r> Motion<'r> {
     }
 
     /// Returns the duration of the rollout, in seconds.
-    pub(super) fn duration(&self) -> f64 {
+    pub fn duration(&self) -> f64 {
         self.time(self.states().len() - 1)
     }
 
     /// Returns the solid edges as they are drawn in a state. Faint edges come first and actuators last, so that
     /// actuators are on top.
-    pub(super) fn bars(&self, state: &State<f64>) -> Vec<DrawnEdge> {
+    pub fn bars(&self, state: &State<f64>) -> Vec<DrawnEdge> {
         let (design, lattice) = (&self.robot.design, &self.robot.lattice);
         let bar = |(e, material): (usize, &Material)| {
             let [from, to] = design.edges[e].map(|node| state.x[node]);
@@ -152,7 +158,7 @@ impl<'r> Motion<'r> {
 
     /// Returns the bounding box of the body that carries the payload: of all nodes that a chain of solid edges connects
     /// to the payload.
-    pub(super) fn bounds(&self, state: &State<f64>) -> Bounds {
+    pub fn bounds(&self, state: &State<f64>) -> Bounds {
         Bounds::of(self.body.iter().map(|&node| state.x[node]))
     }
 
@@ -166,7 +172,7 @@ impl<'r> Motion<'r> {
     }
 
     /// Returns the positions that must be visible in a picture of a state: the payload, and the ends of solid edges.
-    pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
+    pub fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
         self.seen.iter().map(|&node| state.x[node])
     }
 
@@ -181,13 +187,13 @@ impl<'r> Motion<'r> {
 
     /// Returns the height of the terrain in the world, above the point of the ground's line whose horizontal position
     /// is `x`.
-    pub(super) fn ground_height(&self, x: f64) -> f64 {
+    pub fn ground_height(&self, x: f64) -> f64 {
         self.profile.height_in_world(&self.ground(), x)
     }
 
     /// Returns the terrain as points of the world. It covers the part of the ground's line whose horizontal positions
     /// are in the range `across`.
-    pub(super) fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
+    pub fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
         self.profile.in_world(&self.ground(), across)
     }
 
@@ -205,7 +211,7 @@ impl<'r> Motion<'r> {
     /// Returns the largest depth, in metres, to which a bar cuts into the ground in a state of the trajectory. Only
     /// nodes collide with the ground, so a bar between two nodes can cut a corner of it. Returns `None` if the ground
     /// has no corners.
-    pub(super) fn deepest_cut(&self) -> Option<f64> {
+    pub fn deepest_cut(&self) -> Option<f64> {
         let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
         let (ground, edges) = (self.ground(), solid_edges(self.robot));
         let edges: Vec<[usize; 2]> = edges.collect();
@@ -241,107 +247,4 @@ fn seen(run: &RobotFiles) -> Vec<usize> {
     let ends = solid_edges(run).flatten();
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();
     nodes.into_iter().collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
-    use crate::report::RunFiles;
-    use cosmic::design::Material;
-    use cosmic::geometry::{Bounds, Profile, Range, Vector};
-    use cosmic::record::{RunPlan, optimise};
-    use cosmic::scene::{GroundSettings, Scene, StartKind};
-
-    /// Does a run of one iteration with the short three-legged robot.
-    fn results() -> RunFiles {
-        results_on(GroundSettings::default())
-    }
-
-    fn results_on(ground: GroundSettings) -> RunFiles {
-        let mut scene = Scene::paper();
-        scene.physics.ground = ground;
-        scene.start.kind = StartKind::Layout;
-        scene.physics.steps = 64;
-        (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
-        (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
-        let folder = tempfile::tempdir().unwrap();
-        let plan = RunPlan::new("test", scene, 0);
-        let run = folder.path().join("run");
-        optimise(&run, &plan, &mut ()).unwrap();
-        RunFiles::read(&run, &cosmic::Registry::default()).unwrap()
-    }
-
-    #[test]
-    fn bars_are_the_solid_edges_coloured_by_strain() {
-        let results = results();
-        let motion = Motion::new(&results.robot, &results.trajectory);
-        let rest = &motion.states()[0];
-        let materials = &results.robot.design.materials;
-        let count = |m| materials.iter().filter(|e| **e == m).count();
-        let [within, beyond] = [0.999 * motion.limit, 1.001 * motion.limit];
-        for (strain, colour) in [
-            (0.0, AT_REST),
-            (within, EXTENDED),
-            (-within, CONTRACTED),
-            (beyond, BEYOND),
-            (-beyond, BEYOND),
-        ] {
-            let mut stretched = rest.clone();
-            for x in &mut stretched.x {
-                *x = *x * (1.0 + strain);
-            }
-            let bars = motion.bars(&stretched);
-            let [passive, active] = [false, true].map(|active| {
-                let of = bars.iter().filter(move |bar| bar.actuator == active);
-                of.map(|bar| bar.colour).collect::<Vec<_>>()
-            });
-            assert_eq!(passive, vec![SKELETON; count(Material::Skeleton)]);
-            assert_eq!(active, vec![colour; count(Material::Actuator)]);
-        }
-    }
-
-    /// Nodes stand between ridges of 1 and 3 cm, so the bars between these nodes cut into the ridges.
-    #[test]
-    fn bars_cut_into_ridges_between_their_nodes() {
-        let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
-        let points = [ridge(0.15, 0.01), ridge(0.35, 0.03)].concat();
-        let profile = Profile::new(points.into_iter().map(Vector::new).collect()).unwrap();
-        let results = results_on(profile.into());
-        let motion = Motion::new(&results.robot, &results.trajectory);
-        let start = &motion.states()[0];
-        let floor = |x: f64| motion.ground_height(x) - 0.1;
-        // The tolerance allows the rounding errors of sums of numbers below 1.
-        let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
-        assert!(near(floor(0.35), 0.03) && near(floor(0.3), 0.0) && near(floor(0.34), 0.015));
-        let line = motion.ground_line(Range::new(0.0, 0.36));
-        assert_eq!(line.len(), 7);
-        assert!(near(line[2].up(), 0.11) && near(line[6].up(), 0.115));
-        let bar = [2, 3].map(|node| start.x[node]);
-        assert!(bar.iter().all(|x| near(x.up(), 0.1)));
-        // The robot moves little in 0.13 s.
-        let cut = motion.deepest_cut().unwrap();
-        assert!((0.02..0.04).contains(&cut), "{cut}");
-        let flat = results_on(GroundSettings::default());
-        assert_eq!(
-            Motion::new(&flat.robot, &flat.trajectory).deepest_cut(),
-            None
-        );
-    }
-
-    #[test]
-    fn times_find_their_states_and_bounds_are_those_of_the_payload_s_body() {
-        let results = results();
-        let motion = Motion::new(&results.robot, &results.trajectory);
-        let last = motion.states().len() - 1;
-        assert_eq!(motion.duration(), 64.0 * 0.002);
-        assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
-        assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
-        // In the short layout all solid edges belong to one body: legs that are two cells high, and above them a trunk
-        // as wide as the lattice.
-        let state = &motion.states()[0];
-        let bounds = Bounds::of(motion.places(state));
-        assert_eq!(motion.bounds(state), bounds);
-        // The expected width is 0.6 - 0.1, with one rounding error.
-        assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
-    }
 }

@@ -3,7 +3,7 @@
 use cosmic::geometry::Vector;
 
 /// A position or a size in a picture, in pixels. The first coordinate points to the right, the second downwards.
-pub(super) type Place = Vector<f64>;
+pub type Place = Vector<f64>;
 
 /// A colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub(super) const RULE: Colour = Colour::hex(0xd8dee4);
 /// The style of a line.
 #[derive(Clone, Copy)]
 pub(super) struct Pen {
-    pub(super) colour: Colour,
+    pub colour: Colour,
     /// The width in pixels.
     pub(super) width: f64,
     /// The lengths of dashes and gaps in turn, in pixels, written as in SVG; empty for a solid line.
@@ -76,17 +76,20 @@ impl Pen {
 
 /// The style of a text.
 #[derive(Clone, Copy)]
-pub(super) struct Font {
-    pub(super) colour: Colour,
+pub struct Font {
+    /// The colour.
+    pub colour: Colour,
     /// The fraction of the text's width that is to the left of its place: 0, 0.5 or 1.
-    pub(super) anchor: f64,
-    pub(super) bold: bool,
+    pub anchor: f64,
+    /// True for bold text.
+    pub bold: bool,
     /// The size in pixels.
-    pub(super) size: f64,
+    pub size: f64,
 }
 
 impl Font {
-    pub(super) const PLAIN: Self = Self {
+    /// Plain text of 12 pixels that begins at its place.
+    pub const PLAIN: Self = Self {
         colour: INK,
         anchor: 0.0,
         bold: false,
@@ -104,7 +107,8 @@ impl Font {
     pub(super) const MIDDLE: Self = Self::PLAIN.at(0.5);
     pub(super) const CAPTION: Self = Self::MUTED.at(0.5);
 
-    pub(super) const fn at(self, anchor: f64) -> Self {
+    /// Returns this style with another anchor.
+    pub const fn at(self, anchor: f64) -> Self {
         Self { anchor, ..self }
     }
 }

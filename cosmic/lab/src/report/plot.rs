@@ -5,30 +5,34 @@ use cosmic::geometry::{Range, Vector};
 use super::picture::{Colour, Font, INK, Pen, Picture, Place, RULE};
 
 /// The two axes of a chart. They know the place of the chart in the picture and the range of numbers that it shows.
-pub(super) struct Axes {
+pub struct Axes {
     /// The upper left corner.
-    pub(super) origin: Place,
-    pub(super) size: Place,
+    pub origin: Place,
+    /// The width and the height.
+    pub size: Place,
     /// The horizontal axis.
-    pub(super) x: Axis,
+    pub x: Axis,
     /// The vertical axis.
-    pub(super) y: Axis,
+    pub y: Axis,
 }
 
 /// One axis of a chart: the range of its numbers, and whether it is logarithmic.
 #[derive(Clone, Copy)]
-pub(super) struct Axis {
-    pub(super) range: Range,
+pub struct Axis {
+    /// The numbers at the ends of the axis.
+    pub range: Range,
     /// True for a logarithmic axis, whose numbers must be positive.
-    pub(super) log: bool,
+    pub log: bool,
 }
 
 impl Axis {
-    pub(super) fn linear(range: Range) -> Self {
+    /// A linear axis.
+    pub fn linear(range: Range) -> Self {
         Self { range, log: false }
     }
 
-    pub(super) fn logarithmic(range: Range) -> Self {
+    /// A logarithmic axis of positive numbers.
+    pub fn logarithmic(range: Range) -> Self {
         Self { range, log: true }
     }
 
@@ -104,7 +108,7 @@ impl Line {
 impl Axes {
     /// Returns the place of a point in the picture. A point outside the range of an axis is moved to the end of that
     /// axis.
-    pub(super) fn place(&self, point: Vector<f64>) -> Place {
+    pub fn place(&self, point: Vector<f64>) -> Place {
         let [x, y] = point.array();
         Vector::new([self.across(x), self.down(y)])
     }
@@ -169,7 +173,7 @@ impl Axes {
 }
 
 /// Returns a range that contains the range `always` and all finite `numbers`. The width of the result is not 0.
-pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
+pub fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
     let range = numbers.filter(|v| v.is_finite()).fold(always, Range::with);
     if range.size() > 0.0 {
         range
@@ -179,7 +183,7 @@ pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range 
 }
 
 /// Returns about `count` values in a range, at steps of 1, 2 or 5 times a power of ten.
-fn round_values(range: Range, count: usize) -> Vec<f64> {
+pub fn round_values(range: Range, count: usize) -> Vec<f64> {
     let Range { low, high } = range;
     let least = range.size() / count as f64;
     let power = 10f64.powf(least.log10().floor());
@@ -191,7 +195,7 @@ fn round_values(range: Range, count: usize) -> Vec<f64> {
 }
 
 /// Returns the powers of ten in a range. If there are more than six, returns only some of them.
-fn decades(range: Range) -> Vec<f64> {
+pub fn decades(range: Range) -> Vec<f64> {
     let Range { low, high } = range;
     let [first, last] = [low.log10().ceil() as i32, high.log10().floor() as i32];
     let every = 1 + (last - first).max(0) / 5;
@@ -200,7 +204,7 @@ fn decades(range: Range) -> Vec<f64> {
 }
 
 /// Returns the text of a number on an axis.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.0e}");
     }
@@ -208,54 +212,4 @@ fn number(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0" } else { text }.replace('-', "\u{2212}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Axes, Axis, decades, number, range, round_values};
-    use cosmic::geometry::{Range, Vector};
-
-    #[test]
-    fn marks_are_round_and_inside() {
-        assert_eq!(
-            round_values(Range::new(0.0, 300.0), 8),
-            [0.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0]
-        );
-        assert_eq!(
-            round_values(Range::new(-0.9, 1.1), 4),
-            [-0.5, 0.0, 0.5, 1.0]
-        );
-        assert_eq!(decades(Range::new(0.02, 500.0)), [0.1, 1.0, 10.0, 100.0]);
-        assert_eq!(
-            [0.1 + 0.2, -2.0, 0.0, 1e-6, 12345.0].map(number),
-            ["0.3", "\u{2212}2", "0", "1e-6", "12345"]
-        );
-    }
-
-    #[test]
-    fn a_range_has_width_and_ignores_what_is_not_finite() {
-        let numbers = [1.0, f64::NAN, f64::INFINITY, 3.0].into_iter();
-        let two = Range::new(2.0, 2.0);
-        assert_eq!(range(numbers, two), Range::new(1.0, 3.0));
-        assert_eq!(range([].into_iter(), two), Range::new(1.5, 2.5));
-    }
-
-    #[test]
-    fn points_are_placed_from_the_lower_left() {
-        let axes = Axes {
-            origin: Vector::new([10.0, 20.0]),
-            size: Vector::new([100.0, 50.0]),
-            x: Axis::linear(Range::new(0.0, 4.0)),
-            y: Axis::logarithmic(Range::new(1.0, 100.0)),
-        };
-        let middle = Vector::new([60.0, 45.0]);
-        // The tolerance allows the rounding errors of quotients of logarithms, 1e-16, times 50 pixels.
-        assert!(axes.place(Vector::new([2.0, 10.0])).distance(middle) < 1e-12);
-        assert_eq!(axes.place(Vector::new([9.0, 0.0])), [110.0, 70.0]);
-        let both = Axes {
-            x: Axis::logarithmic(Range::new(1e-2, 1.0)),
-            ..axes
-        };
-        assert!(both.place(Vector::new([0.1, 10.0])).distance(middle) < 1e-12);
-    }
 }

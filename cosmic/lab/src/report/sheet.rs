@@ -149,7 +149,7 @@ impl Sheet {
     }
 
     /// Returns one HTML page that loads nothing from elsewhere.
-    fn to_html(&self) -> String {
+    pub fn to_html(&self) -> String {
         let (title, subject) = (escape(&self.title), escape(&self.subject));
         let sections: String = self.sections.iter().map(Section::to_html).collect();
         let body = format!(
@@ -189,33 +189,3 @@ impl Sheet {
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
     tr.failed td { background: #fdecea; color: #a3260b; }</style>\n";
-
-#[cfg(test)]
-mod tests {
-    use super::{Section, Sheet};
-    use crate::table::{Standing, Table};
-
-    #[test]
-    fn a_failed_row_is_marked_on_the_page_and_in_text() {
-        let table = Table::of("errors", "Errors", &["one, <two>", "none"])
-            .column("method", "what was done", |name| *name)
-            .mark(Standing::Default, |name| name.starts_with("one"))
-            .mark(Standing::Failed, |name| *name == "none")
-            .done();
-        let sheet = Sheet {
-            title: "T".to_owned(),
-            subject: "s".to_owned(),
-            sections: vec![Section {
-                notes: vec!["Read `this`.".to_owned()],
-                tables: vec![table],
-                ..Section::default()
-            }],
-        };
-        let page = sheet.to_html();
-        assert!(page.contains("<tr class=\"failed\">") && page.contains("one, &lt;two&gt;"));
-        assert!(page.contains("Read <code>this</code>.") && !page.contains('`'));
-        let text = sheet.to_text();
-        let line = |word: &str| text.lines().find(|line| line.contains(word)).unwrap();
-        assert!(line("none").starts_with("! ") && line("<two>").starts_with("* "));
-    }
-}

@@ -19,12 +19,13 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Two times: the time after which a holder increases its count again, and the time without an increase after which the
-/// holder counts as gone.
+/// The times of claims.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pace {
-    beat: Duration,
-    gone_after: Duration,
+pub struct Pace {
+    /// How often a holder increases its count.
+    pub beat: Duration,
+    /// After how long without an increase the holder counts as gone.
+    pub gone_after: Duration,
 }
 
 /// The times that programs use. Tests use shorter times.
@@ -55,7 +56,7 @@ struct Seen {
 }
 
 /// The outcome of an attempt to claim a run, that is, to become the only process that works on it.
-pub(super) enum Answer {
+pub enum Answer {
     /// This process has claimed the run.
     Granted(Claim),
     /// Another process has claimed the run.
@@ -66,7 +67,7 @@ pub(super) enum Answer {
 }
 
 /// A claim that this process holds: no other process works on the run. Dropping the value gives the claim back.
-pub(super) struct Claim {
+pub struct Claim {
     is_lost: Arc<AtomicBool>,
     stop: Option<Sender<()>>,
     beating: Option<JoinHandle<()>>,
@@ -74,7 +75,7 @@ pub(super) struct Claim {
 
 impl Claim {
     /// True once another process has taken over the run because this process did not increase its count in time.
-    pub(super) fn is_lost(&self) -> bool {
+    pub fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
     }
 }
@@ -83,7 +84,7 @@ impl Claim {
 ///
 /// # Errors
 /// [`Error::Write`] if the file of the claim cannot be written.
-pub(super) fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
+pub fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
     let folder = sweep.join("claims").join(name);
     fs::create_dir_all(&folder).map_err(Error::writing(&folder))?;
     let last = last(&folder)?;
@@ -243,95 +244,6 @@ impl Drop for Claim {
         self.stop = None;
         if let Some(beating) = self.beating.take() {
             let _ = beating.join();
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Answer, HOST, Held, Pace, claim, numbered};
-    use std::fs::{self, OpenOptions};
-    use std::path::Path;
-    use std::thread::sleep;
-    use std::time::Duration;
-
-    const FAST: Pace = Pace {
-        beat: Duration::from_millis(10),
-        gone_after: Duration::from_millis(400),
-    };
-
-    fn is_granted(sweep: &Path) -> bool {
-        matches!(claim(sweep, "a-0", FAST).unwrap(), Answer::Granted(_))
-    }
-
-    /// Makes the file of a claim that another host holds. This host does not see the locks of the other host.
-    fn foreign(sweep: &Path) -> Held {
-        let folder = sweep.join("claims/a-0");
-        fs::create_dir_all(&folder).unwrap();
-        let path = numbered(&folder, 7);
-        let file = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&path)
-            .unwrap();
-        let held = Held {
-            path,
-            file,
-            host: Some("elsewhere 123"),
-        };
-        held.write(0).unwrap();
-        held
-    }
-
-    #[test]
-    fn a_claim_is_granted_once_and_again_when_it_is_given_back() {
-        let sweep = tempfile::tempdir().unwrap();
-        let held = claim(sweep.path(), "a-0", FAST).unwrap();
-        assert!(matches!(held, Answer::Granted(_)));
-        assert!(!is_granted(sweep.path()));
-        drop(held);
-        assert!(is_granted(sweep.path()));
-        // The file now looks like that of a killed process of this host: the lock is released, but the claim was not
-        // given back.
-        let held = foreign(sweep.path());
-        if let Some(own) = HOST.as_deref() {
-            fs::write(&held.path, format!("{own}\n1 00000000000000000000\n")).unwrap();
-            assert!(is_granted(sweep.path()));
-        }
-    }
-
-    #[test]
-    fn a_holder_elsewhere_is_gone_when_its_count_stands_still() {
-        let sweep = tempfile::tempdir().unwrap();
-        let held = foreign(sweep.path());
-        assert!(matches!(
-            claim(sweep.path(), "a-0", FAST).unwrap(),
-            Answer::Watched
-        ));
-        for count in 1..12 {
-            sleep(FAST.gone_after / 8);
-            held.write(count).unwrap();
-            assert!(!is_granted(sweep.path()));
-        }
-        assert!(matches!(
-            claim(sweep.path(), "a-0", FAST).unwrap(),
-            Answer::Taken
-        ));
-        sleep(FAST.gone_after);
-        assert!(is_granted(sweep.path()));
-    }
-
-    #[test]
-    fn a_holder_that_stood_still_learns_that_it_was_replaced() {
-        let sweep = tempfile::tempdir().unwrap();
-        let Answer::Granted(held) = claim(sweep.path(), "a-0", FAST).unwrap() else {
-            panic!("no other process holds it");
-        };
-        assert!(!held.is_lost());
-        let folder = sweep.path().join("claims/a-0");
-        fs::write(numbered(&folder, 2), "elsewhere 123\n").unwrap();
-        while !held.is_lost() {
-            sleep(FAST.beat);
         }
     }
 }

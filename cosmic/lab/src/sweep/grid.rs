@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 /// An axis of a grid: a key of a scene and the values that it takes.
 #[derive(Clone, Debug, PartialEq)]
-struct GridAxis {
+pub struct GridAxis {
     key: String,
     /// The values as TOML text, in the form that `--set` accepts.
     values: Vec<String>,
@@ -17,11 +17,11 @@ struct GridAxis {
 
 /// One point of the grid: a value for every key.
 #[derive(Clone, Debug, PartialEq)]
-struct Combination {
+pub struct Combination {
     /// The suffix for the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
-    suffix: String,
+    pub suffix: String,
     /// The settings of this point of the grid, such as `physics.friction=0.6`.
-    settings: Vec<String>,
+    pub settings: Vec<String>,
 }
 
 /// The greatest length of a suffix, in bytes. The name of a run's folder consists of the scene's name, the suffix and
@@ -78,7 +78,7 @@ impl GridAxis {
     ///
     /// # Errors
     /// [`Error::Usage`] for a text of another form, an empty value, or a repeated value.
-    fn parse(text: &str) -> Result<Self> {
+    pub fn parse(text: &str) -> Result<Self> {
         let refuse = |says: &str| {
             Err(Error::Usage(format!(
                 "--grid {text}: {says}; expected a key and its values, as in physics.friction=0.6,1"
@@ -137,7 +137,7 @@ fn separated(text: &str) -> Vec<String> {
 ///
 /// # Errors
 /// [`Error::Usage`] for two axes with the same key, and for more combinations than a plan may have runs.
-fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
+pub fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     for (k, axis) in axes.iter().enumerate() {
         if axes[..k].iter().any(|other| other.key == axis.key) {
             return Err(Error::Usage(format!(
@@ -203,100 +203,5 @@ fn tell_apart(all: &mut [Combination]) {
             number += 1;
             *suffix = format!("{whole}~{number}");
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{GridAxis, LONGEST, combinations, on_grid};
-    use cosmic::scene::Scene;
-    use serde_json::{Value, json};
-
-    #[test]
-    fn a_planned_scene_has_the_values_of_the_grid() {
-        let axes = [
-            "physics.friction=0.6,1",
-            "physics.contact='coulomb',infinite",
-            "controller.goal=[3, 0.1]",
-        ];
-        let scenes = [("a".to_owned(), Scene::default())];
-        let planned = on_grid(&scenes, &[], &axes.map(str::to_owned)).unwrap();
-        let swept = |k: usize| -> Vec<(&str, &Value)> {
-            let swept = planned[k].swept.iter();
-            swept.map(|swept| (&swept.key[..], &swept.value)).collect()
-        };
-        let [friction, contact, goal] = ["physics.friction", "physics.contact", "controller.goal"];
-        let rest = (goal, &json!([3.0, 0.1]));
-        assert_eq!(
-            swept(0),
-            [(friction, &json!(0.6)), (contact, &json!("coulomb")), rest]
-        );
-        assert_eq!(
-            swept(3),
-            [(friction, &json!(1.0)), (contact, &json!("infinite")), rest]
-        );
-        assert_eq!(on_grid(&scenes, &[], &[]).unwrap()[0].swept, []);
-    }
-
-    fn suffixes(axes: &[&str]) -> Vec<String> {
-        let axes: Vec<_> = axes.iter().map(|a| GridAxis::parse(a).unwrap()).collect();
-        let all = combinations(&axes).unwrap();
-        all.into_iter().map(|one| one.suffix).collect()
-    }
-
-    #[test]
-    fn every_combination_occurs_once_with_a_name_that_shows_it() {
-        let two = ["physics.friction=0.6,1", "physics.gravity=3.7,9.81"];
-        let expected = [
-            "+friction=0.6+gravity=3.7",
-            "+friction=0.6+gravity=9.81",
-            "+friction=1+gravity=3.7",
-            "+friction=1+gravity=9.81",
-        ];
-        assert_eq!(suffixes(&two), expected);
-        assert_eq!(suffixes(&[]), [""]);
-        let axes = two.map(|axis| GridAxis::parse(axis).unwrap());
-        let third = &combinations(&axes).unwrap()[2];
-        assert_eq!(
-            third.settings,
-            ["physics.friction=1", "physics.gravity=3.7"]
-        );
-    }
-
-    #[test]
-    fn commas_within_brackets_and_quotes_do_not_separate() {
-        let lists = suffixes(&["schedule.horizon=[32,32], [64, 64]"]);
-        assert_eq!(lists, ["+horizon=32,32", "+horizon=64,_64"]);
-        assert_eq!(suffixes(&["a.b={c=1,d=2},'e,f'"]), ["+b=c_1,d_2", "+b=e,f"]);
-    }
-
-    #[test]
-    fn names_differ_and_fit() {
-        // If two keys have the same last part, the suffix shows the whole keys.
-        let keys = suffixes(&["volume.kind=1", "loss.kind=2"]);
-        assert_eq!(keys, ["+volume.kind=1+loss.kind=2"]);
-        assert_eq!(suffixes(&["a.b='x/y',x:y"]), ["+b=x_y", "+b=x_y~2"]);
-        let long = format!("a.b={0}1,{0}2", "é".repeat(LONGEST));
-        let long = suffixes(&[&long]);
-        assert!(
-            long[0] != long[1] && long[1].len() <= LONGEST + 2,
-            "{long:?}"
-        );
-    }
-
-    #[test]
-    fn malformed_grids_are_refused() {
-        for (text, says) in [
-            ("physics.friction", "`=` is missing"),
-            ("=1", "the key is missing"),
-            ("a.b=1,,2", "a value is empty"),
-            ("a.b=1, 1", "the value 1 is repeated"),
-        ] {
-            let error = GridAxis::parse(text).unwrap_err().to_string();
-            assert!(error.contains(says) && error.contains(text), "{error}");
-        }
-        let axis = GridAxis::parse("a.b=1").unwrap();
-        let error = combinations(&[axis.clone(), axis]).unwrap_err().to_string();
-        assert!(error.contains("`a.b` is in the grid twice"), "{error}");
     }
 }

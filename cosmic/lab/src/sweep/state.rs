@@ -58,7 +58,7 @@ impl RunState {
 
 /// Returns the number of iterations that a run has done. The summary of a finished run states it; otherwise it is read
 /// from the history. A run in progress may be one iteration further. Returns 0 if the file cannot be read.
-pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
+pub fn iterations(folder: &Path, state: RunState) -> usize {
     match state {
         RunState::Waiting => None,
         RunState::Done => in_summary(folder),
@@ -96,30 +96,4 @@ fn in_history(folder: &Path) -> Option<usize> {
     let row = whole.rsplit(|&byte| byte == b'\n').next()?;
     let counted: Counted = serde_json::from_slice(row).ok()?;
     Some(counted.iterations)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{LINES, RunState, SUMMARY, iterations};
-    use std::fs;
-
-    #[test]
-    fn iterations_are_those_of_the_last_whole_row_or_of_the_summary() {
-        let folder = tempfile::tempdir().unwrap();
-        let folder = folder.path();
-        let row = |k: usize| format!("{{\"format\":\"h\",\"iteration\":{k},\"x\":[1]}}\n");
-        let rows: String = (1..3000).map(row).collect();
-        assert_eq!(iterations(folder, RunState::Begun), 0);
-        for (text, expected) in [
-            (String::new(), 0),
-            (row(1), 1),
-            (row(1) + "{\"iterat", 1),
-            (rows, 2999),
-        ] {
-            fs::write(folder.join(LINES), text).unwrap();
-            assert_eq!(iterations(folder, RunState::Begun), expected);
-        }
-        fs::write(folder.join(SUMMARY), "{\"iterations\":40,\"V\":0.5}").unwrap();
-        assert_eq!(iterations(folder, RunState::Done), 40);
-    }
 }

@@ -9,13 +9,23 @@ pub fn decimals(x: f64, places: usize) -> String {
 
 /// Formats a number for programs to read, with at most `places` decimals, without an exponent and without trailing
 /// zeros.
-pub(super) fn plain(x: f64, places: usize) -> String {
+pub fn plain(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     let text = match text.split_once('.') {
         Some(_) => text.trim_end_matches('0').trim_end_matches('.'),
         None => &text,
     };
     if text == "-0" { "0" } else { text }.to_owned()
+}
+
+/// Formats a duration in seconds as minutes and seconds, with hours if there are any.
+pub fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match hours {
+        0 => format!("{minutes}:{seconds:02}"),
+        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
+    }
 }
 
 /// Formats a number with three significant digits.
@@ -66,40 +76,5 @@ pub(super) fn quoted(text: &str) -> String {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
         text.to_owned()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{decimals, plain, prose};
-
-    #[test]
-    fn plain_numbers_have_no_exponent_and_no_rounding_noise() {
-        for (x, text) in [
-            (3.4999999999999996e-2, "0.035"),
-            (1e-4, "0.0001"),
-            (-4e-10, "0"),
-            (0.0, "0"),
-            (100.0, "100"),
-            (1e9, "1000000000"),
-            (-0.5, "-0.5"),
-            (f64::NAN, "NaN"),
-        ] {
-            assert_eq!(plain(x, 9), text);
-        }
-        assert_eq!(plain(1200.0, 0), "1200");
-    }
-
-    #[test]
-    fn numbers_have_a_minus_unless_they_are_shown_as_zero() {
-        assert_eq!(decimals(-1.006, 2), "\u{2212}1.01");
-        assert_eq!(decimals(-0.001, 2), "0.00");
-        assert_eq!(decimals(3.0, 0), "3");
-    }
-
-    #[test]
-    fn code_in_backticks_is_code_in_html() {
-        assert_eq!(prose("`a < b`: c"), "<code>a &lt; b</code>: c");
-        assert_eq!(prose("no `pair & none"), "no `pair &amp; none");
     }
 }

@@ -12,8 +12,7 @@ use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
-use cosmic::scene::{Integrator, Named};
-use cosmic::simulator::stability::stable_step;
+use cosmic::scene::{Integrator, Named, stable_step};
 use std::ops::Range;
 
 /// Positions are compared at four times, called the marks. This is the number of the scene's steps before the last
@@ -27,7 +26,7 @@ const SHOWN: usize = 1;
 const FRACTIONS: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
 /// The number of steps of the reference in one time step of the scene. The reference's step is 64 times shorter than
 /// the shortest step of any row, unless the scene itself has more than four substeps.
-const FINER: usize = 2048;
+pub const FINER: usize = 2048;
 /// A distance from the reference counts as an error only if it is at least this many times the uncertainty of the
 /// reference. Then it differs from the true error by at most a third.
 const RESOLVED: f64 = 3.0;
@@ -64,13 +63,16 @@ static PRECISIONS: [Precision; 3] = [
     precision::<f64>("f64", "", f64::EPSILON),
     precision::<DoubleDouble>("double-double", "1 5", f64::EPSILON),
 ];
-const DOUBLE: usize = 1;
+/// The index of f64 among the number types.
+pub const DOUBLE: usize = 1;
 
 /// An integrator with a number of substeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Method {
-    integrator: Integrator,
-    substeps: usize,
+pub struct Method {
+    /// The integrator.
+    pub integrator: Integrator,
+    /// The number of mechanical steps in a time step.
+    pub substeps: usize,
 }
 
 impl Method {
@@ -83,7 +85,7 @@ impl Method {
     }
 
     /// The method with which the case itself is simulated.
-    fn of(case: &Case) -> Self {
+    pub fn of(case: &Case) -> Self {
         Self {
             integrator: case.physics.integrator,
             substeps: case.physics.substeps,
@@ -107,7 +109,7 @@ impl Method {
 
     /// Changes the case to this method and to a time step that is `fraction` times the old one. `marks` are numbers of
     /// steps of the old case; also returns the numbers of steps of the new case at the same times.
-    fn applied(&self, case: &Case, marks: [usize; 4], fraction: f64) -> (Case, [usize; 4]) {
+    pub fn applied(&self, case: &Case, marks: [usize; 4], fraction: f64) -> (Case, [usize; 4]) {
         let mut case = case.clone();
         let physics = &mut case.physics;
         (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
@@ -120,12 +122,13 @@ impl Method {
 }
 
 /// The reference: a run by leapfrog with steps so short that its positions count as exact.
-struct Reference {
+pub struct Reference {
     /// The uncertainty of the reference at each mark, in metres. It is the largest distance of a node from its position
     /// in two other runs: one by symplectic Euler with equal steps, and one by leapfrog with steps twice as long.
     /// Infinite if one of the three runs diverged.
-    uncertainty: [f64; 4],
-    states: Vec<State<f64>>,
+    pub uncertainty: [f64; 4],
+    /// The states at the marks.
+    pub states: Vec<State<f64>>,
 }
 
 impl Reference {
@@ -158,7 +161,7 @@ impl Reference {
 
     /// Returns the errors at each mark, in metres: the largest distance of a node from the reference. `None` if the
     /// distance may be an error of the reference itself.
-    fn errors(&self, states: &[State<f64>]) -> [Option<f64>; 4] {
+    pub fn errors(&self, states: &[State<f64>]) -> [Option<f64>; 4] {
         let errors = errors(states, &self.states);
         std::array::from_fn(|k| {
             let least = RESOLVED * self.uncertainty[k];
@@ -170,36 +173,37 @@ impl Reference {
 }
 
 /// The errors at each mark, in metres: the largest distance of a node from its true position.
-fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
+pub fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
     std::array::from_fn(|k| distance(&states[k], &truth[k]))
 }
 
 /// The result of running the case with one method, time step and number type. An error is the largest distance of a
 /// node from the reference, in metres, at one of the compared times.
 #[derive(Clone, Debug)]
-struct Run {
-    method: Method,
+pub struct Run {
+    /// The integrator and its substeps.
+    pub method: Method,
     /// The time step divided by the scene's time step.
-    fraction: f64,
-    /// The index of the number type in [`PRECISIONS`].
-    precision: usize,
+    pub fraction: f64,
+    /// The index of the number type: 0 for f32, [`DOUBLE`] for f64, 2 for double-double.
+    pub precision: usize,
     /// True for the scene's own method, time step and number type.
-    is_default: bool,
+    pub is_default: bool,
     /// The errors: the distances from the reference. `None` where the reference is not accurate enough to tell.
-    error: [Option<f64>; 4],
+    pub error: [Option<f64>; 4],
     /// The rounding error: the distances from a double-double run with the same method and time step.
-    rounding: [f64; 4],
+    pub rounding: [f64; 4],
     /// The median processor time of a whole run, in seconds.
-    time: f64,
+    pub time: f64,
     /// True if the time step is below the stability limit of the robot at its start.
-    stable: bool,
+    pub stable: bool,
     /// True if all observed states are finite and plausible, so that the run did not diverge.
-    finite: bool,
+    pub finite: bool,
 }
 
 impl Run {
     /// True if the error of the run comes from the length of its time step, and not from instability.
-    fn is_sound(&self) -> bool {
+    pub fn is_sound(&self) -> bool {
         self.finite && self.stable
     }
 
@@ -236,13 +240,14 @@ impl Run {
 }
 
 /// The results of all runs of a case.
-struct Accuracy<'a> {
+pub struct Accuracy<'a> {
     case: &'a Case,
     /// The marks, as numbers of the scene's steps. Positions are compared at these times.
-    marks: [usize; 4],
-    reference: Reference,
+    pub marks: [usize; 4],
+    /// The run that errors are measured from.
+    pub reference: Reference,
     /// All runs, in the order of methods, then time steps, then number types.
-    runs: Vec<Run>,
+    pub runs: Vec<Run>,
     chaos: Chaos,
 }
 
@@ -255,7 +260,7 @@ pub fn accuracy(case: &Case) -> Section {
 impl<'a> Accuracy<'a> {
     /// Runs a case with every method, time step and number type. Errors are computed in parallel; run times are
     /// measured while nothing else runs.
-    fn of(case: &'a Case) -> Self {
+    pub fn of(case: &'a Case) -> Self {
         let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
         let marks = [last / 16, last / 4, last / 2, last];
         let reference = Reference::of(case, marks);
@@ -287,7 +292,7 @@ impl<'a> Accuracy<'a> {
     }
 
     /// The run with the scene's own settings.
-    fn default_run(&self) -> &Run {
+    pub fn default_run(&self) -> &Run {
         let found = self.runs.iter().find(|run| run.is_default);
         found.expect("the scene's own method and time step are run")
     }
@@ -300,7 +305,8 @@ impl<'a> Accuracy<'a> {
         run.rounding[0] <= 128.0 * 128.0 * PRECISIONS[run.precision].unit * growth
     }
 
-    fn section(&self) -> Section {
+    /// The tables and figures of the runs, with the checks that failed.
+    pub fn section(&self) -> Section {
         let mut section = Section {
             title: "Accuracy of trajectories".to_owned(),
             notes: self.notes(),
@@ -412,7 +418,13 @@ impl<'a> Accuracy<'a> {
         }
     }
 
-    fn lines(&self, precisions: Range<usize>, point: &dyn Fn(&Run) -> Vector<f64>) -> Vec<Line> {
+    /// The lines of a figure, one for every method and each of the number types in `precisions`. `point` returns the
+    /// point of a run.
+    pub fn lines(
+        &self,
+        precisions: Range<usize>,
+        point: &dyn Fn(&Run) -> Vector<f64>,
+    ) -> Vec<Line> {
         let methods = Method::all(self.case);
         let mut lines = vec![];
         for precision in precisions {
@@ -457,6 +469,3 @@ fn runs(
     };
     found.iter().enumerate().map(run).collect()
 }
-
-#[cfg(test)]
-mod tests;

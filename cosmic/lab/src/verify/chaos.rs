@@ -23,26 +23,26 @@ const SPENT: u32 = 7;
 
 /// How the motions of a case diverge if its start is perturbed.
 #[derive(Debug)]
-pub(super) struct Chaos {
+pub struct Chaos {
     /// The number of steps in which a small perturbation doubles: the median over the perturbed starts. Infinite if it
     /// does not double once in the whole rollout.
-    doubling: f64,
+    pub doubling: f64,
     /// The time step, s.
     dt: f64,
     /// The largest growth of a perturbation, as pairs: a number of steps, and the largest factor by which the
     /// perturbation of any start has grown until then. The factor may be large even if nothing grows in the long run,
     /// because contacts stretch some directions for a while. The list ends when a perturbation is no longer small.
-    grown: Vec<(usize, f64)>,
+    pub grown: Vec<(usize, f64)>,
     steps: usize,
     /// The quantiles of the displacement along the ground after all steps, over the perturbed starts, in metres.
-    spread: Quantiles,
+    pub spread: Quantiles,
     /// The displacement from the unperturbed start, in metres.
     unmoved: f64,
 }
 
 impl Chaos {
     /// Simulates a case from its own start and from the perturbed starts.
-    pub(super) fn of(case: &Case) -> Self {
+    pub fn of(case: &Case) -> Self {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
         observed.push(steps);
@@ -76,14 +76,14 @@ impl Chaos {
 
     /// Estimates the factor by which a perturbation has grown after `steps` steps: the growth at the last measurement
     /// before that, continued at the mean rate.
-    pub(super) fn growth(&self, steps: usize) -> f64 {
+    pub fn growth(&self, steps: usize) -> f64 {
         let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
         let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
         grown * ((steps - at) as f64 / self.doubling).exp2()
     }
 
     /// The note about chaos for the page, which comes before the tables.
-    pub(super) fn note(&self) -> String {
+    pub fn note(&self) -> String {
         if self.doubling.is_infinite() {
             let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
             return format!(
@@ -133,7 +133,7 @@ impl Chaos {
 
 /// Returns the growth of perturbations as pairs: a step, and the largest growth of any distance until then. The list
 /// ends when a distance is no longer small. `parting` has a list of distances for each perturbed start.
-fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
+pub fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     let mut most: f64 = 1.0;
     let mut grown = Vec::new();
     for (k, &at) in steps.iter().enumerate() {
@@ -150,7 +150,7 @@ fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
 /// Returns the number of doublings per step: the slope of the line that fits the logarithms of the distances best, as
 /// long as the distances are small. Returns 0 for fewer than two distances. In the first steps a perturbation still
 /// turns towards the directions that grow; these steps are few, so they are included.
-fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
+pub fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
     let small = distances.iter().take_while(|&&d| d < PARTED);
     // If motions agree to the last bit, their distance is taken to be one rounding error.
     let logs: Vec<f64> = small.map(|d| d.max(f64::EPSILON).log2()).collect();
@@ -165,41 +165,4 @@ fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
         steps.iter().zip(x).map(product).sum()
     };
     moment(&logs, of) / moment(&steps, at)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Chaos, growth_rate, largest_growth};
-    use crate::verify::probe::small;
-
-    #[test]
-    fn growth_is_read_from_small_distances_only() {
-        let steps: Vec<usize> = (0..100).map(|k| 8 * k).collect();
-        let grown = |n: &usize| (1e-9 * (*n as f64 / 40.0).exp2()).min(0.3);
-        let distances: Vec<f64> = steps.iter().map(grown).collect();
-        // Expected rounding: the logarithms are near 20, so each has an error of 4e-15. The fit averages over hundreds
-        // of steps.
-        assert!((growth_rate(&steps, &distances) - 1.0 / 40.0).abs() < 1e-12);
-        assert_eq!(growth_rate(&steps[..3], &[f64::NAN; 3]), 0.0);
-        let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
-        let grown = largest_growth(&[0, 8, 16, 24], &parting);
-        assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
-    }
-
-    /// If its controller does nothing, a robot comes to rest from all neighbouring starts, so its motions do not
-    /// diverge.
-    #[test]
-    fn a_resting_robot_is_not_chaotic() {
-        let mut chaos = Chaos::of(&small([2, 2], |scene| {
-            (scene.controller.gain, scene.physics.steps) = ([0.0; 2], 400);
-        }));
-        assert_eq!(chaos.doubling, f64::INFINITY);
-        assert!(chaos.note().contains("do not double"));
-        // The payload moves only a few micrometres, because the robot sags.
-        assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
-        // From the last measurement before a step, growth continues at the mean rate.
-        (chaos.doubling, chaos.grown) = (10.0, vec![(0, 1.0), (8, 4.0), (16, 8.0)]);
-        assert_eq!(chaos.growth(12), 4.0 * 0.4f64.exp2());
-        assert_eq!(chaos.growth(36), 8.0 * 4.0);
-    }
 }

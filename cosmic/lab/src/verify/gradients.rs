@@ -37,7 +37,7 @@ const WORTHLESS: f64 = 1e-2;
 
 /// The main source of a gradient's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Limit {
+pub enum Limit {
     /// The rounding of f64.
     Rounding,
     /// The rounding of f32.
@@ -49,9 +49,11 @@ enum Limit {
 }
 
 /// A method of computing a gradient.
-struct Way {
-    name: &'static str,
-    limit: Limit,
+pub struct Way {
+    /// The name.
+    pub name: &'static str,
+    /// The main source of its error.
+    pub limit: Limit,
     /// The function that computes the gradient. It computes either the whole gradient over a horizon, or only the
     /// slopes along the directions of the subject.
     run: fn(&Subject, &Horizon) -> Found,
@@ -66,11 +68,12 @@ const fn way(name: &'static str, limit: Limit, run: fn(&Subject, &Horizon) -> Fo
     Way { name, limit, run }
 }
 
-const DRIVER: usize = 3;
+/// The index of the way that the program itself uses.
+pub const DRIVER: usize = 3;
 const FULL_TAPE: usize = 6;
 /// All methods of computing a gradient, in the order in which they are measured. The full tape comes last because it
 /// holds the most memory.
-static WAYS: [Way; 7] = [
+pub static WAYS: [Way; 7] = [
     way(
         "central differences, best h",
         Limit::Width,
@@ -103,13 +106,14 @@ static WAYS: [Way; 7] = [
 
 /// The measurement of one method over one horizon.
 #[derive(Debug)]
-struct Row {
+pub struct Row {
     /// The index of the method in [`WAYS`].
-    way: usize,
-    steps: usize,
+    pub way: usize,
+    /// The number of steps of the horizon.
+    pub steps: usize,
     /// The relative error of the slopes along all directions: the norm of the error vector divided by the norm of the
     /// true slopes.
-    error: f64,
+    pub error: f64,
     /// The largest error that the rounding of f64 can explain for an exact method.
     allowed: f64,
     /// The angle between the vector of computed slopes and the vector of true slopes, in degrees.
@@ -276,7 +280,7 @@ fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
 
 /// Returns the angle between two vectors of slopes, in degrees. A small angle is computed from the difference of the
 /// unit vectors, because its cosine would round to 1.
-fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
+pub fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
     if slopes == truth {
         // A vector of zeros has no direction. If both vectors are zero, the angle counts as 0.
         return 0.0;
@@ -287,8 +291,9 @@ fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
 }
 
 /// The measurements of every method of computing the gradient, over every horizon.
-struct Gradients {
-    rows: Vec<Row>,
+pub struct Gradients {
+    /// The measurements of every way over every horizon, in the order of [`WAYS`].
+    pub rows: Vec<Row>,
     /// The number of entries of the gradient.
     numbers: usize,
     chaos: Chaos,
@@ -303,7 +308,7 @@ pub fn gradients(case: &Case) -> Section {
 impl Gradients {
     /// Computes the gradient of a case by every method. The true slopes are computed in parallel; run times and memory
     /// are measured while nothing else runs.
-    fn of(case: &Case) -> Self {
+    pub fn of(case: &Case) -> Self {
         let longest = LONGEST.min(case.physics.steps.max(1));
         let mut case = case.clone();
         case.physics.steps = case.physics.steps.max(longest);
@@ -322,7 +327,8 @@ impl Gradients {
         }
     }
 
-    fn section(&self) -> Section {
+    /// The tables and figures of the measurements, with the checks that failed.
+    pub fn section(&self) -> Section {
         let longest = self.rows.iter().rfind(|row| row.way == DRIVER);
         let by_time = |row: &Row| Vector::new([row.whole, row.error]);
         let figure =
@@ -433,56 +439,5 @@ impl Gradients {
             Line::new(way.name.to_owned(), k, dashes, rows.map(point))
         };
         WAYS.iter().enumerate().map(line).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{DRIVER, Gradients, Limit, Row, WAYS, angle};
-    use crate::table::Standing;
-    use crate::verify::probe::{relative_error, small};
-
-    #[test]
-    fn every_way_is_as_good_as_it_can_be_and_a_wrong_one_fails() {
-        let mut gradients = Gradients::of(&small([2, 2], |scene| scene.physics.steps = 128));
-        let failures = gradients.section().failures;
-        assert!(failures.is_empty(), "{failures:?}");
-        for (way, of) in WAYS.iter().enumerate() {
-            let rows: Vec<&Row> = gradients.rows.iter().filter(|row| row.way == way).collect();
-            let horizons: Vec<usize> = rows.iter().map(|row| row.steps).collect();
-            assert_eq!(horizons, [2, 4, 8, 16, 32, 64, 128]);
-            let worst = rows.iter().map(|row| row.error).fold(0.0, f64::max);
-            // The expected errors are as follows. Exact ways: the rounding of some hundred steps in the number type.
-            // Differences: a third of the digits is lost. Truncated ways: a large error.
-            let expected = match of.limit {
-                Limit::Rounding => 0.0..1e-10,
-                Limit::Single => 0.0..1e-2,
-                Limit::Width => 0.0..1e-5,
-                Limit::Truncation => 0.01..f64::INFINITY,
-            };
-            assert!(expected.contains(&worst), "{}: {worst}", of.name);
-        }
-        let driver = |row: &&mut Row| row.way == DRIVER;
-        gradients.rows.iter_mut().rfind(driver).unwrap().error = 1e-3;
-        let section = gradients.section();
-        assert_eq!(section.failures.len(), 1, "{:?}", section.failures);
-        let rows = section.tables[0].rows.iter();
-        let failed: Vec<_> = rows
-            .filter(|row| row.standing == Standing::Failed)
-            .collect();
-        assert!(failed.len() == 1 && failed[0].cells.contains(&"failed: wrong".into()));
-    }
-
-    #[test]
-    fn errors_and_angles() {
-        let truth = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let mut turned = truth;
-        turned[1] = 1.0;
-        // The tolerances allow for the rounding of a square root and of an arc sine.
-        assert!((relative_error(&turned, &truth) - 1.0).abs() < 1e-15);
-        assert!((angle(&turned, &truth) - 45.0).abs() < 1e-13);
-        assert_eq!(angle(&truth, &truth), 0.0);
-        assert!(angle(&[f64::NAN; 8], &truth).is_nan());
-        assert_eq!(relative_error(&[0.0; 8], &[0.0; 8]), 0.0);
     }
 }

@@ -1,14 +1,14 @@
 //! Checks the program's numbers against other ways to compute them, and measures their cost.
 
-mod accuracy;
-mod chaos;
+pub mod accuracy;
+pub mod chaos;
 mod clock;
-mod gradcheck;
-mod gradients;
+pub mod gradcheck;
+pub mod gradients;
 mod plan;
-mod probe;
+pub mod probe;
 mod speed;
-mod stability;
+pub mod stability;
 
 pub use accuracy::accuracy;
 pub use clock::{measured, peak_memory};

@@ -10,8 +10,6 @@ use cosmic::geometry::Vector;
 use cosmic::inputs::{Block, Inputs};
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
-#[cfg(test)]
-use cosmic::scene::Scene;
 use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::Task;
@@ -21,7 +19,7 @@ pub(super) const MOVED: f64 = 1e-9;
 
 /// The robot of a case in its world, ready to be simulated in any number type.
 #[derive(Clone)]
-pub(super) struct Probe<'a> {
+pub struct Probe<'a> {
     pub(super) case: &'a Case,
     pub(super) task: Task,
     pub(super) inputs: Inputs<f64>,
@@ -30,7 +28,8 @@ pub(super) struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    pub(super) fn new(case: &'a Case) -> Self {
+    /// Prepares a case.
+    pub fn new(case: &'a Case) -> Self {
         Self {
             case,
             task: case.task(),
@@ -40,7 +39,7 @@ impl<'a> Probe<'a> {
     }
 
     /// Rolls out the case from its start. Returns its states after the numbers of steps in `observed`, rounded to f64.
-    pub(super) fn run<R: Real + Into<f64>>(&self, observed: &[usize]) -> Vec<State<f64>> {
+    pub fn run<R: Real + Into<f64>>(&self, observed: &[usize]) -> Vec<State<f64>> {
         let (design, inputs) = (self.design.lift(), self.inputs.lift::<R>());
         let span = Span::from_start(observed.to_vec());
         let seen = (self.task).rollout(&design, &inputs.controller, &inputs.start, &span);
@@ -111,19 +110,8 @@ pub(super) fn norm(x: &[f64]) -> f64 {
 }
 
 /// The norm of the difference of two vectors, divided by the norm of the second vector unless that is zero.
-pub(super) fn relative_error(got: &[f64], right: &[f64]) -> f64 {
+pub fn relative_error(got: &[f64], right: &[f64]) -> f64 {
     let off: Vec<f64> = got.iter().zip(right).map(|(a, b)| a - b).collect();
     let size = norm(right);
     norm(&off) / if size > 0.0 { size } else { 1.0 }
-}
-
-/// Makes a small case for tests, whose controller has 2 hidden units. `size` has the numbers of columns and rows;
-/// `change` edits the scene.
-#[cfg(test)]
-pub(super) fn small(size: [usize; 2], change: impl FnOnce(&mut Scene)) -> Case {
-    let mut scene = Scene::paper();
-    [scene.lattice.columns, scene.lattice.rows] = size;
-    scene.controller.hidden = 2;
-    change(&mut scene);
-    Case::of_scene(&scene, 0).expect("the default start fits any lattice")
 }

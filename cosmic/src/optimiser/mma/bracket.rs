@@ -2,7 +2,7 @@
 
 /// The state of the search: a point below the zero and, once known, a point above it, each with the value of the
 /// function.
-pub(super) struct Bracket {
+pub struct Bracket {
     below: (f64, f64),
     above: Option<(f64, f64)>,
     /// The end of the bracket that was replaced last, and the number of times in a row that this end was replaced.
@@ -17,7 +17,7 @@ enum End {
 
 impl Bracket {
     /// Begins a search at the point 0, where the function has the positive value `value`.
-    pub(super) fn starting_with(value: f64) -> Self {
+    pub fn starting_with(value: f64) -> Self {
         Bracket {
             below: (0.0, value),
             above: None,
@@ -26,7 +26,7 @@ impl Bracket {
     }
 
     /// Narrows the bracket: one of its ends moves to the point `at`, where the function has the value `value`.
-    pub(super) fn narrow(&mut self, at: f64, value: f64) {
+    pub fn narrow(&mut self, at: f64, value: f64) {
         let moves = if value > 0.0 { End::Below } else { End::Above };
         let (last, times) = self.moved;
         self.moved = (moves, if moves == last { times + 1 } else { 1 });
@@ -50,7 +50,7 @@ impl Bracket {
     /// known kink inside the bracket, once. After that, it is the zero of the chord (the straight line between the two
     /// ends). If the zero of the chord is repeatedly close to one end, there is an unknown kink near that end; the next
     /// point is then the middle of the bracket.
-    pub(super) fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
+    pub fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
         let (start, value) = self.below;
         let Some((end, other)) = self.above else {
             return 4.0 * start;
@@ -60,42 +60,5 @@ impl Bracket {
         let hugs = !(0.01..=0.99).contains(&share);
         let share = if hugs && self.moved.1 > 1 { 0.5 } else { share };
         kinks.pop().unwrap_or(start + share * (end - start))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Bracket;
-    use crate::optimiser::mma::dual::MAX_TRIALS;
-
-    /// A function that is constant at 1e-6 up to a kink at 7 and then falls steeply. Because of the elastic cost, the
-    /// slope along a line search can be such a function.
-    fn kinked(at: f64) -> f64 {
-        1e-6 - 1e3 * (at - 7.0).max(0.0)
-    }
-
-    fn trials(mut kinks: Vec<f64>) -> usize {
-        let mut bracket = Bracket::starting_with(kinked(0.0));
-        let mut at = 1.0;
-        for trials in 1..=MAX_TRIALS {
-            let value = kinked(at);
-            if value.abs() < 1e-7 {
-                return trials;
-            }
-            bracket.narrow(at, value);
-            at = bracket.next_trial(&mut kinks);
-        }
-        panic!("no zero found: stopped at {at}");
-    }
-
-    #[test]
-    fn a_known_kink_shortens_the_search() {
-        let (blind, told) = (trials(vec![]), trials(vec![3.0, 7.0, 50.0]));
-        // The trials are 1, 4, 16, the kink at 7, and the zero of the chord beyond the kink, which is exact up to
-        // rounding.
-        assert!(
-            told <= 6 && blind > 2 * told,
-            "{told} trials, {blind} without kinks"
-        );
     }
 }

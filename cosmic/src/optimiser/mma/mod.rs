@@ -19,4 +19,6 @@ mod dual;
 mod settings;
 mod method;
 
+pub use bracket::Bracket;
+pub use cholesky::solve_positive;
 pub use method::{Linearisation, Mma, MmaDiagnostics, MmaState, Update};

@@ -10,4 +10,4 @@ pub use rows::{
     DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, read, read_lines,
 };
 pub use walk::Walk;
-pub(super) use write::History;
+pub use write::History;

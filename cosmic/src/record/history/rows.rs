@@ -41,7 +41,7 @@ pub struct DesignRow {
 
 impl DesignRow {
     /// Makes the row of an iteration; `z` is rounded.
-    pub(in crate::record) fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Walk>) -> Self {
+    pub fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Walk>) -> Self {
         let rounded = |x: f64| (1e4 * x).round() / 1e4;
         let z = z.iter().map(|z| z.map(rounded)).collect();
         Self { iteration, z, walk }

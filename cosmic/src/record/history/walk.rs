@@ -28,7 +28,7 @@ impl Walk {
     /// The moments at which a rollout of `steps` steps of `dt` seconds is sampled. A moment is given as the number of
     /// steps before it. There are twelve moments per second, or one after every step if a second has fewer than twelve
     /// steps.
-    pub(in crate::record) fn moments(steps: usize, dt: f64) -> Vec<usize> {
+    pub fn moments(steps: usize, dt: f64) -> Vec<usize> {
         let every = ((1.0 / (FRAMES * dt)).round() as usize).max(1);
         let last = steps.min((SECONDS / dt).round() as usize);
         (0..=last).step_by(every).collect()
@@ -85,41 +85,5 @@ impl Walk {
                 .collect()
         };
         self.counts.iter().map(place).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Walk;
-    use crate::geometry::Vector;
-    use crate::lattice::State;
-
-    #[test]
-    fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
-        let state = |k: usize| State {
-            x: [[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]]
-                .map(Vector::new)
-                .to_vec(),
-            v: vec![Vector::zero(); 2],
-        };
-        let states: Vec<_> = (0..4).map(state).collect();
-        let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
-        assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
-        for (state, places) in states.iter().zip(walk.places()) {
-            let mut pairs = state.x.iter().flatten().zip(places.iter().flatten());
-            assert!(pairs.all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit));
-        }
-        let mut lost = states;
-        lost[2].x[1][0] = f64::NAN;
-        assert_eq!(Walk::of(lost.iter(), 0.084, 5e-4), None);
-    }
-
-    #[test]
-    fn moments_are_a_twelfth_of_a_second_apart_for_eight_seconds() {
-        let moments = Walk::moments(8192, 0.002);
-        assert_eq!((moments.len(), moments[1], moments[95]), (96, 42, 3990));
-        assert_eq!(Walk::moments(100, 0.002), [0, 42, 84]);
-        assert_eq!(Walk::moments(10_000, 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
-        assert_eq!(Walk::moments(5, 100.0), [0]);
     }
 }

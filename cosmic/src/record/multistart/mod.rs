@@ -5,7 +5,8 @@ mod starts;
 mod halving;
 mod search;
 
-pub use halving::{FORMAT, Halving, Rung, SEARCH, Standing};
+pub use halving::{FORMAT, Halving, Rung, SEARCH, Standing, median};
 pub use search::MOST_RUNS;
 pub(super) use search::{create, search};
 pub(super) use starts::begun;
+pub use starts::folder_of;

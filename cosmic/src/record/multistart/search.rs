@@ -91,7 +91,7 @@ pub(in crate::record) fn search(
     }
     // If several starts have equal ranks, the first wins. The score of the best start is not the figure to quote: as
     // the highest of many scores, it is too optimistic. The figure to quote comes from other perturbed starts.
-    let best = delivered.swap_remove(first_best(delivered.iter().map(rank)));
+    let best = delivered.swap_remove(first_best(delivered.iter().map(Summary::rank)));
     let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
     copy_files(&folder_of(folder, best.seed), folder, &files)?;
     let summary = Summary {
@@ -102,12 +102,6 @@ pub(in crate::record) fn search(
     write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
     lock.finish();
     Ok(summary)
-}
-
-/// The numbers that a start is ranked by: the score, then the median to break ties.
-fn rank(summary: &Summary) -> [f64; 2] {
-    let numbers = [summary.score(), summary.displacement_selection_p50];
-    numbers.map(|x| x.unwrap_or(f64::NEG_INFINITY))
 }
 
 /// Finishes the starts that were not dropped, and returns their results in the order of the seeds.
@@ -130,134 +124,4 @@ fn finish_left(
             ended => Ok(ended),
         }
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{create, rank, search};
-    use crate::Registry;
-    use crate::codesign::tests::tiny;
-    use crate::codesign::{CoDesign, Reliability};
-    use crate::record::multistart::starts::folder_of;
-    use crate::record::snapshot::SNAPSHOT;
-    use crate::record::{Observer, Run, RunPlan, optimise, resume};
-    use rayon::ThreadPoolBuilder;
-    use std::fs;
-    use std::num::NonZeroUsize;
-    use std::path::Path;
-
-    fn plan() -> RunPlan {
-        let mut scene = tiny();
-        scene.schedule.iterations = 60;
-        (scene.schedule.attraction_from, scene.schedule.snap_at) = (20, 40);
-        RunPlan {
-            starts: NonZeroUsize::new(3).unwrap(),
-            ..RunPlan::new("test", scene, 3)
-        }
-    }
-
-    /// The delivered designs of all starts and of the search.
-    fn designs(folder: &Path) -> Vec<Vec<u8>> {
-        let starts = (3..6).map(|seed| folder_of(folder, seed));
-        let folders = starts.chain([folder.to_owned()]);
-        folders
-            .map(|f| fs::read(f.join("design.json")).unwrap())
-            .collect()
-    }
-
-    /// An observer that stops every run during its delivery.
-    struct StopsDelivery;
-
-    impl Observer for StopsDelivery {
-        fn is_stopped(&self) -> bool {
-            true
-        }
-    }
-
-    #[test]
-    fn a_delivery_can_be_interrupted_and_resumed() {
-        let folder = tempfile::tempdir().unwrap();
-        for starts in [1, 3].map(|starts| NonZeroUsize::new(starts).unwrap()) {
-            let plan = RunPlan { starts, ..plan() };
-            let [whole, run] =
-                ["whole", "run"].map(|name| folder.path().join(format!("{name}-{starts}")));
-            optimise(&whole, &plan, &mut ()).unwrap();
-            let stopped = optimise(&run, &plan, &mut StopsDelivery).unwrap_err();
-            assert_eq!(stopped.exit_code(), 75, "{stopped}");
-            assert!(!run.join("summary.json").exists());
-            resume(&run, &Registry::default(), &mut ()).unwrap();
-            for file in ["design.json", "trajectory.json"] {
-                let [resumed, whole] =
-                    [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
-                assert!(resumed == whole, "{file} of {starts} starts");
-            }
-        }
-    }
-
-    /// The error names the start that failed, not the starts that were interrupted because of it.
-    #[test]
-    fn a_failed_start_is_named_and_the_others_are_saved() {
-        let folder = tempfile::tempdir().unwrap();
-        let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
-        optimise(&whole, &plan(), &mut ()).unwrap();
-        let lock = create(&run, &plan()).unwrap();
-        let stray = folder_of(&run, 4).join("stray");
-        fs::create_dir_all(folder_of(&run, 4)).unwrap();
-        fs::write(&stray, "").unwrap();
-        let three = ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-        let work = || search(lock, &plan(), &mut ());
-        let says = three.install(work).unwrap_err().to_string();
-        let place = Path::new("starts").join("4").display().to_string();
-        assert!(
-            says.contains(&format!("{place}: the folder is not empty")),
-            "{says}"
-        );
-        fs::remove_file(stray).unwrap();
-        three
-            .install(|| resume(&run, &Registry::default(), &mut ()))
-            .unwrap();
-        assert_eq!(designs(&run), designs(&whole));
-    }
-
-    /// Another run in the folder of a start is neither resumed nor copied.
-    #[test]
-    fn another_run_in_the_folder_of_a_start_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let lock = create(folder.path(), &plan()).unwrap();
-        let start = folder_of(folder.path(), 4);
-        let mut other = RunPlan::new("test", plan().scene, 4);
-        other.scene.physics.gravity = 1.0;
-        let codesign = CoDesign::new(&other.scene).unwrap();
-        let progress = codesign.begin(4).unwrap();
-        drop(Run::begin(&start, &other, codesign, progress).unwrap());
-        let before = fs::read(start.join(SNAPSHOT)).unwrap();
-        let error = search(lock, &plan(), &mut ()).unwrap_err();
-        let says = error.to_string();
-        assert!(
-            says.contains("holds another run") && error.exit_code() == 2,
-            "{says}"
-        );
-        assert_eq!(fs::read(start.join(SNAPSHOT)).unwrap(), before);
-    }
-
-    /// An unreliable start is ranked by its 10 % quantile, and a start of an earlier version by its median.
-    #[test]
-    fn the_best_start_is_chosen_by_its_score() {
-        let folder = tempfile::tempdir().unwrap();
-        let summary = optimise(
-            &folder.path().join("a"),
-            &RunPlan::new("test", tiny(), 3),
-            &mut (),
-        );
-        let mut summary = summary.unwrap();
-        let score = summary.displacement_selection_score;
-        assert_eq!(summary.reliability, Some(Reliability::Reliable));
-        assert_eq!(score, summary.displacement_selection_p50);
-        summary.displacement_selection_score = Some(-1.0);
-        assert_eq!(rank(&summary), [-1.0, score.unwrap()]);
-        summary.reliability = None;
-        assert_eq!(rank(&summary), [score.unwrap(); 2]);
-        summary.displacement_selection_p50 = None;
-        assert_eq!(rank(&summary), [f64::NEG_INFINITY; 2]);
-    }
 }

@@ -111,6 +111,7 @@ pub(in crate::record) fn begun(folder: &Path, plan: &RunPlan) -> Vec<PathBuf> {
     folders.filter(|own| own.join(SNAPSHOT).exists()).collect()
 }
 
-pub(super) fn folder_of(folder: &Path, seed: u64) -> PathBuf {
+/// The folder of the start with this seed, in the folder of a search.
+pub fn folder_of(folder: &Path, seed: u64) -> PathBuf {
     folder.join("starts").join(seed.to_string())
 }

@@ -205,19 +205,3 @@ fn refuse_used(folder: &Path) -> Result<()> {
         Err(error) => Err(Error::writing(folder)(error)),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{LOCK, Registry, begin, take_up};
-    use std::fs;
-
-    #[test]
-    fn a_refusal_leaves_no_lock() {
-        let folder = tempfile::tempdir().unwrap();
-        let taken = take_up(folder.path(), &Registry::default());
-        assert_eq!(taken.unwrap_err().exit_code(), 4);
-        fs::write(folder.path().join("b"), "").unwrap();
-        assert_eq!(begin(folder.path()).unwrap_err().exit_code(), 2);
-        assert!(!folder.path().join(LOCK).exists());
-    }
-}

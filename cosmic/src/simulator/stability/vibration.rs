@@ -6,6 +6,8 @@
 //! displacements across a stretched edge; it is negative for a compressed edge. Each [force](crate::laws::Force) adds
 //! its own part.
 
+use nalgebra::DVector;
+
 use super::lanczos::largest_eigenpair;
 use crate::geometry::{Ground, Matrix, Vector};
 use crate::lattice::{Body, EdgeVector, Lattice, State};
@@ -113,11 +115,11 @@ impl<'a> Vibration<'a> {
         let size = 2 * root.len();
         // The start vector must not be orthogonal to the eigenvector. Two angles per node with irrational steps break
         // the symmetries of lattices.
-        let entry = |k: usize| match ((k / 2) as f64, k % 2) {
+        let entry = |k: usize, _| match ((k / 2) as f64, k % 2) {
             (node, 0) => (1.1 + 2.3 * node).sin(),
             (node, _) => (0.7 + 3.1 * node).cos(),
         };
-        let start: Vec<f64> = (0..size).map(entry).collect();
+        let start = DVector::from_fn(size, entry);
         match largest_eigenpair(&start, |v| self.product(v, &root)) {
             None => (f64::INFINITY, 0),
             Some((square, vector)) => {
@@ -129,8 +131,8 @@ impl<'a> Vibration<'a> {
     }
 
     /// Computes `M^-1/2 K M^-1/2 v`. `v` has two entries per node, and `root` has the entries of `M^-1/2`.
-    fn product(&self, v: &[f64], root: &[f64]) -> Vec<f64> {
-        let mut product = vec![0.0; v.len()];
+    pub fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
+        let mut product = DVector::zeros(v.len());
         let at = |node: usize| of_node(v, node) * root[node];
         let mut add = |node: usize, force: Vector<f64>| {
             for (k, part) in (force * root[node]).into_iter().enumerate() {
@@ -227,80 +229,6 @@ impl<'a> Vibration<'a> {
 }
 
 /// The two entries that belong to `node`, in a vector with two entries per node.
-fn of_node(vector: &[f64], node: usize) -> Vector<f64> {
+fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
     Vector::from_fn(|k| vector[2 * node + k])
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::DMatrix;
-
-    use super::Vibration;
-    use crate::design::{Design, Material};
-    use crate::geometry::Vector;
-    use crate::lattice::{Body, Lattice};
-    use crate::scene::{MaterialSettings, PhysicsSettings};
-
-    /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.
-    fn of_dense_matrix(vibration: &Vibration) -> f64 {
-        let root: Vec<f64> = vibration
-            .body
-            .mass
-            .iter()
-            .map(|m| m.sqrt().recip())
-            .collect();
-        let size = 2 * root.len();
-        let unit = |column: usize| {
-            DMatrix::<f64>::identity(size, size)
-                .column(column)
-                .as_slice()
-                .to_vec()
-        };
-        let columns = (0..size).flat_map(|k| vibration.product(&unit(k), &root));
-        let matrix = DMatrix::from_iterator(size, size, columns);
-        matrix.symmetric_eigenvalues().max().max(0.0).sqrt()
-    }
-
-    /// The largest frequency agrees with a dense eigenvalue solver, also for layouts with two nearly equal frequencies.
-    #[test]
-    fn the_largest_frequency_is_found_among_close_ones() {
-        let physics = PhysicsSettings::default();
-        let lattice = Lattice::sample(4, 3, 0.0);
-        let mut worst: f64 = 0.0;
-        for layout in 0..2000_usize {
-            let material = |e: usize| Material::ALL[(layout * (e * e + 7 * e + 3) / 5 + e) % 3];
-            let design = Design::Layout((0..lattice.edges.len()).map(material).collect());
-            let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
-            let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
-            let expected = of_dense_matrix(&vibration);
-            let off = vibration.largest_frequency() / expected - 1.0;
-            worst = if off.abs() > worst.abs() { off } else { worst };
-        }
-        assert!(worst.abs() < 1e-9, "relative error {worst:e}");
-    }
-
-    /// Of two separate springs, the stiffer one determines the frequency, even if it is stiffer by a tiny fraction
-    /// only.
-    #[test]
-    fn the_largest_of_two_nearly_equal_frequencies_is_found() {
-        let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]];
-        let positions = positions.map(Vector::new).to_vec();
-        let lattice = Lattice::between(positions, vec![[0, 1], [2, 3]]);
-        for excess in [1e-6, 1e-7, 3e-8, 1e-8, 1e-9, 0.0] {
-            let body = Body {
-                stiffness: vec![50.0, 50.0 * (1.0 + excess)],
-                strain: vec![0.0; 2],
-                mass: vec![0.01; 4],
-                presence: Vec::new(),
-            };
-            let physics = PhysicsSettings::default();
-            let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
-            let off = vibration.largest_frequency() / (1e4 * (1.0 + excess)).sqrt() - 1.0;
-            // The softening changes a length of 1 m by a fraction of 5e-13.
-            assert!(
-                off.abs() < 1e-11,
-                "off by {off:e} with an excess of {excess:e}"
-            );
-        }
-    }
 }

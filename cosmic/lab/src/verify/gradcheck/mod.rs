@@ -182,7 +182,7 @@ pub fn check_gradients_of(
 }
 
 /// True if rounding explains why forward and reverse mode differ.
-fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
+pub fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     report.directions.iter().all(|direction| {
         let forward = direction.forward.unwrap_or(direction.gradient);
         let off = (forward - direction.gradient).abs();
@@ -329,6 +329,3 @@ impl<'a> CaseLoss<'a> {
         (self.probe.task).loss(design, inputs, self.of, &horizon)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -12,11 +12,10 @@ use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table};
 use crate::verify::probe::frequencies;
 use cosmic::case::Case;
-use cosmic::scene::{Integrator, Named, PhysicsSettings};
-use cosmic::simulator::stability::stable_step;
-use extremes::{case_trials, extreme_trials};
+use cosmic::scene::{Integrator, Named, PhysicsSettings, stable_step};
+pub use extremes::{case_trials, extreme_trials};
 use rayon::prelude::*;
-use trial::{Found, Outcome, Trial};
+pub use trial::{Found, Outcome, Trial};
 
 /// Tries a case and all extreme robots. Checks every trial, and also the case's own time step.
 pub fn stability(case: &Case) -> Section {
@@ -41,7 +40,7 @@ fn word(stable: bool) -> &'static str {
 
 /// Makes a table of the largest stable time steps of a case at its start, for every integrator. Checks that the case's
 /// own time step is stable.
-fn stable_steps(case: &Case) -> Section {
+pub fn stable_steps(case: &Case) -> Section {
     let [exact, bound, damping] = frequencies(case, &case.start.x);
     let own = (case.physics.integrator, case.physics.substeps);
     let mut offered: Vec<_> = Integrator::ALL.iter().map(|(_, i)| (*i, 1)).collect();
@@ -144,6 +143,3 @@ fn extremes(found: &[Found]) -> Table {
         .mark(Standing::Failed, |f| !f.is_ok())
         .done()
 }
-
-#[cfg(test)]
-mod tests;

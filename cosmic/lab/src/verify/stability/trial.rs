@@ -5,7 +5,7 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeVector, State};
 use cosmic::random::{Purpose, stream, symmetric};
-use cosmic::simulator::stability::stable_step;
+use cosmic::scene::stable_step;
 use cosmic::simulator::{Divergence, Grade, Span, Store};
 
 /// At the start, the nodes of a free robot are moved by this fraction of its shortest edge. The move is so small that
@@ -31,22 +31,23 @@ pub(super) enum World {
 
 /// A robot, its world and a time step to try.
 #[derive(Clone, Debug)]
-pub(super) struct Trial {
+pub struct Trial {
     /// The kind of extreme robot to which the trial belongs, such as `stiffness` or `mass`.
-    pub(super) group: &'static str,
+    pub group: &'static str,
     /// A description of the robot and the time step.
-    pub(super) what: String,
-    pub(super) case: Case,
+    pub what: String,
+    /// The robot.
+    pub case: Case,
     world: World,
     /// The robot's largest angular frequency at rest, in 1/s.
     frequency: f64,
     /// The limit of stability: the smallest unstable time step, in seconds; infinite if nothing vibrates.
-    pub(super) limit: f64,
+    pub limit: f64,
 }
 
 /// The outcome of a trial.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Outcome {
+pub enum Outcome {
     /// Neither the energy nor the speed grew.
     Bounded,
     /// The energy or the speed grew more than a stable time step allows.
@@ -57,31 +58,32 @@ pub(super) enum Outcome {
 
 /// The result of a trial.
 #[derive(Clone, Debug)]
-pub(super) struct Found {
-    pub(super) trial: Trial,
+pub struct Found {
+    /// The trial.
+    pub trial: Trial,
     /// A lower bound on the limit of stability, in seconds, from the stiffness and mass of single edges; infinite if
     /// nothing vibrates.
-    pub(super) bound: f64,
+    pub bound: f64,
     /// The grade of the time step according to the check before the run.
-    pub(super) grade: Grade,
+    pub grade: Grade,
     /// The outcome of the run.
-    pub(super) outcome: Outcome,
+    pub outcome: Outcome,
     /// The growth: the largest energy of a free robot, or the largest speed of any other robot, divided by the largest
     /// value that a stable time step allows.
-    pub(super) growth: f64,
+    pub growth: f64,
     /// True if a number was not finite although no divergence was reported.
-    pub(super) unannounced: bool,
+    pub unannounced: bool,
 }
 
 impl Found {
     /// True if the trial is expected to be stable: its time step is below the limit.
-    pub(super) fn expected_stable(&self) -> bool {
+    pub fn expected_stable(&self) -> bool {
         self.trial.case.physics.dt < self.trial.limit
     }
 
     /// True if the trial went as expected: a stable robot stayed bounded and was not called unstable; an unstable robot
     /// grew and was called unstable beforehand.
-    pub(super) fn is_ok(&self) -> bool {
+    pub fn is_ok(&self) -> bool {
         let unstable = !self.expected_stable();
         let grew = self.outcome != Outcome::Bounded;
         let warned = self.grade == Grade::Unstable;
@@ -117,7 +119,7 @@ impl Trial {
     }
 
     /// Runs the trial and returns its result.
-    pub(super) fn run(&self) -> Found {
+    pub fn run(&self) -> Found {
         let case = self.prepared();
         let (task, design) = (case.task(), case.own_design());
         // The time step is checked for the lattice at rest, even if its nodes start elsewhere.

@@ -1,0 +1,44 @@
+//! The tests of the crate `cosmic-lab`. They form one binary. A file here tests the file of the same name in `src`.
+
+mod child;
+mod export {
+    mod joint;
+    mod layers;
+    mod member;
+    mod stl;
+}
+mod measure {
+    mod walks;
+}
+mod report {
+    mod bars;
+    mod chart;
+    mod gait;
+    mod lettering;
+    mod motion;
+    mod plot;
+    mod sheet;
+}
+mod small;
+mod statistics;
+mod sweep {
+    mod claim;
+    mod frozen;
+    mod grid;
+    mod plan;
+    mod ranges;
+    mod state;
+}
+mod table {
+    mod fill;
+    mod grid;
+    mod words;
+}
+mod verify {
+    mod accuracy;
+    mod chaos;
+    mod clock;
+    mod gradcheck;
+    mod gradients;
+    mod stability;
+}

@@ -1,0 +1,88 @@
+use crate::small::short_run;
+use cosmic::design::Material;
+use cosmic::geometry::{Bounds, Profile, Range, Vector};
+use cosmic::scene::GroundSettings;
+use cosmic_lab::report::RunFiles;
+use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
+
+fn results_on(ground: GroundSettings) -> RunFiles {
+    short_run(|scene| (scene.physics.steps, scene.physics.ground) = (64, ground))
+}
+
+fn results() -> RunFiles {
+    results_on(GroundSettings::default())
+}
+
+#[test]
+fn bars_are_the_solid_edges_coloured_by_strain() {
+    let results = results();
+    let motion = Motion::new(&results.robot, &results.trajectory);
+    let rest = &motion.states()[0];
+    let materials = &results.robot.design.materials;
+    let count = |m| materials.iter().filter(|e| **e == m).count();
+    let [within, beyond] = [0.999 * motion.limit, 1.001 * motion.limit];
+    for (strain, colour) in [
+        (0.0, AT_REST),
+        (within, EXTENDED),
+        (-within, CONTRACTED),
+        (beyond, BEYOND),
+        (-beyond, BEYOND),
+    ] {
+        let mut stretched = rest.clone();
+        for x in &mut stretched.x {
+            *x = *x * (1.0 + strain);
+        }
+        let bars = motion.bars(&stretched);
+        let [passive, active] = [false, true].map(|active| {
+            let of = bars.iter().filter(move |bar| bar.actuator == active);
+            of.map(|bar| bar.colour).collect::<Vec<_>>()
+        });
+        assert_eq!(passive, vec![SKELETON; count(Material::Skeleton)]);
+        assert_eq!(active, vec![colour; count(Material::Actuator)]);
+    }
+}
+
+/// Nodes stand between ridges of 1 and 3 cm, so the bars between these nodes cut into the ridges.
+#[test]
+fn bars_cut_into_ridges_between_their_nodes() {
+    let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
+    let points = [ridge(0.15, 0.01), ridge(0.35, 0.03)].concat();
+    let profile = Profile::new(points.into_iter().map(Vector::new).collect()).unwrap();
+    let results = results_on(profile.into());
+    let motion = Motion::new(&results.robot, &results.trajectory);
+    let start = &motion.states()[0];
+    let floor = |x: f64| motion.ground_height(x) - 0.1;
+    // The tolerance allows the rounding errors of sums of numbers below 1.
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
+    assert!(near(floor(0.35), 0.03) && near(floor(0.3), 0.0) && near(floor(0.34), 0.015));
+    let line = motion.ground_line(Range::new(0.0, 0.36));
+    assert_eq!(line.len(), 7);
+    assert!(near(line[2].up(), 0.11) && near(line[6].up(), 0.115));
+    let bar = [2, 3].map(|node| start.x[node]);
+    assert!(bar.iter().all(|x| near(x.up(), 0.1)));
+    // The robot moves little in 0.13 s.
+    let cut = motion.deepest_cut().unwrap();
+    assert!((0.02..0.04).contains(&cut), "{cut}");
+    let flat = results_on(GroundSettings::default());
+    assert_eq!(
+        Motion::new(&flat.robot, &flat.trajectory).deepest_cut(),
+        None
+    );
+}
+
+#[test]
+fn times_find_their_states_and_bounds_are_those_of_the_payload_s_body() {
+    let results = results();
+    let motion = Motion::new(&results.robot, &results.trajectory);
+    let last = motion.states().len() - 1;
+    assert_eq!(motion.duration(), 64.0 * 0.002);
+    assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
+    assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
+    // In the short layout all solid edges belong to one body: legs that are two cells high, and above them a trunk
+    // as wide as the lattice.
+    let state = &motion.states()[0];
+    let bounds = Bounds::of(motion.places(state));
+    assert_eq!(motion.bounds(state), bounds);
+    // The expected width is 0.6 - 0.1, with one rounding error.
+    assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
+}

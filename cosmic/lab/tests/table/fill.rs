@@ -1,0 +1,16 @@
+use cosmic_lab::table::{Standing, Table};
+
+#[test]
+fn cells_come_from_the_subjects_and_the_last_mark_counts() {
+    let table = Table::of("squares", "Squares", &[1.0, 2.0, 3.0])
+        .column("x", "the number", |x| *x)
+        .columns(["x2", "x3"], "a power", |x, k| x.powi(k as i32 + 2))
+        .mark(Standing::Default, |x| *x > 1.0)
+        .mark(Standing::Failed, |x| *x > 2.0)
+        .done();
+    assert_eq!(
+        table.with_standings().to_csv(),
+        "x,x2,x3,standing\n1e0,1e0,1e0,plain\n2e0,4e0,8e0,default\n3e0,9e0,2.7e1,failed\n"
+    );
+    assert_eq!((&*table.name, &*table.title), ("squares", "Squares"));
+}

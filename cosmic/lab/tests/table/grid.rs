@@ -1,0 +1,56 @@
+use cosmic_lab::table::{Cell, Column, Standing, Table};
+
+fn table() -> Table {
+    let rows = [
+        ("one, <two>", 3.into(), 0.1 + 0.2),
+        ("none", Cell::Missing, f64::NAN),
+    ];
+    Table::of("errors", "Errors", &rows)
+        .column("method", "what was done", |row| row.0)
+        .column("steps", "how many", |row| row.1.clone())
+        .column("error", "of `x`, m", |row| row.2)
+        .mark(Standing::Default, |row| row.0 != "none")
+        .mark(Standing::Failed, |row| row.0 == "none")
+        .done()
+}
+
+#[test]
+fn csv_keeps_every_digit_and_quotes() {
+    assert_eq!(
+        table().with_standings().to_csv(),
+        "method,steps,error,standing\n\
+         \"one, <two>\",3,3.0000000000000004e-1,default\n\
+         none,,NaN,failed\n"
+    );
+}
+
+#[test]
+fn json_names_the_numbers() {
+    let json = table().with_standings().to_json();
+    let rows = &json["rows"];
+    assert_eq!(rows[0]["error"], 0.1 + 0.2);
+    assert_eq!(rows[0]["standing"], "default");
+    assert!(rows[1]["error"].is_null() && rows[1]["steps"].is_null());
+    let columns = json["columns"].as_object().unwrap().keys();
+    assert!(columns.eq(rows[0].as_object().unwrap().keys()));
+}
+
+#[test]
+fn html_has_escaped_cells_and_marked_rows() {
+    let page = table().to_html();
+    assert!(page.contains("<tr class=\"failed\">") && page.contains("one, &lt;two&gt;"));
+    assert!(page.contains("title=\"of x, m\"") && page.contains("number\">0.3</td>"));
+}
+
+#[test]
+fn markdown_has_a_rule_and_the_decimals_of_its_columns() {
+    let number = Column::new("b", "").unit("m").decimals(2, "–");
+    let table = Table::of("", "", &[Some(-1.0), None])
+        .column("a", "", |_| "x")
+        .add(number, |x| *x)
+        .done();
+    let markdown = "| a | b, m |\n| --- | --: |\n| x | \u{2212}1.00 |\n| x | – |\n";
+    assert_eq!(table.to_markdown(), markdown);
+    assert_eq!(table.to_csv(), "a,b\nx,-1\nx,\n");
+    assert_eq!(table.to_text(), "a   b, m\nx  \u{2212}1.00\nx      –\n");
+}

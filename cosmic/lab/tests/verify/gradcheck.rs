@@ -1,0 +1,113 @@
+use crate::small::small;
+use autodiff::check::{Claim, Options, Verdict, check_directions};
+use cosmic::case::Case;
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{Integrator, Scene};
+use cosmic_lab::verify::gradcheck::is_rounding;
+use cosmic_lab::verify::{GradientCheck, check_gradients};
+
+/// Checks the gradients of a case, and asserts that there are no failures.
+fn passed(case: &Case, steps: usize) -> GradientCheck {
+    let check = check_gradients(case, None, steps, &Options::default());
+    assert!(check.failures().is_empty(), "{check}");
+    check
+}
+
+#[test]
+fn wrong_groups_and_accepted_controls_are_failures() {
+    let mut check = passed(&small([2, 2], |_| ()), 32);
+    assert_eq!((check.steps, check.total()), (32, 8));
+    check.groups[2].verdict = Verdict::Wrong;
+    check.groups[5].verdict = Verdict::Kink;
+    check.control.as_mut().unwrap().verdict = Verdict::Smooth;
+    assert_eq!(check.failures(), ["b1", "the negative control"]);
+}
+
+/// Slopes that are smaller than the rounding error of the displacement are neither called wrong nor used as a negative
+/// control. A controller hardly moves a slack robot; and the fall of a robot whose actuators have no stroke depends on
+/// its design only in the last digits.
+#[test]
+fn slopes_below_the_displacement_s_rounding_do_not_fail() {
+    let slack = &small([2, 2], |scene| {
+        (scene.physics.contact, scene.materials.stiffness) = (ContactLaw::none(), [1e-16; 3]);
+    });
+    let falling = &small([3, 3], |scene| {
+        (scene.controller.hidden, scene.physics.contact) = (4, ContactLaw::none());
+        scene.materials.max_strain = [0.0; 3];
+    });
+    for (case, steps, group, most) in [
+        (slack, 32, 1, 1e-16),
+        (falling, 64, 0, 1e-9),
+        (falling, 256, 0, 1e-9),
+    ] {
+        let check = passed(case, steps);
+        let norm = check.groups[group].norm;
+        assert!(0.0 < norm && norm < most, "{check}");
+        assert_eq!(
+            check.control.as_ref().map(|c| &c.group[..]),
+            Some("x0"),
+            "{check}"
+        );
+    }
+}
+
+#[test]
+fn an_infinite_slope_is_not_explained_by_rounding() {
+    let claim = Claim {
+        x: &[1.0],
+        gradient: &[2.0],
+        forward: Some(&|_: &[f64]| f64::INFINITY),
+    };
+    let report = check_directions(|x| 2.0 * x[0], &claim, &Options::default());
+    assert!(!is_rounding(&report, 2.0, 1e-5), "{report}");
+}
+
+/// If nodes are light and strains are large, a change of the start grows beyond the range of floats. The check of such
+/// a robot is inconclusive; it must not call the gradient wrong.
+#[test]
+fn slopes_that_consist_of_rounding_are_not_called_wrong() {
+    let case = small([3, 3], |scene| {
+        scene.lattice.drop = 0.01;
+        (scene.physics.node_mass, scene.physics.payload_mass) = (1e-4, 0.0);
+        (scene.physics.damping, scene.physics.stiffening) = (5.0, 80.0);
+        (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), 0.0);
+        scene.materials.max_strain = [0.0, 0.0, 0.7];
+        (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);
+        scene.controller.velocity_scale = 0.5;
+    });
+    let check = passed(&case, 200);
+    let warns = check.to_string().contains("use fewer steps");
+    assert!(check.rounding > 1.0 && warns, "{check}");
+    let check = passed(&case, 32);
+    assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");
+}
+
+/// If a robot stands on the ground, the loss has a kink with respect to the positions. With leapfrog or without
+/// gravity, it also has one with respect to the velocities. Without ground there is no kink.
+#[test]
+fn robots_that_stand_are_lifted_off_their_kinks() {
+    type Change = fn(&mut Scene);
+    let leapfrog: Change = |s| s.physics.integrator = Integrator::Leapfrog;
+    let substeps: Change = |s| {
+        (s.physics.integrator, s.physics.substeps) = (Integrator::Leapfrog, 2);
+        s.physics.contact = ContactLaw::coulomb();
+    };
+    // If nodes start below the ground line, the loss has a kink only with respect to the velocities.
+    let sunk: Change = |s| {
+        (s.physics.integrator, s.lattice.drop) = (Integrator::Leapfrog, -0.003);
+    };
+    let cases: [(Change, &[&str]); 6] = [
+        (|_| (), &["x0"]),
+        (leapfrog, &["x0", "v0"]),
+        (substeps, &["x0", "v0"]),
+        (|s| s.physics.gravity = 0.0, &["x0", "v0"]),
+        (sunk, &["v0"]),
+        (|s| s.physics.contact = ContactLaw::none(), &[]),
+    ];
+    for (change, expected) in cases {
+        let check = passed(&small([2, 2], change), 32);
+        let lifted = check.groups.iter().filter(|group| group.lifted);
+        let lifted: Vec<&str> = lifted.map(|group| &group.name[..]).collect();
+        assert_eq!(lifted, expected);
+    }
+}

@@ -1,0 +1,180 @@
+//! Numbers that follow from the robot and its world: the settings whose file says "auto".
+//!
+//! Two robots that differ only in their size move alike if all lengths grow by a factor `s`, all times by `sqrt(s)`, and
+//! all masses by any factor, with stiffness and damping to match. The rules below carry the numbers that were found by
+//! experiment for `earth`, a robot of 6x6 nodes, to other robots and worlds in this way. For `earth` they give those
+//! numbers to the bit. No rule rounds, so that a robot of four times the size gets the same numbers with another
+//! exponent.
+//!
+//! Stability needs more than similarity: stiff or light bars need shorter mechanical steps than `earth`. A rule for
+//! `physics.substeps` takes care of them.
+
+use super::Scene;
+use super::any_design::bound_of_any_design;
+use super::stable_step::stable_step;
+use crate::geometry::{Ground, Range};
+use crate::lattice::Lattice;
+use crate::settings::Settings;
+use serde::Serialize;
+
+/// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
+/// state at rest; stretched and compressed bars vibrate a little faster.
+const MARGIN: f64 = 0.97;
+
+/// The largest number of substeps that a scene allows.
+const MOST_SUBSTEPS: f64 = 64.0;
+
+/// The numbers of a robot and its world on which the rules are based.
+struct Scales {
+    /// The horizontal extent of the lattice at rest, divided by that of `earth`, which is 0.5 m.
+    length: f64,
+    /// The time scale `sqrt(l / g)`, divided by that of `earth`.
+    time: f64,
+    /// The number of nodes.
+    nodes: f64,
+    /// The number of edges.
+    edges: f64,
+    /// The longest mechanical step that is stable for every design, s; infinite if nothing vibrates.
+    stable: f64,
+}
+
+impl Scales {
+    fn of(scene: &Scene) -> Self {
+        let lattice = Lattice::new(&scene.lattice, Ground::from(&scene.physics));
+        let extent = Range::of(lattice.places.iter().map(|place| place.forward())).size();
+        // The nodes of a vertical mast have no extent along the ground.
+        let extent = if extent > 0.0 { extent } else { 1.0 };
+        let length = extent * lattice.spacing / 0.5;
+        let mut physics = scene.physics.clone();
+        physics.substeps = 1;
+        let frequency = bound_of_any_design(&lattice, &scene.materials, &physics);
+        Self {
+            length,
+            // Without gravity, a robot takes the time of a robot on earth.
+            time: match physics.gravity.abs() {
+                0.0 => length.sqrt(),
+                gravity => (length * (9.81 / gravity)).sqrt(),
+            },
+            nodes: lattice.nodes() as f64,
+            edges: lattice.edges.len() as f64,
+            stable: stable_step(&physics, scene.robust.faster() * frequency, 0.0),
+        }
+    }
+
+    /// The factor that keeps the sum of the squares of all observed offsets or velocities as it is for 36 nodes.
+    fn per_node(&self) -> f64 {
+        (36.0 / self.nodes).sqrt()
+    }
+}
+
+/// A rule: the key, and the function that sets it. Rules read the numbers that earlier rules have set.
+type Rule = (&'static str, fn(&mut Scene, &Scales));
+
+/// Every rule. The declarations of the keys state them in words.
+const RULES: [Rule; 13] = [
+    ("physics.dt", |scene, world| {
+        let physics = &mut scene.physics;
+        let substeps = match scene.auto.contains("physics.substeps") {
+            true => MOST_SUBSTEPS,
+            false => physics.substeps as f64,
+        };
+        physics.dt = (0.002 * world.time).min(MARGIN * world.stable * substeps);
+    }),
+    ("physics.substeps", |scene, world| {
+        let physics = &mut scene.physics;
+        physics.substeps = (physics.dt / (MARGIN * world.stable)).ceil().max(1.0) as usize;
+    }),
+    ("physics.steps", |scene, world| {
+        scene.physics.steps = (16.384 * world.time / scene.physics.dt).round() as usize;
+    }),
+    ("physics.speed_bound", |scene, world| {
+        scene.physics.speed_bound = Some(100.0 * (world.length / world.time));
+    }),
+    ("schedule.horizon", |scene, _| {
+        scene.schedule.horizon = [4, 2].map(|part| (scene.physics.steps / part).max(1));
+    }),
+    ("loss.window", |scene, _| {
+        scene.loss.window = (scene.physics.steps / 4)
+            .min(scene.schedule.horizon[0])
+            .max(1);
+    }),
+    ("loss.every", |scene, _| {
+        scene.loss.every = (scene.loss.window / 128).max(1);
+    }),
+    ("controller.omega", |scene, world| {
+        scene.controller.omega = 10.0 / world.time;
+    }),
+    ("controller.goal", |scene, world| {
+        scene.controller.goal = [2.0, 0.1].map(|x| x * world.length);
+    }),
+    ("controller.goal_scale", |scene, world| {
+        scene.controller.goal_scale = 0.05 / world.length;
+    }),
+    ("controller.offset_scale", |scene, world| {
+        scene.controller.offset_scale = 0.05 / world.length * world.per_node();
+    }),
+    ("controller.velocity_scale", |scene, world| {
+        scene.controller.velocity_scale = 0.05 / (world.length / world.time) * world.per_node();
+    }),
+    ("controller.gain", |scene, world| {
+        let controller = &mut scene.controller;
+        let (hidden, clocks) = (controller.hidden as f64, controller.clocks as f64);
+        let observed = 4.0 * world.nodes + clocks + 2.0;
+        // A weight of a layer is drawn with the variance `2 gain^2 / (inputs + outputs)`.
+        let of_clocks = (observed + hidden) / 188.0 * (10.0 / clocks);
+        let of_hidden = (hidden + world.edges) / 142.0 * (32.0 / hidden);
+        controller.gain = [of_clocks, of_hidden].map(|variance| 2.0 * variance.sqrt());
+    }),
+];
+
+impl Scene {
+    /// The settings that follow from the robot and its world, with their values and how they follow, in the order in
+    /// which a scene is written.
+    pub fn following(&self) -> Vec<Following> {
+        let of_section = |section: &'static str, settings: &mut dyn Settings| {
+            let fields = settings.fields().into_iter();
+            let following = fields.map(|field| Following {
+                key: format!("{section}.{}", field.key),
+                value: field.value.toml(),
+                rule: field.auto,
+            });
+            following.collect::<Vec<_>>()
+        };
+        let mut all = self.clone().of_sections(of_section).concat();
+        all.retain(|following| self.auto.contains(&following.key));
+        all
+    }
+
+    /// Computes the settings whose files say "auto". Reading and changing a scene does this. A program that changes the
+    /// fields of a scene calls it afterwards; the settings that do not follow from others stay as they are.
+    ///
+    /// Returns the keys whose new values are out of range.
+    pub fn follow(&mut self) -> Vec<String> {
+        if self.auto.is_empty() {
+            return Vec::new();
+        }
+        let scales = Scales::of(self);
+        for (key, set) in RULES {
+            if self.auto.contains(key) {
+                set(self, &scales);
+            }
+        }
+        let keys = self.auto.clone().into_iter();
+        let mut fits = |key: &String| {
+            self.field(key)
+                .is_some_and(|field| field.value.fits(&field.limits))
+        };
+        keys.filter(|key| !fits(key)).collect()
+    }
+}
+
+/// A setting that follows from the robot and its world.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Following {
+    /// The key, such as `physics.dt`.
+    pub key: String,
+    /// The value as a scene file would state it.
+    pub value: String,
+    /// How the value follows, as a phrase.
+    pub rule: &'static str,
+}

@@ -1,0 +1,93 @@
+use crate::small::{LIVELY, after};
+use cosmic::codesign::{Candidate, Progress};
+use cosmic::design::{Material, VolumeBounds, filled, volumes};
+use cosmic::scene::Scene;
+
+fn scene(more: &str) -> Scene {
+    let polished = "
+        iterations = 16
+        snap_trials = 0
+        settle = 0.25
+        polish_every = 2
+    ";
+    let mut scene = Scene::parse("polished", &[LIVELY, polished, more].concat()).unwrap();
+    // The controller does not change.
+    scene.adam.fine_rate = 0.0;
+    scene
+}
+
+/// The number of edges in which two layouts differ.
+fn changes(a: &Progress, b: &Progress) -> usize {
+    let [a, b] = [a, b].map(|p| p.design.layout().unwrap());
+    a.iter().zip(b).filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn a_polish_changes_one_edge_if_that_gives_a_better_robot() {
+    let scene = scene("");
+    let mut found = 0;
+    for seed in 0..4 {
+        let (mut codesign, mut progress) = after(&scene, 9, seed);
+        assert!(!progress.candidates.is_empty());
+        let before = progress.clone();
+        let merit = codesign.evaluator().evaluate(&progress).merit;
+        // The learning rate is 0, so iteration 10 only polishes.
+        codesign.iterate(&mut progress);
+        let reached = codesign.evaluator().evaluate(&progress).merit;
+        assert_eq!(progress.controller, before.controller);
+        if changes(&before, &progress) == 0 {
+            assert_eq!(reached, merit);
+            continue;
+        }
+        found += 1;
+        assert!(reached > merit, "{reached} <= {merit}");
+        assert_eq!(changes(&before, &progress), 1);
+        // The candidates before were measured with the robot before the change.
+        let is_new = |c: &Candidate| c.iteration == before.iteration;
+        assert!(progress.candidates.iter().all(is_new));
+        let [solid, actuators] = volumes(&codesign.evaluator().design(&progress).mixtures());
+        let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
+        assert!(bounds.solid.contains(solid) && bounds.actuator.contains(actuators));
+    }
+    assert!(found > 0, "no robot became better");
+}
+
+/// A polished robot never walks less far than the same robot without polish. The controller does not change, so the
+/// robots differ only by the polish.
+#[test]
+fn polished_robots_get_farther_and_without_trials_nothing_is_polished() {
+    let far = |trials: &str, seed| {
+        let scene = scene(trials);
+        let (codesign, at_snap) = after(&scene, 7, seed);
+        let (_, progress) = after(&scene, scene.schedule.iterations, seed);
+        let flips = changes(&at_snap, &progress);
+        (flips, codesign.evaluator().deliver(&progress).along)
+    };
+    let mut better = 0;
+    for seed in 0..4 {
+        let (none, plain) = far("polish_trials = 0", seed);
+        let (flips, polished) = far("polish_trials = 8", seed);
+        assert_eq!(none, 0);
+        // One edge may change before each of the updates 8, 10, 12 and 14. There is no polish in the last two
+        // updates, because the controller settles.
+        assert!(flips <= 4, "{flips} edges");
+        assert!(polished >= plain, "{polished} < {plain}");
+        better += usize::from(polished > plain);
+    }
+    assert!(better > 0, "nothing was polished");
+}
+
+#[test]
+fn a_held_material_is_not_tried() {
+    let mut scene = scene("polish_trials = 100");
+    let wrong = |scene: &Scene| {
+        let (codesign, progress) = after(scene, scene.schedule.iterations, 1);
+        let held = filled(&codesign.task().lattice);
+        let materials = progress.design.layout().unwrap();
+        let differs = |(&m, own): (&Material, Material)| m.is_solid() && m != own;
+        materials.iter().zip(held).filter(|&p| differs(p)).count()
+    };
+    assert!(wrong(&scene) > 0);
+    scene.projection.hold_materials = 1.0;
+    assert_eq!(wrong(&scene), 0);
+}

@@ -1,0 +1,65 @@
+use cosmic::geometry::{MOST_POINTS, Profile, Range, Segment, Vector};
+
+fn of(points: &[[f64; 2]]) -> Result<Profile, String> {
+    Profile::new(points.iter().copied().map(Vector::new).collect())
+}
+
+fn kerb() -> Profile {
+    of(&[[1.0, 0.0], [1.5, 0.5], [2.0, 0.25]]).unwrap()
+}
+
+#[test]
+fn terrain_is_straight_between_points_and_level_beyond() {
+    let kerb = kerb();
+    for (along, height) in [
+        (-9.0, 0.0),
+        (1.0, 0.0),
+        (1.25, 0.25),
+        (1.5, 0.5),
+        (1.75, 0.375),
+        (2.0, 0.25),
+        (9.0, 0.25),
+    ] {
+        assert_eq!(kerb.height(along), height, "at {along}");
+    }
+    assert_eq!(Profile::default().height(3.0), 0.0);
+    let line = kerb.between(Range::new(0.0, 1.75));
+    assert_eq!(line, [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5], [1.75, 0.375]]);
+}
+
+#[test]
+fn bars_cut_corners() {
+    let kerb = kerb();
+    // The bars: two across the top, in opposite directions; one above the top; one with an end inside the terrain;
+    // one along a slope; and an upright one with an end inside the terrain.
+    for (bar, depth) in [
+        ([[1.0, 0.0], [2.0, 0.25]], 0.375),
+        ([[2.0, 0.25], [1.0, 0.0]], 0.375),
+        ([[1.0, 0.5], [2.0, 0.6]], 0.0),
+        ([[0.0, -0.25], [0.5, 1.0]], 0.25),
+        ([[1.0, 0.0], [1.5, 0.5]], 0.0),
+        ([[1.5, 0.5], [1.5, 0.4]], 0.1),
+    ] {
+        // The tolerance covers the rounding of one division and one difference of numbers below 1.
+        let [from, to] = bar.map(Vector::new);
+        assert!(
+            (kerb.depth(Segment::new(from, to)) - depth).abs() < 1e-15,
+            "{bar:?}"
+        );
+    }
+}
+
+#[test]
+fn points_must_be_finite_ascending_and_few() {
+    for (points, says) in [
+        (vec![[0.0, 0.0], [1.0, 0.1], [1.0, 0.2]], "not ahead"),
+        (vec![[0.0, 0.0], [-1.0, 0.1]], "not ahead"),
+        (vec![[0.0, f64::NAN]], "not finite"),
+        (vec![[f64::INFINITY, 0.0]], "not finite"),
+    ] {
+        let error = of(&points).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+    let many = |n: usize| Profile::new((0..n).map(|k| Vector::new([k as f64, 0.0])).collect());
+    assert!(many(MOST_POINTS).is_ok() && many(MOST_POINTS + 1).is_err());
+}

@@ -1,0 +1,88 @@
+use cosmic::geometry::{Bounds, Segment, Vector, crossings};
+use cosmic::random::{Purpose, stream, symmetric};
+
+/// The result of [`crossings`] for segments that do not share nodes.
+fn swept(segments: &[Segment]) -> Vec<[usize; 2]> {
+    let edges: Vec<[usize; 2]> = (0..segments.len()).map(|k| [2 * k, 2 * k + 1]).collect();
+    let ends = segments
+        .iter()
+        .flat_map(|segment| [segment.from, segment.to]);
+    crossings(&ends.collect::<Vec<_>>(), &edges)
+}
+
+fn of_all_pairs(segments: &[Segment]) -> Vec<[usize; 2]> {
+    let later = |i: usize| (i + 1..segments.len()).map(move |j| [i, j]);
+    let pairs = (0..segments.len()).flat_map(later);
+    pairs
+        .filter(|[i, j]| segments[*i].crosses(&segments[*j]))
+        .collect()
+}
+
+#[test]
+fn a_sweep_finds_the_crossings_of_all_pairs() {
+    let mut random = stream(5, Purpose::Verification);
+    let mut found = 0;
+    for case in 0..60 {
+        // The cases have wide, high and square fields, and short and long segments. In half of them the ends are
+        // on a grid, so that segments meet, overlap and are parallel to the axes.
+        let size = [[15.0, 1.0], [1.0, 15.0], [4.0, 4.0]][case % 3];
+        let reach = [1.0, 3.0, 30.0][case / 3 % 3];
+        let on_grid = case % 2 == 0;
+        let segments: Vec<Segment> = (0..150)
+            .map(|_| {
+                let mut number = |limit: f64| {
+                    let x = symmetric(&mut random, limit);
+                    if on_grid { x.round() } else { x }
+                };
+                let from = Vector::new(size).map(&mut number);
+                Segment::new(from, from.map(|x| x + number(reach)))
+            })
+            .collect();
+        let expected = of_all_pairs(&segments);
+        assert_eq!(swept(&segments), expected, "case {case}");
+        found += expected.len();
+    }
+    assert!(found > 1000, "{found} crossings");
+    assert!(swept(&[]).is_empty());
+}
+
+fn of([from, to]: [[f64; 2]; 2]) -> Segment {
+    Segment::new(from.into(), to.into())
+}
+
+#[test]
+fn segments_end_at_the_bounds() {
+    let bounds = Bounds::of([[-64.0, -64.0], [544.0, 304.0]].map(Vector::new));
+    let within = |ends| of(ends).within(&bounds);
+    let inside = [[10.0, 10.0], [400.0, 200.0]];
+    assert_eq!(within(inside), Some(of(inside)));
+    let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
+    // The ends are shares of a segment of 1e9 m. A share is rounded at 1e-16, which gives an error of 1e-7 m.
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
+    assert!(
+        near(across.from[0], -64.0) && near(across.to[0], 544.0),
+        "{across:?}"
+    );
+    let down = within([[240.0, 120.0], [240.0, -1e12]]).unwrap();
+    assert!(
+        down.from == [240.0, 120.0] && near(down.to[1], -64.0),
+        "{down:?}"
+    );
+    let far = within([[-1e30, 120.0], [1e30, 120.0]]).unwrap();
+    assert!(
+        [far.from, far.to].iter().all(|end| end[0].abs() <= 544.0),
+        "{far:?}"
+    );
+    assert_eq!(within([[-1e9, 0.0], [-1e8, 0.0]]), None);
+    assert_eq!(within([[0.0, 1e9], [1e9, 1e9 + 1.0]]), None);
+    assert_eq!(within([[f64::NAN, 0.0], [1.0, 1.0]]), None);
+    assert_eq!(within([[0.0, 0.0], [f64::INFINITY, 1.0]]), None);
+}
+
+#[test]
+fn a_segment_with_a_nan_crosses_nothing() {
+    let [up, down] = [[[0.0, 0.0], [1.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]].map(of);
+    let lost = of([[f64::NAN, 0.0], [1.0, 1.0]]);
+    let nowhere = of([[f64::NAN; 2]; 2]);
+    assert_eq!(swept(&[lost, up, nowhere, down]), [[1, 3]]);
+}

@@ -1,0 +1,257 @@
+use cosmic::geometry::{Segment, Vector};
+use cosmic::lattice::{EdgeRules, Payload, Truss};
+use proptest::prelude::*;
+use std::collections::{BTreeSet, HashSet};
+
+/// Two triangles with a common edge, and one edge that ends freely.
+const KITE: &str = r#"{
+ "format": "cosmic-truss", "version": 1,
+ "nodes": [[0, 0], [0.1, 0], [0.05, 0.1], [0.15, 0.1], [0.3, 0.1]],
+ "edges": [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3], [3, 4]],
+ "payload": [{"node": 2, "mass": 0.5}, {"node": 0}],
+ "keep": [5], "forbid": [0], "tie": [[4, 2, 3]]
+}"#;
+
+fn refusal(from: &str, to: &str) -> String {
+    assert!(KITE.contains(from), "{from}");
+    let text = KITE.replacen(from, to, 1);
+    Truss::parse("kite.json", &text).unwrap_err().to_string()
+}
+
+#[test]
+fn invalid_trusses_are_refused_with_their_place() {
+    for (from, to, says) in [
+        (
+            "[1, 2], ",
+            "[1, 9], ",
+            "`edges[2]`: expected two different nodes below 5, found [1, 9]",
+        ),
+        (
+            "[1, 2], ",
+            "[2, 2], ",
+            "`edges[2]`: expected two different nodes below 5, found [2, 2]",
+        ),
+        (
+            "[1, 2], ",
+            "[1, 0], ",
+            "`edges[2]`: [1, 0] is given twice\n --> kite.json:4:28",
+        ),
+        (
+            "[0.1, 0]",
+            "[0, 0.0005]",
+            "`edges[0]`: expected nodes at least 0.001 m apart",
+        ),
+        (
+            ", [3, 4]",
+            "",
+            "`nodes[4]`: no edge has node 4\n --> kite.json:3:56",
+        ),
+        (
+            "[0.3, 0.1]",
+            "[3e3, 0]",
+            "`nodes[4]`: expected numbers from -1000 to 1000",
+        ),
+        ("[0.3, 0.1]", "[0, 1, 2]", "`nodes[4]`: too many values"),
+        (
+            "\"node\": 2",
+            "\"node\": 7",
+            "`payload`: expected a node below 5, found 7",
+        ),
+        (
+            "\"keep\"",
+            "\"given_numbers\": [0, 1, 2, 3, 3], \"keep\"",
+            "`given_numbers`: expected each whole number from 0 to 4 exactly once",
+        ),
+        (
+            "\"node\": 0",
+            "\"node\": 2",
+            "`payload[1]`: node 2 is given twice",
+        ),
+        (
+            "0.5}",
+            "-0.5}",
+            "`payload[0].mass`: expected a number from 0 to 1000, found -0.5",
+        ),
+        (
+            "[{\"node\": 2, \"mass\": 0.5}, {\"node\": 0}]",
+            "[]",
+            "`payload`: expected at least one",
+        ),
+        (
+            "[{\"node\": 2, \"mass\": 0.5}, {\"node\": 0}]",
+            "\"x\"",
+            "expected a node, or a list",
+        ),
+        (
+            "\"keep\": [5]",
+            "\"keep\": [6]",
+            "`keep[0]`: expected an edge below 6, found 6",
+        ),
+        (
+            "\"keep\": [5]",
+            "\"keep\": [0]",
+            "`forbid`: edge 0 is also in `keep`",
+        ),
+        (
+            "[[4, 2, 3]]",
+            "[[4, 8]]",
+            "`tie[0]`: expected an edge below 6, found 8",
+        ),
+        (
+            "[[4, 2, 3]]",
+            "[[4]]",
+            "`tie[0]`: expected two edges or more, found 1",
+        ),
+        (
+            "[[4, 2, 3]]",
+            "[[4, 3, 4]]",
+            "`tie[0]`: edge 4 is tied twice",
+        ),
+        (
+            "[[4, 2, 3]]",
+            "[[4, 3], [2, 3]]",
+            "`tie[1]`: edge 3 is tied twice",
+        ),
+        (
+            "[[4, 2, 3]]",
+            "[[4, 5]]",
+            "`tie[0]`: edges 4 and 5 are under different rules",
+        ),
+        (
+            "cosmic-truss",
+            "truss",
+            "`format` is \"truss\" version 1, not \"cosmic-truss\"",
+        ),
+        ("\"version\": 1", "\"version\": 2", "version 2, not"),
+        (
+            "\"format\": \"cosmic-truss\", ",
+            "",
+            "missing field `format`",
+        ),
+        ("\"tie\"", "\"ties\"", "unknown field `ties`"),
+    ] {
+        let found = refusal(from, to);
+        assert!(
+            found.contains(says) && found.contains("kite.json:"),
+            "{found}"
+        );
+    }
+    let none = "{\"format\": \"cosmic-truss\", \"version\": 1, \"nodes\": [], \"edges\": []}";
+    let none = Truss::parse("none", none).unwrap_err().to_string();
+    assert!(none.contains("expected at least one edge"), "{none}");
+}
+
+/// A truss is valid even if its edges cross, overlap or end freely, or if it consists of separate pieces.
+#[test]
+fn unusual_trusses_are_read() {
+    let fine = r#"{"format": "cosmic-truss", "version": 1,
+        "nodes": [[0, 0], [1, 1], [0, 1], [1, 0], [2, 0], [5, 5], [5, 6]],
+        "edges": [[0, 1], [2, 3], [0, 3], [0, 4], [5, 6]], "payload": 3}"#;
+    let fine = Truss::parse("fine", fine).unwrap();
+    let mass = None;
+    assert_eq!(fine.payload, [Payload { node: 0, mass }]);
+    let ends = |edge: usize| fine.edges[edge].map(|node| fine.nodes[node]);
+    assert_eq!(fine.nodes[0], [1.0, 0.0]);
+    assert_eq!(ends(2), [[0.0, 0.0], [1.0, 0.0]]);
+    assert_eq!(ends(4), [[5.0, 5.0], [5.0, 6.0]]);
+}
+
+#[test]
+fn the_payload_is_node_0_and_copies_are_equal() {
+    let kite = Truss::parse("kite", KITE).unwrap();
+    assert_eq!(
+        kite.payload.iter().map(|p| p.node).collect::<Vec<_>>(),
+        [0, 2]
+    );
+    assert_eq!(kite.edges[..3], [[2, 1], [2, 0], [1, 0]]);
+    assert_eq!(kite.rules.tie, [[2, 3, 4]]);
+    assert_eq!(
+        kite.rules.groups(6),
+        [vec![0], vec![1], vec![2, 3, 4], vec![5]]
+    );
+    assert_eq!(Truss::parse("copy", &kite.to_json()).unwrap(), kite);
+    assert_eq!(kite.lowest(), 0.0);
+}
+
+/// A ladder of 20 cells has randomly numbered nodes. They are renumbered from one end of the ladder to the other.
+#[test]
+fn nodes_are_numbered_along_the_truss_where_that_saves_places() {
+    let mut shuffled: Vec<usize> = (0..42).collect();
+    shuffled[1..].sort_by_key(|&k| (1e6 * (13.0 * k as f64).sin()) as i64);
+    let place = |&k: &usize| Vector::new([0.1 * (k / 2) as f64, 0.1 * (k % 2) as f64]);
+    let nodes: Vec<Vector<f64>> = shuffled.iter().map(place).collect();
+    let is_near = |[i, j]: [usize; 2]| nodes[i].distance(nodes[j]) < 0.11;
+    let pairs = (0..42).flat_map(|i| (i + 1..42).map(move |j| [i, j]));
+    let truss = Truss {
+        edges: pairs.filter(|&pair| is_near(pair)).collect(),
+        nodes: nodes.clone(),
+        ..Truss::default()
+    };
+    let differences = |truss: &Truss| {
+        let edges = truss.edges.iter().map(|[i, j]| i.abs_diff(*j));
+        edges.collect::<HashSet<_>>().len()
+    };
+    let numbered = truss.clone().checked().unwrap();
+    assert!(differences(&truss) > 10);
+    // One difference for the rungs and one for the rails. Node 0 is at an end of the ladder and stays the first
+    // node.
+    assert_eq!(differences(&numbered), 2);
+    assert_eq!(numbered.nodes[0], truss.nodes[0]);
+    let ends = |truss: &Truss| -> Vec<Segment> {
+        let edges = truss.edges.iter();
+        edges
+            .map(|&[i, j]| Segment::new(truss.nodes[i], truss.nodes[j]))
+            .collect()
+    };
+    assert_eq!(ends(&numbered), ends(&truss));
+    assert_eq!(numbered.clone().checked().unwrap(), numbered);
+}
+
+proptest! {
+    /// Every truss is either refused or renumbered. Renumbering changes nothing else.
+    #[test]
+    fn a_truss_is_refused_or_numbered_once(
+        nodes in prop::collection::vec([0.0..1.0, 0.0..1.0], 7),
+        more in prop::collection::vec((0..7usize, 0..7usize), 0..12),
+        (first, other) in (0..7usize, prop::option::of(0..7usize)),
+        keep in prop::collection::vec(0..12usize, 0..2),
+        forbid in prop::collection::vec(0..12usize, 0..2),
+        tie in prop::collection::vec(prop::collection::vec(0..12usize, 0..4), 0..2),
+    ) {
+        let payload = [first].into_iter().chain(other);
+        let path = (0..6).map(|node| [node, node + 1]);
+        let more: BTreeSet<_> = more.into_iter().filter(|(i, j)| i + 1 < *j).collect();
+        let edges = path.chain(more.into_iter().map(|(i, j)| [j, i])).collect();
+        let truss = Truss {
+            payload: payload.map(|node| Payload { node, mass: None }).collect(),
+            rules: EdgeRules { keep, forbid, tie },
+            nodes: nodes.into_iter().map(Vector::new).collect(),
+            edges,
+            given_numbers: Vec::new(),
+        };
+        let Ok(numbered) = truss.clone().checked() else { return Ok(()) };
+        let ends = |truss: &Truss| -> Vec<Segment> {
+            let edges = truss.edges.iter();
+            edges.map(|&[i, j]| Segment::new(truss.nodes[i], truss.nodes[j])).collect()
+        };
+        prop_assert_eq!(ends(&numbered), ends(&truss));
+        prop_assert_eq!(numbered.payload[0].node, 0);
+        prop_assert_eq!(numbered.nodes[0], truss.nodes[first]);
+        let given = |node: usize| truss.nodes[numbered.given_number(node)];
+        prop_assert_eq!((0..7).map(given).collect::<Vec<_>>(), numbered.nodes.clone());
+        let copy = Truss::parse("copy", &numbered.to_json()).unwrap();
+        prop_assert_eq!(&copy.given_numbers, &numbered.given_numbers);
+        prop_assert_eq!(copy, numbered);
+    }
+}
+
+#[test]
+#[should_panic(expected = "the lattice \"bad\": `edges[0]`")]
+fn an_invalid_truss_cannot_be_added() {
+    let edges = vec![[0, 0]];
+    let bad = Truss {
+        edges,
+        ..Truss::default()
+    };
+    let _ = cosmic::Registry::default().with_lattice("bad", bad);
+}

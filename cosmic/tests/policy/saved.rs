@@ -1,0 +1,47 @@
+use cosmic::policy::{Block, Controller, Weights};
+
+fn blocks() -> [Block; 4] {
+    [
+        Block::weights("w1", 2, 3, 1.0),
+        Block::biases("b1", 2),
+        Block::weights("w2", 1, 2, 1.0),
+        Block::biases("b2", 1),
+    ]
+}
+
+fn controller() -> Controller<f64> {
+    Controller::new(&blocks(), (0..11).map(|k| 0.5 * f64::from(k)).collect())
+}
+
+/// The text of a snapshot has not changed since the first version.
+#[test]
+fn a_snapshot_has_flat_blocks_and_two_sizes() {
+    let text = serde_json::to_string(&controller()).unwrap();
+    let expected = "{\"hidden\":2,\"inputs\":3,\"w1\":[0.0,0.5,1.0,1.5,2.0,2.5],\"b1\":[3.0,3.5],\
+                    \"w2\":[4.0,4.5],\"b2\":[5.0]}";
+    assert_eq!(text, expected);
+    let read: Controller<f64> = serde_json::from_str(&text).unwrap();
+    assert_eq!(read, controller());
+}
+
+#[test]
+fn a_design_has_rows() {
+    let text = serde_json::to_string(&Weights::from(&controller())).unwrap();
+    let expected = "{\"w1\":[[0.0,0.5,1.0],[1.5,2.0,2.5]],\"b1\":[3.0,3.5],\"w2\":[[4.0,4.5]],\
+                    \"b2\":[5.0]}";
+    assert_eq!(text, expected);
+    let read: Weights = serde_json::from_str(&text).unwrap();
+    assert_eq!(read.controller(&blocks(), "a file").unwrap(), controller());
+}
+
+#[test]
+fn a_block_that_is_not_the_policy_s_is_named() {
+    let weights = Weights::from(&controller());
+    let says = |blocks: &[Block]| weights.controller(blocks, "f").unwrap_err().to_string();
+    assert!(says(&blocks()[..3]).contains("unknown block `controller.b2`"));
+    let more = [&blocks()[..], &[Block::biases("b3", 1)]].concat();
+    assert!(says(&more).contains("`controller.b3` is missing"));
+    let mut other = blocks();
+    other[1] = Block::biases("b1", 3);
+    assert!(says(&other).contains("entries in `controller.b1`"));
+}

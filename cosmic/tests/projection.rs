@@ -1,0 +1,39 @@
+use crate::small::lattice;
+use cosmic::design::Design;
+use cosmic::design::Material::{Actuator, Skeleton, Void};
+use cosmic::lattice::Body;
+use cosmic::projection::{Holds, Projection, mixtures};
+use cosmic::scene::{ProjectionSettings, Scene};
+
+#[test]
+fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
+    let (scene, lattice) = (Scene::paper(), lattice(2, 2, 0.0));
+    let layout = Design::Layout(vec![Void, Skeleton, Actuator, Void, Void, Void]);
+    let body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
+    assert_eq!(body.stiffness[..3], [1e-7, 4e2, 3e1]);
+    assert_eq!(body.strain[..3], [0.0, 0.0, 0.35]);
+    let weight: f64 = body.mass.iter().sum();
+    let diagonal = 0.02f64.sqrt();
+    let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
+    // The two sums differ by at most twelve rounding errors of numbers below 0.1, each at most 7e-18.
+    assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
+}
+
+#[test]
+fn the_stability_projection_leaves_equal_edges_undecided() {
+    let z = vec![[0.9, 0.1, 0.4]; 3];
+    for mixture in mixtures(
+        Projection::Stability,
+        &z,
+        &ProjectionSettings::default(),
+        &Holds::default(),
+    ) {
+        // The mean of three equal numbers has a rounding error. The sharpness of 500 multiplies this error.
+        assert!(
+            mixture
+                .0
+                .iter()
+                .all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13)
+        );
+    }
+}

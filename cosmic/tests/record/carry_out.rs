@@ -1,0 +1,121 @@
+use crate::small::{StopAfter, tiny};
+use autodiff::Real;
+use cosmic::Registry;
+use cosmic::codesign::CoDesign;
+use cosmic::objective::Loss;
+use cosmic::record::{
+    Observer, Run, RunPlan, deliver_so_far, history, optimise, optimise_with, resume_of,
+    resume_with,
+};
+use cosmic::simulator::Trajectory;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// A loss that is always NaN, with a finite gradient.
+struct Lost;
+
+impl Loss for Lost {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        vec![steps]
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        trajectory.states[0].x[0][1] + R::lit(f64::NAN)
+    }
+}
+
+/// Collects the warnings of a run.
+struct Warned(Vec<String>);
+
+impl Observer for Warned {
+    fn warning(&mut self, _: &Run, text: &str) {
+        self.0.push(text.to_owned());
+    }
+}
+
+#[test]
+fn a_run_without_a_finite_loss_warns_and_ends_also_after_resuming() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let plan = RunPlan::new("tiny", tiny(), 1);
+    let lost = || CoDesign::with_loss(&plan.scene, Lost).unwrap();
+    let mut watch = Warned(Vec::new());
+    let progress = lost().begin(1).unwrap();
+    let error = optimise_with(&run, &plan, lost(), progress, &mut watch).unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    let says = error.to_string();
+    assert!(
+        says.contains("the loss; after iteration 10 the loss is NaN"),
+        "{says}"
+    );
+    let lost_in = |text: &&String| text.contains("after iteration 1: the loss is NaN");
+    assert_eq!(watch.0.iter().filter(lost_in).count(), 1, "{:?}", watch.0);
+    assert_eq!(history::read(&run, usize::MAX).unwrap().len(), 10);
+    assert!(!run.join("design.json").exists());
+    let again = resume_with(&run, lost(), &mut ()).unwrap_err().to_string();
+    assert_eq!(again, says);
+}
+
+/// The files of a folder.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let file = |entry: fs::DirEntry| {
+        let name = entry.file_name().into_string().unwrap();
+        (name, fs::read(entry.path()).unwrap())
+    };
+    entries.map(file).collect()
+}
+
+#[test]
+fn a_delivery_overwrites_no_other_run_and_no_other_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let [run, other, foreign, into] =
+        ["run", "other", "foreign", "into"].map(|name| folder.path().join(name));
+    let plan = |seed| RunPlan::new("tiny", tiny(), seed);
+    optimise(&run, &plan(1), &mut StopAfter(4)).unwrap_err();
+    optimise(&other, &plan(2), &mut StopAfter(6)).unwrap_err();
+    fs::create_dir(&foreign).unwrap();
+    fs::write(foreign.join("history.csv"), "my own").unwrap();
+    // The folder of the run itself is refused too, because a delivery would end the run.
+    for into in [&other, &foreign, &run] {
+        let before = files(into);
+        let error = deliver_so_far(&run, into, None, &Registry::default()).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains("not empty"), "{error}");
+        assert_eq!(files(into), before);
+    }
+    assert_eq!(
+        deliver_so_far(&run, &into, None, &Registry::default())
+            .unwrap()
+            .iterations,
+        4
+    );
+    // The run continues, and is then delivered into the same folder again.
+    resume_of(&run, &plan(1), &mut StopAfter(6)).unwrap_err();
+    assert_eq!(
+        deliver_so_far(&run, &into, None, &Registry::default())
+            .unwrap()
+            .iterations,
+        6
+    );
+    // A delivery of another run is not overwritten.
+    let before = files(&into);
+    deliver_so_far(&other, &into, None, &Registry::default()).unwrap_err();
+    assert_eq!(files(&into), before);
+}
+
+#[test]
+fn a_run_of_another_plan_is_not_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let plan = RunPlan::new("tiny", tiny(), 1);
+    optimise(&run, &plan, &mut StopAfter(4)).unwrap_err();
+    let before = files(&run);
+    let mut other = plan.clone();
+    other.scene.physics.gravity = 1.0;
+    let error = resume_of(&run, &other, &mut ()).unwrap_err();
+    assert!(error.to_string().contains("is expected"), "{error}");
+    assert_eq!(files(&run), before);
+    assert_eq!(resume_of(&run, &plan, &mut ()).unwrap().iterations, 12);
+}

@@ -1,0 +1,32 @@
+use cosmic::geometry::Vector;
+use cosmic::lattice::State;
+use cosmic::record::history::Walk;
+
+#[test]
+fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
+    let state = |k: usize| State {
+        x: [[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]]
+            .map(Vector::new)
+            .to_vec(),
+        v: vec![Vector::zero(); 2],
+    };
+    let states: Vec<_> = (0..4).map(state).collect();
+    let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
+    assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
+    for (state, places) in states.iter().zip(walk.places()) {
+        let mut pairs = state.x.iter().flatten().zip(places.iter().flatten());
+        assert!(pairs.all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit));
+    }
+    let mut lost = states;
+    lost[2].x[1][0] = f64::NAN;
+    assert_eq!(Walk::of(lost.iter(), 0.084, 5e-4), None);
+}
+
+#[test]
+fn moments_are_a_twelfth_of_a_second_apart_for_eight_seconds() {
+    let moments = Walk::moments(8192, 0.002);
+    assert_eq!((moments.len(), moments[1], moments[95]), (96, 42, 3990));
+    assert_eq!(Walk::moments(100, 0.002), [0, 42, 84]);
+    assert_eq!(Walk::moments(10_000, 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(Walk::moments(5, 100.0), [0]);
+}

@@ -1,0 +1,37 @@
+use crate::small::tiny;
+use cosmic::keys::{Keyed, columns};
+use cosmic::record::summary::Summary;
+use cosmic::record::{RunPlan, optimise};
+
+#[test]
+fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = RunPlan::new("tiny", tiny(), 1);
+    let summary = optimise(&folder.path().join("run"), &plan, &mut ()).unwrap();
+    let keys = Summary::keys();
+    let names: Vec<_> = keys.iter().map(|key| key.name).collect();
+    let written = serde_json::to_value(&summary).unwrap();
+    assert!(
+        written
+            .as_object()
+            .unwrap()
+            .keys()
+            .all(|key| names.contains(&&key[..]))
+    );
+    let number = |name: &str| {
+        let at = columns(&keys).iter().position(|column| *column == name);
+        summary.numbers()[at.unwrap()]
+    };
+    assert_eq!(summary.numbers().len(), columns(&keys).len());
+    assert_eq!(number("displacement_y"), Some(summary.displacement.up()));
+    assert_eq!(number("feet"), summary.structure.map(|s| s.feet as f64));
+    assert_eq!(number("seconds"), Some(summary.seconds));
+    let undecided = Summary {
+        structure: None,
+        loads: None,
+        undecided: Some(true),
+        ..summary.clone()
+    };
+    assert_eq!(undecided.numbers().len(), summary.numbers().len());
+    assert_eq!(undecided.numbers().last(), summary.numbers().last());
+}

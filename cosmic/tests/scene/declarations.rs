@@ -1,0 +1,144 @@
+//! Checks that the structs, the declarations and the texts of scenes agree.
+
+use cosmic::Registry;
+use cosmic::scene::{Named, Scene, TaskKind, VERSION};
+use cosmic::settings::{Limits, Settings, above, within};
+use proptest::prelude::*;
+
+/// The key of every setting as `section.key`, in the order in which a scene is written.
+fn paths() -> Vec<String> {
+    let settings = Scene::paper().settings().into_iter();
+    settings.map(|setting| setting.key).collect()
+}
+
+/// A key that is newer than version 0 must name a version that exists, and its value for older runs must be valid.
+#[test]
+fn the_value_of_a_key_for_older_runs_is_valid() {
+    let mut scene = Scene::paper();
+    let fields = |_: &str, section: &mut dyn Settings| {
+        section
+            .fields()
+            .into_iter()
+            .all(|field| field.since <= VERSION && field.take_before())
+    };
+    assert!(
+        scene
+            .of_sections(fields)
+            .into_iter()
+            .all(|is_right| is_right)
+    );
+    assert!(!scene.design.one_piece && scene.schedule.settle == 0.0);
+    assert_eq!(scene.physics.speed_bound, None);
+    assert_eq!(scene.robust, Scene::paper().robust);
+}
+
+/// A scene of version 1 has no `controller.policy` and is read. A scene of version 2 without this key is refused.
+#[test]
+fn the_scene_of_a_run_of_version_1_is_read() {
+    let text = Scene::paper().to_run_toml();
+    let is_new = |line: &&str| line.starts_with("policy = ");
+    assert_eq!(text.lines().filter(is_new).count(), 1);
+    let old: String = text
+        .lines()
+        .filter(|line| !is_new(line))
+        .fold(String::new(), |text, line| text + line + "\n");
+    let old = old.replacen("version = 2", "version = 1", 1);
+    assert_eq!(
+        Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
+        Scene::paper()
+    );
+    let cut = old.replacen("version = 1", "version = 2", 1);
+    let refused = Scene::parse_of_run("cut", &cut, &Registry::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.contains("`controller.policy` is missing"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn every_key_has_its_own_line_below_a_comment() {
+    let text = Scene::paper().to_toml();
+    let mut written = Vec::new();
+    let (mut section, mut comment) = ("", "");
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix('[') {
+            section = name.trim_end_matches(']');
+            assert!(comment.len() > 10, "no comment above [{section}]");
+        } else if let Some((key, _)) = line
+            .split_once(" = ")
+            .filter(|(key, _)| !key.starts_with('#') && *key != "base")
+        {
+            let (says, allowed) = comment.split_once(" Allowed: ").unwrap();
+            assert!(
+                says.len() > 10 && allowed.len() > 5,
+                "no comment above {key}"
+            );
+            written.push(format!("{section}.{key}"));
+        }
+        comment = line;
+    }
+    assert_eq!(written, paths());
+}
+
+/// The paper's scene with the key `path` set to `value`, even if the value contradicts other settings. `None` if the
+/// key does not allow the value.
+fn with(path: &str, value: &str) -> Option<Scene> {
+    let mut scene = Scene::paper();
+    scene.field(path).unwrap().read_text(value).ok()?;
+    Some(scene)
+}
+
+/// Only the task `far` accepts a second goal, because for other tasks the negated loss is no useful task.
+#[test]
+fn two_goals_need_the_task_far() {
+    let of = |task: &str| {
+        let text = format!("[controller]\ntwo_goals = true\n[objective]\ntask = \"{task}\"\n");
+        Scene::parse("two", &text).map_err(|error| error.to_string())
+    };
+    assert!(of("far").is_ok());
+    for (task, _) in TaskKind::ALL
+        .iter()
+        .filter(|(_, task)| *task != TaskKind::Far)
+    {
+        let says = of(task).unwrap_err();
+        assert!(
+            says.contains(&format!("the task \"far\", but the task is \"{task}\"")),
+            "{says}"
+        );
+        assert!(says.contains("two:2:"), "{says}");
+    }
+}
+
+#[test]
+fn limits_contain_only_finite_numbers() {
+    let limits = within(f64::MIN, f64::MAX);
+    assert!(limits.contain(f64::MAX) && limits.contain(f64::MIN));
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(!limits.contain(x) && !Limits::NONE.contain(x));
+    }
+    assert!(within(0.0, 1.0).contain(0.0) && !above(0.0, 1.0).contain(0.0));
+}
+
+proptest! {
+    #[test]
+    fn numbers_read_back_to_the_same_bits(
+        row in 0..paths().len(),
+        x in prop_oneof![-1.0..1.0, 0.0..1e-6, 0.0..1e6],
+    ) {
+        let path = &paths()[row];
+        let lists = [1, 2, 3].map(|entries| format!("{:?}", vec![x; entries]));
+        let number = format!("{x:?}");
+        let read = lists.iter().chain([&number]).find_map(|value| with(path, value));
+        let Some(mut scene) = read else {
+            // The key takes a name or a count, or `x` is out of its range.
+            return Ok(());
+        };
+        let text = scene.field(path).unwrap().value.toml();
+        let mut numbers = text.split(['[', ',', ']']).filter_map(|n| n.trim().parse::<f64>().ok());
+        prop_assert!(numbers.all(|n| n.to_bits() == f64::to_bits(x)), "{}", text);
+        prop_assume!(scene.check().is_ok());
+        prop_assert_eq!(Scene::parse("scene", &scene.to_toml()).unwrap(), scene);
+    }
+}

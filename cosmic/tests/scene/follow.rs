@@ -1,0 +1,160 @@
+//! Settings that follow from the robot and its world: the value "auto" in scene files.
+
+use cosmic::scene::{Following, Scene};
+
+/// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
+/// the value grows. Times grow by its square root.
+const KEYS: [(&str, &str, f64); 13] = [
+    ("physics.dt", "0.0123", 0.5),
+    ("physics.substeps", "33", 0.0),
+    ("physics.steps", "777", 0.0),
+    ("physics.speed_bound", "7.7", 0.5),
+    ("controller.omega", "7.7", -0.5),
+    ("controller.goal", "[7.0, 7.0]", 1.0),
+    ("controller.goal_scale", "7.7", -1.0),
+    ("controller.offset_scale", "7.7", -1.0),
+    ("controller.velocity_scale", "7.7", -0.5),
+    ("controller.gain", "[7.0, 7.0]", 0.0),
+    ("schedule.horizon", "[77, 99]", 0.0),
+    ("loss.window", "33", 0.0),
+    ("loss.every", "7", 0.0),
+];
+
+fn set(scene: &Scene, key: &str, value: &str) -> Scene {
+    scene.set(&[format!("{key}={value}")]).unwrap()
+}
+
+/// The scene with "auto" for every key that allows it.
+fn following(scene: &Scene) -> Scene {
+    let all = KEYS.map(|(key, ..)| format!("{key}=auto"));
+    scene.set(&all).unwrap()
+}
+
+fn values(scene: &Scene) -> Vec<(String, String)> {
+    let all = scene.following().into_iter();
+    all.map(|Following { key, value, .. }| (key, value))
+        .collect()
+}
+
+/// For `earth`, every rule gives the number that experiments found, which `stability` declares.
+#[test]
+fn the_rules_give_earth_the_declared_numbers() {
+    let (earth, declared) = (Scene::load("earth").unwrap(), Scene::paper().settings());
+    assert_eq!(values(&earth).len(), KEYS.len());
+    for (key, value) in values(&earth) {
+        let declared = declared.iter().find(|setting| setting.key == key);
+        assert_eq!(declared.unwrap().value, value, "{key}");
+    }
+}
+
+/// Each key that allows "auto" has a rule, and a number in the file wins over the rule.
+#[test]
+fn every_key_that_can_follow_has_a_rule() {
+    let base = following(&Scene::load("earth").unwrap());
+    for (key, odd, _) in KEYS {
+        let fixed = set(&base, key, odd);
+        assert!(fixed.following().iter().all(|other| other.key != key));
+        let text = fixed
+            .settings()
+            .into_iter()
+            .find(|setting| setting.key == key);
+        assert_eq!(text.unwrap().value, odd);
+        assert_eq!(values(&set(&fixed, key, "auto")), values(&base), "{key}");
+    }
+    let refused = base.set(&["physics.gravity=auto"]).unwrap_err().to_string();
+    assert!(
+        refused.contains("physics.gravity") && !refused.contains("or \"auto\""),
+        "{refused}"
+    );
+    let told = base.set(&["physics.dt=soon"]).unwrap_err().to_string();
+    assert!(told.contains("or \"auto\""), "{told}");
+}
+
+/// A robot four times as large, of the same material density per node and with bars of a quarter of the stiffness per
+/// mass, gets numbers with the same digits in binary: the time scale doubles exactly.
+#[test]
+fn the_rules_scale_exactly_with_the_size() {
+    let numbers = |text: &str| -> Vec<f64> {
+        let list = text.trim_matches(['[', ']']).split(", ");
+        list.map(|number| number.parse().unwrap()).collect()
+    };
+    let small = following(&Scene::load("earth").unwrap());
+    let small = small
+        .set(&["lattice.columns=7", "lattice.rows=3", "physics.damping=3"])
+        .unwrap();
+    for power in [-3, -1, 1, 2] {
+        let (length, time) = (4_f64.powi(power), 2_f64.powi(power));
+        let mut large = small.clone();
+        large.lattice.spacing *= length;
+        // The mass of a bar is its density times its length, and times scale with `sqrt(mass / stiffness)`.
+        large.materials.density = large.materials.density.map(|density| density / length);
+        large.materials.stiffness = large.materials.stiffness.map(|k| k / (time * time));
+        large.physics.damping /= time;
+        let own = ["damper.time", "stops.stiffness"];
+        let own_values = [2.5e-4 * time, 1300.0 / (time * time)];
+        let changes: Vec<_> = own
+            .iter()
+            .zip(own_values)
+            .map(|(key, x)| format!("{key}={x:?}"))
+            .collect();
+        let large = large.set(&changes).unwrap();
+        for ((key, a), (_, b)) in values(&small).into_iter().zip(values(&large)) {
+            let (_, _, exponent) = KEYS.into_iter().find(|(other, ..)| *other == key).unwrap();
+            let expected = numbers(&a).into_iter().map(|x| x * length.powf(exponent));
+            assert_eq!(
+                numbers(&b),
+                expected.collect::<Vec<_>>(),
+                "{key} at 4^{power}"
+            );
+        }
+    }
+}
+
+/// Stiff bars get substeps, and the steps of the controller stay as long as they are.
+#[test]
+fn stiff_bars_get_substeps() {
+    let earth = Scene::load("earth").unwrap();
+    let stiff = set(&earth, "materials.stiffness", "[1e-7, 4e4, 30.0]");
+    assert_eq!(stiff.physics.dt, earth.physics.dt);
+    assert!(stiff.physics.substeps >= 10, "{}", stiff.physics.substeps);
+    // Beyond the largest number of substeps, the step itself shrinks, and the simulated time stays.
+    let stiffer = set(&earth, "materials.stiffness", "[1e-7, 4e8, 30.0]");
+    assert_eq!(stiffer.physics.substeps, 64);
+    assert!(stiffer.physics.dt < 0.1 * earth.physics.dt);
+    let time = |scene: &Scene| scene.physics.dt * scene.physics.steps as f64;
+    let share = time(&stiffer) / time(&earth);
+    // The number of steps is rounded to a whole number.
+    assert!((share - 1.0).abs() < 1e-4, "{share}");
+}
+
+/// A template keeps the word "auto", so that the numbers follow the user's changes. The scene of a run has numbers.
+#[test]
+fn a_run_keeps_the_numbers_and_a_template_keeps_the_word() {
+    let scene = set(&Scene::load("earth").unwrap(), "lattice.columns", "9");
+    let template = Scene::parse("template", &scene.to_toml()).unwrap();
+    assert_eq!(template, scene);
+    assert_eq!(values(&template), values(&scene));
+    assert!(scene.to_toml().contains("\nomega = \"auto\"\n"));
+    let run = Scene::parse_of_run("run", &scene.to_run_toml(), scene.registry()).unwrap();
+    assert_eq!(run, scene);
+    assert!(run.following().is_empty());
+    assert!(
+        scene
+            .to_run_toml()
+            .contains("# Follows from the scene: 10 rad/s divided by the time scale.")
+    );
+}
+
+/// Numbers that follow out of range are refused by name.
+#[test]
+fn a_value_out_of_range_is_refused() {
+    let earth = Scene::load("earth").unwrap();
+    let refused = earth
+        .set(&["physics.gravity=1e-9"])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.contains("`physics.dt` follows from the robot and its world as"),
+        "{refused}"
+    );
+}

@@ -1,0 +1,91 @@
+use crate::small::lattice;
+use cosmic::geometry::{Ground, Vector};
+use cosmic::lattice::Lattice;
+use cosmic::scene::{LatticeKind, LatticeSettings, edges};
+
+#[test]
+fn edge_counts_are_those_of_the_paper() {
+    for (columns, rows, count) in [(6, 6, 110), (5, 5, 72), (2, 2, 6), (4, 1, 3), (1, 3, 2)] {
+        assert_eq!(edges(columns, rows).len(), count);
+    }
+}
+
+#[test]
+fn the_lattice_is_rotated_with_the_ground() {
+    let flat = lattice(4, 3, 0.0);
+    let turned = lattice(4, 3, -20.0);
+    for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {
+        // Coordinates below 1 have rounding errors of 1e-16.
+        assert!((a - b).abs() < 1e-15);
+    }
+    let (sin, cos) = (-20f64).to_radians().sin_cos();
+    let first = Vector::new([0.1 * cos, 0.1 + 0.1 * sin]);
+    assert!(turned.positions[0].distance(first) < 1e-15);
+}
+
+#[test]
+fn midpoints_run_from_the_lowest_row_to_the_topmost() {
+    let lattice = lattice(3, 4, 0.0);
+    let heights: Vec<f64> = lattice.midpoints().map(Vector::up).collect();
+    assert_eq!(heights.first(), Some(&0.0));
+    assert_eq!(heights.last(), Some(&3.0));
+    assert_eq!(lattice.extent(), [2.0, 3.0]);
+}
+
+fn triangular(columns: usize, rows: usize) -> Lattice {
+    let settings = LatticeSettings {
+        kind: LatticeKind::Triangular,
+        columns,
+        rows,
+        ..LatticeSettings::default()
+    };
+    Lattice::new(
+        &settings,
+        Ground {
+            height: 0.1,
+            incline_deg: 0.0,
+        },
+    )
+}
+
+#[test]
+fn triangles_are_equilateral_and_leave_no_gap() {
+    for (columns, rows) in [(6, 6), (2, 2), (3, 5), (7, 4)] {
+        let lattice = triangular(columns, rows);
+        let count = rows * (columns - 1) + (rows - 1) * (2 * columns - 1);
+        assert_eq!(lattice.edges.len(), count);
+        // Coordinates below 1 have rounding errors of 1e-16.
+        let is_side = |length: &f64| (length - 0.1).abs() < 1e-15;
+        assert!(lattice.rest_length.iter().all(is_side));
+        // Euler's formula for a triangulated disc: triangles = edges + 1 - nodes.
+        let triangles = count + 1 - columns * rows;
+        assert_eq!(triangles, 2 * (columns - 1) * (rows - 1));
+    }
+}
+
+/// Nodes are numbered row by row from the lowest row, each row from left to right. The edges of a node go to its
+/// right, upper-right and upper-left neighbour, in this order.
+#[test]
+fn triangles_are_numbered_row_by_row() {
+    let lattice = triangular(3, 3);
+    assert_eq!(
+        lattice.edges[..9],
+        [
+            [0, 1],
+            [0, 3],
+            [1, 2],
+            [1, 4],
+            [1, 3],
+            [2, 5],
+            [2, 4],
+            [3, 4],
+            [3, 7]
+        ]
+    );
+    let heights = [0, 3, 6].map(|node| lattice.places[node].up());
+    assert_eq!(heights, [0.0, 0.75f64.sqrt(), 2.0 * 0.75f64.sqrt()]);
+    assert_eq!(
+        [0, 3, 6].map(|node| lattice.places[node].forward()),
+        [0.0, 0.5, 0.0]
+    );
+}

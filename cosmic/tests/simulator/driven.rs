@@ -1,0 +1,95 @@
+use cosmic::case::Case;
+use cosmic::design::Design;
+use cosmic::scene::Scene;
+use cosmic::simulator::{Driven, Span, Trajectory};
+
+/// The activations that the tests give to edges: full, zero and in between, with both signs.
+const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
+
+/// Settings of scenes, each with at most one force besides Hooke's law: none, each force that a key enables, and
+/// each force law of this crate.
+fn forces() -> Vec<String> {
+    let mut forces = vec![String::new()];
+    for key in ["stiffening = 200.0", "bending_radius = 0.002"] {
+        forces.push(format!("physics.{key}"));
+    }
+    forces.extend(["damper", "stops"].map(|law| format!("physics.forces = [\"{law}\"]")));
+    forces
+}
+
+/// The largest distance between the positions of a node at the ends of two rollouts.
+fn apart(a: &Trajectory<f64>, b: &Trajectory<f64>) -> f64 {
+    let [a, b] = [a, b].map(|seen| &seen.states.last().unwrap().x);
+    let pairs = a.iter().zip(b);
+    pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
+}
+
+/// Returns a case and the activations of its edges, which `held` gives. The controller of the case outputs the same
+/// activations, because all its numbers except the biases are zero.
+fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
+    /// A bias so large that its hyperbolic tangent is 1 in double precision.
+    const SATURATED: f64 = 40.0;
+    let text = format!("{force}\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01");
+    let scene = Scene::load("stability").unwrap();
+    let mut case = Case::of_scene(&scene.with("small", &text).unwrap(), 1).unwrap();
+    let held: Vec<f64> = (0..case.lattice.edges.len()).map(held).collect();
+    let bias = |held: &f64| held.atanh().clamp(-SATURATED, SATURATED);
+    let biases: Vec<f64> = held.iter().map(bias).collect();
+    case.controller.hold_outputs(&biases);
+    // Every bar contains actuator material and starts longer than its stops allow, so that stops act on idle bars
+    // too.
+    case.design = Design::Undecided(vec![[0.0, 0.5, 1.0]; held.len()]);
+    case.start.x.iter_mut().for_each(|x| *x += x.along() * 0.5);
+    (case, held)
+}
+
+/// With every force, a robot with given activations moves like a robot whose controller outputs them.
+#[test]
+fn held_activations_drive_as_a_controller_that_gives_them() {
+    let span = Span::from_start(vec![200]);
+    let mut all = Vec::new();
+    for force in forces() {
+        let robots = [0.0, 1.0, -1.0]
+            .map(|scale: f64| case_of(&force, move |edge| scale * HELD[edge % HELD.len()]));
+        let (case, _) = &robots[0];
+        let driven = Driven::new(&case.lattice, &case.physics, &case.observation);
+        let held = robots.each_ref().map(|(_, held)| &held[..]);
+        let starts = [(); 3].map(|()| case.start.clone());
+        let seen = driven.held(&case.body(), &held, &starts, &span);
+        for (k, ((case, held), seen)) in robots.iter().zip(&seen).enumerate() {
+            let task = case.task();
+            let controlled = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+            // Activations are rounded at 1e-16; 200 steps with contacts amplify this error to less than
+            // 1e-10.
+            let far = apart(&controlled, seen);
+            assert!(far < 1e-10, "{force:?}, robot {k}: {far}");
+            let alone = driven.held(&case.body(), &[held], &starts[..1], &span);
+            assert_eq!(alone[0].states, seen.states, "{force:?}, robot {k} alone");
+        }
+        assert!(apart(&seen[0], &seen[1]) > 1e-3, "{force:?}");
+        all.push(seen);
+    }
+    // Every force must change the motion: otherwise the test would not cover its law.
+    for (force, seen) in forces().iter().zip(&all).skip(1) {
+        for (k, (with, without)) in seen.iter().zip(&all[0]).enumerate() {
+            assert!(
+                apart(with, without) > 1e-6,
+                "{force:?} has no effect on robot {k}"
+            );
+        }
+    }
+}
+
+#[test]
+#[should_panic(expected = "activations of a robot of 6 nodes")]
+fn there_must_be_one_held_activation_per_edge() {
+    let (case, held) = case_of("", |_| 0.0);
+    let driven = Driven::new(&case.lattice, &case.physics, &case.observation);
+    let start = std::slice::from_ref(&case.start);
+    let _ = driven.held(
+        &case.body(),
+        &[&held[1..]],
+        start,
+        &Span::from_start(vec![1]),
+    );
+}
