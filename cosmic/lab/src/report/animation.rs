@@ -240,7 +240,8 @@ impl Palette {
     }
 
     fn index(&self, pixel: &PremultipliedColorU8) -> u8 {
-        let [r, g, b] = rgb(pixel).map(|c| usize::from(c / 8));
-        self.nearest[1024 * r + 32 * g + b]
+        let [r, g, b] = rgb(pixel);
+        let bits = |c: u8| usize::from(c / 8);
+        self.nearest[1024 * bits(r) + 32 * bits(g) + bits(b)]
     }
 }
