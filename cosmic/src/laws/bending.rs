@@ -131,7 +131,9 @@ impl Bend {
     /// The impulses of the angular spring on the three nodes, N s.
     #[inline(always)]
     pub(super) fn impulses<R: Real, const D: usize>(&self, line: &Line<R, D>) -> [Vector<R, D>; 3] {
-        let [(a, per_a), (b, per_b)] = [0, 1].map(|from| line.edge(from, self.softening));
+        // Not as a map over an array, which is not always inlined.
+        let (a, per_a) = line.edge(0, self.softening);
+        let (b, per_b) = line.edge(1, self.softening);
         let stiffness = self.stiffness(line) * R::lit(self.dt);
         // A torque on an edge acts as a force across its outer end. The middle node takes the reactions to both forces.
         let first = -a.across(b) * (stiffness * per_a);
