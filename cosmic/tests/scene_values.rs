@@ -38,7 +38,7 @@ fn missing_keys_come_from_the_base() {
     .unwrap();
     assert_eq!(scene.physics.dt, 1e-3);
     assert_eq!(scene.gradient.cotangent_bound, None);
-    assert_eq!(scene.physics.steps, Scene::default().physics.steps);
+    assert_eq!(scene.physics.friction, Scene::default().physics.friction);
     // A number may be written without a decimal point.
     let scene = Scene::parse("two", "physics.gravity = 5").unwrap();
     assert_eq!(scene.physics.gravity, 5.0);

@@ -25,6 +25,7 @@ impl Bare {
         let edges = springs.iter().map(|spring| spring.0).collect();
         let lattice = Lattice {
             rest_length: springs.iter().map(|spring| spring.1).collect(),
+            scale: 1.0,
             ..Lattice::between(vec![Vector::zero(); masses.len()], edges)
         };
         let body = Body {

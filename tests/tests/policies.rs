@@ -125,7 +125,10 @@ fn explain_shows_hidden_units_only_of_networks() {
         let term = terms.into_iter().nth(1).unwrap();
         (term.name, term.why)
     };
-    let hidden = ("hidden layer", "6 units, of the observation".to_owned());
+    let hidden = (
+        "hidden layer",
+        "6 units that read the observation".to_owned(),
+    );
     assert_eq!([row("mlp"), row("clock")], [hidden.clone(), hidden]);
     let (name, why) = row("reflex");
     assert_eq!(name, "policy without its outputs");

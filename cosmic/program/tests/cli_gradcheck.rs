@@ -88,7 +88,7 @@ fn the_gradient_of_every_task_is_checked() {
 
 #[test]
 fn a_divergence_is_reported_as_such_and_not_as_a_wrong_gradient() {
-    let told = Bench::with("[physics]\ndt = 0.2\n").cosmic("gradcheck tiny.toml");
+    let told = Bench::with("[physics]\ndt = 0.2\nsubsteps = 1\n").cosmic("gradcheck tiny.toml");
     told.fails(3, &["error: diverged in step "]);
     assert_eq!(told.out, "");
 }

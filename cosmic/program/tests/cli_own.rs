@@ -258,12 +258,15 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
         ..plan.clone()
     };
     let said = begin(&other, "d").unwrap_err().to_string();
-    has(&said, &["scene and seed"]);
+    has(&said, &["the seed and the loss"]);
     let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let of_the_scene = CoDesign::new(&plan.scene).unwrap().begin(0).unwrap();
     let observer = &mut StopsAfter(3);
     let said = optimise_with(&bench.path("d"), plan, codesign, of_the_scene, observer).unwrap_err();
-    assert!(said.to_string().contains("the same loss"), "{said}");
+    assert!(
+        said.to_string().contains("must be those of the plan"),
+        "{said}"
+    );
     let mut codesign = CoDesign::new(&plan.scene).unwrap();
     let mut progress = codesign.begin(0).unwrap();
     codesign.iterate(&mut progress);

@@ -50,7 +50,10 @@ fn check_says_ok_or_where_it_is_wrong() {
     assert_eq!(lines[0], "error: `physics.dt` is out of range: 5.0");
     assert_eq!(lines[1], " --> my.toml:2:6");
     assert_eq!(lines[3], "2 | dt = 5.0");
-    assert_eq!(lines[4], "  |      ^^^ allowed: a number from 1e-9 to 1");
+    assert_eq!(
+        lines[4],
+        "  |      ^^^ allowed: a number from 1e-9 to 1, or \"auto\""
+    );
 
     let told = check(b"[physics]\ndt = \xff\n");
     let allowed = "\n  = allowed: a scene is UTF-8 text\n";
@@ -59,7 +62,7 @@ fn check_says_ok_or_where_it_is_wrong() {
 
 #[test]
 fn check_refuses_what_optimize_refuses() {
-    let bench = Bench::with("[physics]\ndt = 0.05\n");
+    let bench = Bench::with("[physics]\ndt = 0.05\nsubsteps = 1\n");
     let told = bench.cosmic("scene check tiny.toml");
     told.fails(2, &["tiny.toml:2:6"]);
     assert_eq!(told.out, "");
@@ -78,7 +81,7 @@ fn check_refuses_what_optimize_refuses() {
     assert_eq!(setting["value"], "0.05");
     // If the file sets none of the keys that determine the time step, the message lists their values.
     let settings = "(physics.dt = 0.002, physics.substeps = 1); set physics.dt to";
-    let told = check("[materials]\nstiffness = [1e-7, 1e6, 30]\n");
+    let told = check("base = \"stability\"\n[materials]\nstiffness = [1e-7, 1e6, 30]\n");
     told.fails(2, &[settings]);
 }
 
@@ -96,12 +99,21 @@ fn check_warns_about_valid_but_senseless_settings() {
     }
 }
 
-/// `scene check` prints one line about the world, except with `--json` or `--quiet`.
+/// `scene check` prints one line about the world, and one for each number that follows from it, except with `--json` or
+/// `--quiet`.
 #[test]
 fn the_world_is_described() {
     let earth = "world: gravity 9.81 m/s2; contact coulomb, friction 1; no drag; damped bars \
                  (damper.time = 0.00025); end stops (stops.at = 0.27, stops.stiffness = 1300.0)\n";
-    assert_eq!(check("").ok().out, format!("{earth}my.toml: ok\n"));
+    let told = check("").ok().out;
+    assert!(
+        told.starts_with(earth) && told.ends_with("\nmy.toml: ok\n"),
+        "{told}"
+    );
+    has(
+        &told,
+        &["\ncontroller.omega = 10.0 (auto: 10 rad/s divided by the time scale)\n"],
+    );
     let moon =
         "base = \"rough\"\n[physics]\ngravity = 1.6\nincline_deg = 5\nforces = [\"stops\"]\n";
     let says = "world: gravity 1.6 m/s2; contact infinite; incline 5 degrees; ground rough; drag 20 1/s; \

@@ -82,7 +82,8 @@ const RULES: [Rule; 13] = [
     }),
     ("physics.substeps", |scene, world| {
         let physics = &mut scene.physics;
-        physics.substeps = (physics.dt / (MARGIN * world.stable)).ceil().max(1.0) as usize;
+        let least = (physics.dt / (MARGIN * world.stable)).ceil();
+        physics.substeps = least.clamp(1.0, MOST_SUBSTEPS) as usize;
     }),
     ("physics.steps", |scene, world| {
         scene.physics.steps = (16.384 * world.time / scene.physics.dt).round() as usize;

@@ -95,7 +95,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
 pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
     let mut scene = Scene::paper();
     let field = scene.field(path).expect("a key of a scene");
-    (!field.limits.contain(number)).then(|| field.allowed())
+    (!field.limits.contain(number)).then(|| field.value.allowed(&field.limits))
 }
 
 /// A description of every key of a scene file in Markdown. Each section has a table with default, unit, allowed values,

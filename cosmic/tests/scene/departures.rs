@@ -139,7 +139,8 @@ fn is_numeric(value: &str) -> bool {
 /// values in [`MORE_VALUES`]. Empty for a key whose values are plain numbers.
 fn values(scene: &mut Scene, key: &str) -> Vec<String> {
     let field = scene.field(key).unwrap();
-    let (allowed, value) = (field.allowed(), field.value.toml());
+    // Without "auto", which stands for a number.
+    let (allowed, value) = (field.value.allowed(&field.limits), field.value.toml());
     if allowed == "true or false" {
         return vec!["true".to_owned(), "false".to_owned()];
     }

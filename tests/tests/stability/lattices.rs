@@ -111,7 +111,10 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
 /// edge and idle actuators. If friction is too weak to hold it, checks how it slides.
 pub(super) fn comes_to_rest(case: &StabilityCase) {
     let physics = case.world();
-    let lattice = Lattice::between(case.points("x0"), case.edges());
+    let lattice = Lattice {
+        scale: 1.0,
+        ..Lattice::between(case.points("x0"), case.edges())
+    };
     let mut body = case.body(&lattice);
     body.strain.fill(0.0);
     let start = lattice.state_at_rest();
