@@ -62,7 +62,10 @@ impl Sizes {
     pub(crate) fn shapes(&self) -> [Vec<usize>; 7] {
         let points = vec![self.nodes, 2];
         let mut own = self.blocks.iter().map(|block| block.shape.axes());
-        let mut next = || own.next().expect("the parameters of a network have four blocks");
+        let mut next = || {
+            own.next()
+                .expect("the parameters of a network have four blocks")
+        };
         let z = vec![self.edges, 3];
         [z, next(), next(), next(), next(), points.clone(), points]
     }

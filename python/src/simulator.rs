@@ -201,8 +201,7 @@ impl Simulator {
             .is_some_and(|size| Some(size) != asked.batch.size)
         {
             return Err(refused(
-                "tangents: inputs and tangents must have the same batch size"
-                    .to_owned(),
+                "tangents: inputs and tangents must have the same batch size".to_owned(),
             ));
         }
         let robots = asked.batch.robots();
