@@ -1,9 +1,9 @@
 //! Reads a scene from TOML. Its base supplies missing keys. Every value is checked, and every error has its place.
 
+use super::Scene;
 use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
-use super::{Scene, check};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
@@ -210,8 +210,8 @@ pub(super) struct Reader<'s, 't> {
 /// The place of a value: the index of its source, and its bytes in the text of the source.
 #[derive(Clone, Default)]
 pub(super) struct KeyPlace {
-    source: usize,
-    span: Range<usize>,
+    pub(super) source: usize,
+    pub(super) span: Range<usize>,
 }
 
 impl<'s, 't> Reader<'s, 't> {
@@ -412,38 +412,6 @@ impl<'s, 't> Reader<'s, 't> {
             None => suggest(key, keys.flat_map(|section| &section.keys).copied()),
         };
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
-    }
-
-    /// Computes the settings that follow from the others. Records an error for every value that is out of its range.
-    fn follow(&mut self) {
-        for key in self.scene.follow() {
-            let place = self.places.get(&key).cloned().unwrap_or_default();
-            let field = self.scene.field(&key).expect("a key of the scene");
-            let (value, allowed) = (field.value.toml(), field.value.allowed(&field.limits));
-            self.source = place.source;
-            let message = format!(
-                "`{key}` follows from the robot and its world as {value}, which is out of range"
-            );
-            self.fault(place.span, message, format!("set it; allowed: {allowed}"));
-        }
-    }
-
-    /// Records an error for every conflict between settings. The error points at the first setting of the conflict that
-    /// a source sets.
-    fn conflicts(&mut self) {
-        for conflict in check::conflicts(&self.scene) {
-            let mut keys = conflict.keys.iter();
-            let place = keys.find_map(|key| self.places.get(*key));
-            let KeyPlace { source, span } = place.cloned().unwrap_or_default();
-            let [first, second] = conflict.keys;
-            let hint = if first == second {
-                String::new()
-            } else {
-                format!("see {first} and {second}")
-            };
-            self.source = source;
-            self.fault(span, conflict.says, hint);
-        }
     }
 }
 

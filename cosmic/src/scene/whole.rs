@@ -1,10 +1,11 @@
-//! Reads the beginning of a scene file, which states base and version. Also checks that no key is missing.
+//! What concerns a scene as a whole: the base and the version at its beginning, missing keys, numbers that follow from
+//! others, and contradictions.
 
-use super::Scene;
 use super::base::{Base, TOP_KEYS};
 use super::diagnostic::Fault;
-use super::read::{Kind, Reader, abridged, suggest};
+use super::read::{KeyPlace, Kind, Reader, abridged, suggest};
 use super::version::{FORMAT, VERSION};
+use super::{Scene, check};
 use crate::settings::{SettingValue, within};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -141,5 +142,37 @@ impl Reader<'_, '_> {
         };
         let allowed = "the scene of a run must hold every key of its version".to_owned();
         self.fault(0..0, message, allowed);
+    }
+
+    /// Computes the settings that follow from the others. Records an error for every value that is out of its range.
+    pub(super) fn follow(&mut self) {
+        for key in self.scene.follow() {
+            let place = self.places.get(&key).cloned().unwrap_or_default();
+            let field = self.scene.field(&key).expect("a key of the scene");
+            let (value, allowed) = (field.value.toml(), field.value.allowed(&field.limits));
+            self.source = place.source;
+            let message = format!(
+                "`{key}` follows from the robot and its world as {value}, which is out of range"
+            );
+            self.fault(place.span, message, format!("set it; allowed: {allowed}"));
+        }
+    }
+
+    /// Records an error for every conflict between settings. The error points at the first setting of the conflict that
+    /// a source sets.
+    pub(super) fn conflicts(&mut self) {
+        for conflict in check::conflicts(&self.scene) {
+            let mut keys = conflict.keys.iter();
+            let place = keys.find_map(|key| self.places.get(*key));
+            let KeyPlace { source, span } = place.cloned().unwrap_or_default();
+            let [first, second] = conflict.keys;
+            let hint = if first == second {
+                String::new()
+            } else {
+                format!("see {first} and {second}")
+            };
+            self.source = source;
+            self.fault(span, conflict.says, hint);
+        }
     }
 }
