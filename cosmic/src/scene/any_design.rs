@@ -1,5 +1,6 @@
 //! A bound on the frequencies of every design of a lattice.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::robot::{MaterialSettings, PhysicsSettings};
@@ -16,10 +17,11 @@ const ACTUATOR: usize = 2;
 /// A bound on the angular frequencies, 1/s, with which a lattice at rest vibrates. It holds for every design of the
 /// lattice, whether a layout or mixtures.
 ///
-/// A node carries half of the mass of each of its edges. So `mu_i` of
-/// [`Vibration::edge_bound`](crate::simulator::stability::Vibration::edge_bound) is at most the largest `2 k / (density l)` of the edges at
-/// node `i`, and at most the sum of their stiffnesses divided by `physics.node_mass`. Other forces add [their own
-/// bound](Force::any_design).
+/// A node carries half of the mass of each of its edges. So `mu_i` of [`Vibration::edge_bound`] is at most the largest
+/// `2 k / (density l)` of the edges at node `i`, and at most the sum of their stiffnesses divided by
+/// `physics.node_mass`. Other forces add [their own bound](Force::any_design).
+///
+/// [`Vibration::edge_bound`]: crate::simulator::stability::Vibration::edge_bound
 pub fn bound_of_any_design(
     lattice: &Lattice,
     materials: &MaterialSettings,
@@ -27,8 +29,12 @@ pub fn bound_of_any_design(
 ) -> f64 {
     let forces = physics.forces_on(lattice);
     let mut edges_of = vec![(0.0_f64, 0.0); lattice.nodes()];
+    // The edges of a generated lattice have only a few lengths.
+    let mut of_length = HashMap::new();
     for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
-        let Most { stiffness, ratio } = most_of_any_mixture(materials, &forces, length);
+        let Most { stiffness, ratio } = *of_length
+            .entry(length.to_bits())
+            .or_insert_with(|| most_of_any_mixture(materials, &forces, length));
         for &node in ends {
             let (largest, sum) = edges_of[node];
             edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
@@ -67,7 +73,7 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
 }
 
 /// Bounds on the numbers of an edge that hold for every mixture of materials.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Most {
     /// Stiffness, N/m.
     stiffness: f64,
