@@ -91,7 +91,8 @@ fn with(path: &str, value: &str) -> Option<Scene> {
     Some(scene)
 }
 
-/// Only the task `far` accepts a second goal, because for other tasks the negated loss is no useful task.
+/// Only the task `far` accepts a second goal, because the second goal negates the loss, and a robot should not
+/// do the opposite of another task.
 #[test]
 fn two_goals_need_the_task_far() {
     let of = |task: &str| {

@@ -97,9 +97,10 @@ const POSITIVE: &str = " > 0";
 /// [`Mask`](crate::Mask), the results are the same. If a kernel breaks this contract, it is not detected here; use
 /// [`check_gradient`](crate::check::check_gradient).
 ///
-/// # Fields A field whose expression ends in ` > 0` (such as `self.softening > 0`) is promised to be positive, and
-/// safely away from zero: the code is printed as if it were a positive constant, without guards against a division by
-/// it.
+/// # Fields
+///
+/// A field whose expression ends in ` > 0` (such as `self.softening > 0`) is promised to be positive, and safely away
+/// from zero: the code is printed as if it were a positive constant, without guards against a division by it.
 ///
 /// The printed code is used for all values of the fields, so a field must not decide a branch (`if self.k > 1.0`), a
 /// loop or an integer exponent (`x.powi(self.n)`). To check this, `build` is called with many values: of both signs,

@@ -1,8 +1,8 @@
 """Lets an exported robot walk in MuJoCo from perturbed starts, on ground with several frictions.
 
 Arguments: the folder of the export, the number of walks, the distance by which each coordinate of a start is
-moved (m), the seed, the frictions. Prints JSON: a list of displacements along the ground (m), of the payload or of the body that the scene names, for each
-friction, with null for a walk that MuJoCo reset.
+moved (m), the seed, the frictions. Prints JSON: for each friction, a list of displacements along the ground (m) of the
+payload, or of the body that the scene names, with null for a walk that MuJoCo reset.
 """
 import json, sys
 import mujoco, numpy
