@@ -6,7 +6,7 @@ use autodiff::Real;
 use cosmic::geometry::from_flat;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Lattice, State};
-use cosmic::policy::{Block, Controller, NETWORK, blocks_of, observation_length};
+use cosmic::policy::{Block, Controller, NETWORK, blocks_of};
 use cosmic::scene::ControllerSettings;
 use cosmic::simulator::Trajectory;
 use numpy::{
@@ -44,7 +44,7 @@ impl Sizes {
         Self {
             nodes: lattice.nodes(),
             edges: lattice.edges.len(),
-            inputs: observation_length(controller, lattice.nodes()),
+            inputs: controller.observation_length(lattice.nodes()),
             blocks: blocks_of(controller, lattice.nodes(), lattice.edges.len()),
         }
     }

@@ -5,7 +5,7 @@ use cosmic::design::Design;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
-use cosmic::policy::{Controller, NETWORK, observation_length};
+use cosmic::policy::{Controller, NETWORK};
 use cosmic::scene::{Scene, StartKind};
 use cosmic_tests::states;
 use proptest::prelude::*;
@@ -51,7 +51,7 @@ fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
 fn mirrored(case: &Case) -> Controller<f64> {
     let mut controller = case.controller.clone();
     let clocks = case.observation.clocks;
-    let inputs = observation_length(&case.observation, case.lattice.nodes());
+    let inputs = case.observation.observation_length(case.lattice.nodes());
     for row in controller.block_mut(NETWORK[0]).chunks_exact_mut(inputs) {
         // The inputs after the clocks are pairs of x and y: goal, offsets, velocities.
         row[clocks..].iter_mut().step_by(2).for_each(|w| *w = -*w);

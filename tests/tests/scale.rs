@@ -52,7 +52,7 @@ impl Factors {
 /// The scene with every number multiplied by the factor of its unit.
 fn scaled(scene: &Scene, factors: Factors) -> Scene {
     let settings = scene.settings().into_iter();
-    let settings = settings.map(|Setting { key, value, unit }| {
+    let settings = settings.map(|Setting { key, value, unit, .. }| {
         let factor = factors.of(unit);
         format!("{key} = {}", times(&value, factor))
     });

@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use super::State;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, weighted_mean};
 
 /// The numbers of a robot that stay constant during a rollout.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,7 +86,7 @@ impl<R: Real> Marker<R> {
         let moved: Vec<_> = (0..self.weights.len())
             .map(|node| state.x[node] - start[node])
             .collect();
-        start[self.payload] + self.mean(&moved)
+        start[self.payload] + weighted_mean(&moved, &self.weights)
     }
 
     /// The velocity of the marker in a state, in m/s.
@@ -97,15 +97,6 @@ impl<R: Real> Marker<R> {
         if self.weights.is_empty() {
             return state.v[self.payload];
         }
-        self.mean(&state.v)
-    }
-
-    /// The weighted mean of vectors, of which each node has one.
-    fn mean<const D: usize>(&self, of_nodes: &[Vector<R, D>]) -> Vector<R, D> {
-        let component = |axis: usize| {
-            let of_axis: Vec<R> = of_nodes.iter().map(|vector| vector[axis]).collect();
-            R::dot(&self.weights, &of_axis) / R::sum_of(&self.weights)
-        };
-        Vector::from_fn(component)
+        weighted_mean(&state.v, &self.weights)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::own::{Payload, Truss};
+use super::own::{Payload, Truss, median};
 use crate::geometry::Bounds;
 
 /// The largest distance of a node from the origin of the ground, in metres. Generated lattices have the same limit.
@@ -115,9 +115,8 @@ impl Truss {
         if self.edges.is_empty() {
             return Err("`edges`: expected at least one edge, found none".to_owned());
         }
-        let mut sorted = lengths.clone();
-        sorted.sort_by(f64::total_cmp);
-        let shortest = SHORTEST.min(SHORTEST_SHARE * sorted[sorted.len() / 2]);
+        let median = median(&lengths).unwrap_or(f64::INFINITY);
+        let shortest = SHORTEST.min(SHORTEST_SHARE * median);
         if let Some(e) = lengths
             .iter()
             .position(|length| *length < shortest || *length == 0.0)

@@ -255,3 +255,10 @@ impl Registry {
         self.get::<Arc<Truss>>(LATTICE, name).cloned()
     }
 }
+
+/// The median of lengths; of the two in the middle, the longer one. `None` if there are no lengths.
+pub(super) fn median(lengths: &[f64]) -> Option<f64> {
+    let mut sorted = lengths.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}

@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use super::State;
-use super::own::{EdgeRules, Payload, Truss};
+use super::own::{EdgeRules, Payload, Truss, median};
 use crate::geometry::{Bounds, Segment, Vector};
 
 /// The nodes and edges of a robot. One or several nodes carry payload.
@@ -54,10 +54,9 @@ impl Lattice {
     pub(crate) fn of_truss(truss: &Truss, positions: Vec<Vector<f64>>) -> Self {
         let distance = |&[i, j]: &[usize; 2]| positions[i].distance(positions[j]);
         let rest_length: Vec<f64> = truss.edges.iter().map(distance).collect();
-        let mut lengths = rest_length.clone();
-        lengths.sort_by(f64::total_cmp);
-        let median = lengths.get(lengths.len() / 2).copied();
-        let spacing = median.filter(|length| *length > 0.0).unwrap_or(1.0);
+        let spacing = median(&rest_length)
+            .filter(|length| *length > 0.0)
+            .unwrap_or(1.0);
         let corner = Bounds::of(truss.nodes.iter().copied()).low;
         Self {
             places: truss

@@ -22,6 +22,6 @@ pub use fold::{Fold, Mean};
 pub use mlp::{Layer, Mlp, NETWORK, Network};
 pub use policy::{Policy, Sizes};
 pub use saved::Weights;
-pub use sensing::{Sight, clock, observation, observation_length};
+pub use sensing::{Sight, clock, observation};
 pub use step::PolicyStep;
 pub(crate) use step::{Declared, Given, Outputs, Recording, Seen};

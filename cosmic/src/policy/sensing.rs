@@ -18,14 +18,12 @@ pub enum Sight {
 }
 
 impl Sight {
-    /// The number of entries in an observation of a robot with this number of nodes. A file may state an absurd number
-    /// of clocks: the result is at most the largest `usize`.
+    /// The number of entries in an observation of a robot with this number of nodes.
     pub fn length(self, settings: &ControllerSettings, nodes: usize) -> usize {
-        let robot = match self {
-            Self::Robot => 4 * nodes,
+        settings.observation_length(match self {
+            Self::Robot => nodes,
             Self::Clock => 0,
-        };
-        settings.clocks.saturating_add(2 + robot)
+        })
     }
 
     /// Says whether an observation depends on the positions, and whether it depends on the velocities.
@@ -40,11 +38,6 @@ impl Sight {
     pub(super) fn follows_goal(self, settings: &ControllerSettings) -> bool {
         self == Self::Robot && settings.goal_relative
     }
-}
-
-/// The number of entries in an observation of the [`Robot`](Sight::Robot).
-pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize {
-    Sight::Robot.length(settings, nodes)
 }
 
 /// An observation of the robot. Its entries are the clocks, the goal, the offsets of the nodes from their mean position
@@ -75,7 +68,7 @@ pub fn observation<R: Real>(
     let nodes = x.iter().zip(presence);
     let offsets = nodes.map(|(&x, &p)| (x - mean) * p);
     let velocities = v.iter().zip(presence).map(|(&v, &p)| v * p);
-    let mut observation = Vec::with_capacity(observation_length(settings, x.len()));
+    let mut observation = Vec::with_capacity(settings.observation_length(x.len()));
     observation.extend(phases(settings).map(|phase| R::lit((turn + phase).sin())));
     observation.extend(goal(settings, mean, ground));
     observation.extend(offsets.flatten().map(|d| offset * d));

@@ -9,20 +9,17 @@
 //! Stability needs more than similarity: stiff or light bars need shorter mechanical steps than `earth`. A rule for
 //! `physics.substeps` takes care of them.
 
-use super::Scene;
 use super::any_design::bound_of_any_design;
+use super::robot::MOST_SUBSTEPS;
 use super::stable_step::stable_step;
+use super::{Scene, Setting};
 use crate::geometry::{Ground, Range};
 use crate::lattice::Lattice;
-use crate::settings::Settings;
 use serde::Serialize;
 
 /// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
 /// state at rest; stretched and compressed bars vibrate a little faster.
 const MARGIN: f64 = 0.97;
-
-/// The largest number of substeps that a scene allows.
-const MOST_SUBSTEPS: f64 = 64.0;
 
 /// The numbers of a robot and its world on which the rules are based.
 struct Scales {
@@ -31,7 +28,7 @@ struct Scales {
     /// The time scale `sqrt(l / g)`, divided by that of `earth`.
     time: f64,
     /// The number of nodes.
-    nodes: f64,
+    nodes: usize,
     /// The number of edges.
     edges: f64,
     /// The longest mechanical step that is stable for every design, s; infinite if nothing vibrates.
@@ -55,7 +52,7 @@ impl Scales {
                 0.0 => length.sqrt(),
                 gravity => (length * (9.81 / gravity)).sqrt(),
             },
-            nodes: lattice.nodes() as f64,
+            nodes: lattice.nodes(),
             edges: lattice.edges.len() as f64,
             stable: stable_step(&physics, scene.robust.faster() * frequency, 0.0),
         }
@@ -63,7 +60,7 @@ impl Scales {
 
     /// The factor that keeps the sum of the squares of all observed offsets or velocities as it is for 36 nodes.
     fn per_node(&self) -> f64 {
-        (36.0 / self.nodes).sqrt()
+        (36.0 / self.nodes as f64).sqrt()
     }
 }
 
@@ -120,7 +117,7 @@ const RULES: [Rule; 13] = [
     ("controller.gain", |scene, world| {
         let controller = &mut scene.controller;
         let (hidden, clocks) = (controller.hidden as f64, controller.clocks as f64);
-        let observed = 4.0 * world.nodes + clocks + 2.0;
+        let observed = controller.observation_length(world.nodes) as f64;
         // A weight of a layer is drawn with the variance `2 gain^2 / (inputs + outputs)`.
         let of_clocks = (observed + hidden) / 188.0 * (10.0 / clocks);
         let of_hidden = (hidden + world.edges) / 142.0 * (32.0 / hidden);
@@ -132,18 +129,16 @@ impl Scene {
     /// The settings that follow from the robot and its world, with their values and how they follow, in the order in
     /// which a scene is written.
     pub fn following(&self) -> Vec<Following> {
-        let of_section = |section: &'static str, settings: &mut dyn Settings| {
-            let fields = settings.fields().into_iter();
-            let following = fields.map(|field| Following {
-                key: format!("{section}.{}", field.key),
-                value: field.value.toml(),
-                rule: field.auto,
-            });
-            following.collect::<Vec<_>>()
+        let settings = self.settings().into_iter();
+        let following = settings.filter(|setting| self.auto.contains(&setting.key));
+        let of = |Setting {
+                      key, value, auto, ..
+                  }| Following {
+            key,
+            value,
+            rule: auto,
         };
-        let mut all = self.clone().of_sections(of_section).concat();
-        all.retain(|following| self.auto.contains(&following.key));
-        all
+        following.map(of).collect()
     }
 
     /// Computes the settings whose files say "auto". Reading and changing a scene does this. A program that changes the

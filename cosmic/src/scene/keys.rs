@@ -28,6 +28,7 @@ impl Scene {
                 key: format!("{name}.{}", field.key),
                 value: field.value.toml(),
                 unit: field.unit,
+                auto: field.auto,
             };
             section.fields().into_iter().map(setting).collect()
         };
@@ -71,6 +72,10 @@ pub struct Setting {
     /// The unit of its numbers; empty for numbers without a unit and for other values.
     #[serde(skip)]
     pub unit: &'static str,
+    /// How the value follows from the robot and its world if the file says "auto", as a phrase. Empty if the key does
+    /// not allow "auto".
+    #[serde(skip)]
+    pub auto: &'static str,
 }
 
 /// The name of a section, and the keys in this section.

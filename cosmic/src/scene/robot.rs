@@ -122,6 +122,9 @@ impl LatticeSettings {
     }
 }
 
+/// The largest number of substeps.
+pub(crate) const MOST_SUBSTEPS: f64 = 64.0;
+
 settings! {
     /// The physics of a rollout, with the ground line.
     struct PhysicsSettings with ground: GroundSettings {
@@ -137,7 +140,7 @@ settings! {
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
         /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
         /// output is constant during them.
-        substeps: usize = 1, allowed within(1.0, 64.0),
+        substeps: usize = 1, allowed within(1.0, MOST_SUBSTEPS),
             auto "the smallest number with which a substep is at most 0.97 of the step that is stable for every design",
             since 1, source "paper: 1";
         /// Gravity, which points straight down on inclines too.
@@ -332,6 +335,13 @@ pub struct Senses {
 }
 
 impl ControllerSettings {
+    /// The number of entries in an observation of a robot with this number of nodes: the clocks, the goal, and the
+    /// offsets and velocities of the nodes. A file may state an absurd number of clocks: the result is at most the
+    /// largest `usize`.
+    pub fn observation_length(&self, nodes: usize) -> usize {
+        self.clocks.saturating_add(2 + 4 * nodes)
+    }
+
     /// Whether an observation depends on positions, and whether it depends on velocities.
     pub fn senses(&self) -> Senses {
         let follows_goal = self.goal_relative && self.goal_scale != 0.0;

@@ -9,10 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::stability::Vibration;
 use crate::error::{Error, Result};
 use crate::keys::keys;
-use crate::scene::{PhysicsSettings, UnstableStep, stable_step};
-
-/// The largest number of substeps that a message advises: the largest number that a scene allows.
-const SUBSTEPS: f64 = 64.0;
+use crate::scene::{MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
 
 keys! {
     /// A vibration, and the time step at which it begins to grow.
@@ -185,7 +182,7 @@ impl StepCheck {
         // The stable time step is proportional to the number of substeps.
         let substeps = (self.dt / safe * self.substeps as f64).floor() + 1.0;
         let less = format!("set physics.dt to {dt} or less");
-        if substeps <= SUBSTEPS {
+        if substeps <= MOST_SUBSTEPS {
             format!("{less}, or physics.substeps to {substeps} or more")
         } else {
             less
