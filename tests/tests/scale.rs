@@ -8,7 +8,7 @@
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Delivery};
 use cosmic::geometry::Vector;
-use cosmic::scene::{Scene, Setting};
+use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
 
 /// The factors by which a scene is scaled.
@@ -52,9 +52,9 @@ impl Factors {
 /// The scene with every number multiplied by the factor of its unit.
 fn scaled(scene: &Scene, factors: Factors) -> Scene {
     let settings = scene.settings().into_iter();
-    let settings = settings.map(|Setting { key, value, unit, .. }| {
-        let factor = factors.of(unit);
-        format!("{key} = {}", times(&value, factor))
+    let settings = settings.map(|setting| {
+        let factor = factors.of(setting.unit);
+        format!("{} = {}", setting.key, times(&setting.value, factor))
     });
     let file = scene.lattice.file.clone();
     let mut scaled = scene.set(&settings.collect::<Vec<_>>()).unwrap();
