@@ -47,7 +47,9 @@ impl<'a> Domain<'a> {
 /// True if all domains have the same task. Their robots then differ only in their designs and starts.
 fn share_a_task(domains: &[Domain]) -> bool {
     let first = &*domains[0].task;
-    domains.iter().all(|domain| std::ptr::eq(first, &*domain.task))
+    domains
+        .iter()
+        .all(|domain| std::ptr::eq(first, &*domain.task))
 }
 
 /// Copies of the domains with the goal on the other side of the origin.
@@ -76,9 +78,12 @@ pub fn rollouts<R: Real>(
     if share_a_task(domains) {
         return task.rollout_many(designs, controller, &starts, span);
     }
-    let body = |(k, domain): (usize, &Domain)| domain.task.body(designs[k % designs.len()].borrow());
+    let body =
+        |(k, domain): (usize, &Domain)| domain.task.body(designs[k % designs.len()].borrow());
     let bodies: Vec<_> = domains.iter().enumerate().map(body).collect();
-    let surroundings = domains.iter().map(|domain| domain.task.simulator.surroundings());
+    let surroundings = domains
+        .iter()
+        .map(|domain| domain.task.simulator.surroundings());
     let surroundings: Vec<_> = surroundings.collect();
     (task.simulator).rollout_many_in(&surroundings, &bodies, controller, &starts, span)
 }

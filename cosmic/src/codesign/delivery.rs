@@ -194,7 +194,7 @@ impl Evaluator {
     /// selection, and the merit of the unperturbed rollout.
     pub(super) fn score(&self, spread: &Quantiles, unperturbed: f64) -> f64 {
         match self.scene.selection.kind {
-            SelectionKind::Robust => spread.p10,
+            SelectionKind::Robust => spread.p10.min(unperturbed),
             _ => self.merit().score(spread, unperturbed),
         }
     }
@@ -295,7 +295,9 @@ impl Evaluator {
     fn drawn(&self, settings: &RobustSettings, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let mut stream = stream(seed, purpose);
         let domain = |_| draw(&self.task, settings, &mut stream);
-        (0..self.scene.selection.perturbed_rollouts).map(domain).collect()
+        (0..self.scene.selection.perturbed_rollouts)
+            .map(domain)
+            .collect()
     }
 
     /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units of

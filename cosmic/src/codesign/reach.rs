@@ -74,12 +74,17 @@ pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
 impl Evaluator {
     /// Ranks the current robot in full rollouts, in the precision of gradients, and returns the result.
     pub fn evaluate(&self, progress: &Progress) -> Reached {
-        self.ranked(&[self.design(progress)], &progress.controller, progress.seed)[0]
+        self.ranked(
+            &[self.design(progress)],
+            &progress.controller,
+            progress.seed,
+        )[0]
     }
 
     /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
     /// results. In a scene that [selects](SelectionKind) by robust displacements, other rollouts vary the robots a
-    /// little, and the merit of a robot is the 10 % quantile over all of its rollouts. Seeds determine the variations.
+    /// little. The merit of a robot is the 10 % quantile over all of its rollouts, or the merit of the unperturbed one if
+    /// that is lower. The seed determines the variations.
     pub(super) fn ranked(
         &self,
         designs: &[Design<Mixture<f64>>],
@@ -97,7 +102,7 @@ impl Evaluator {
         let rank = |design: &Design<Mixture<f64>>| {
             let reached = self.reach_many(&[design], controller, &domains, precision);
             let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
-            let merit = Quantiles::of(&merits).p10;
+            let merit = Quantiles::of(&merits).p10.min(merits[0]);
             Reached {
                 merit: if merit.is_finite() { merit } else { f64::NAN },
                 ..reached[0]

@@ -10,7 +10,7 @@ use crate::laws::{Force, Pose, Stiffness};
 
 /// The number of intervals into which the range of a share is divided: the share of the actuator material in a mixture,
 /// from 0 to 1.
-const PARTS: usize = 16;
+const PARTS: usize = 64;
 
 /// The place of the actuator material in [`MaterialSettings`].
 const ACTUATOR: usize = 2;
@@ -58,7 +58,11 @@ impl AnyDesign {
     pub fn stable_step(&self, physics: &PhysicsSettings, faster: f64) -> f64 {
         // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
         // that square.
-        stable_step(physics, faster * self.frequency, faster * faster * self.damping)
+        stable_step(
+            physics,
+            faster * self.frequency,
+            faster * faster * self.damping,
+        )
     }
 }
 
