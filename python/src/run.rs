@@ -6,7 +6,7 @@ use cosmic::Registry;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
-use cosmic::policy::Controller;
+use cosmic::policy::{Controller, frequency};
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
@@ -133,6 +133,7 @@ pub(crate) fn frame<'py>(
         foreign: None,
         lattice,
         design,
+        omega: frequency(&scene.controller, &controller),
     };
     let last = trajectory.states.len() - 1;
     let draw = || cosmic_lab::report::frame(&robot, &trajectory, last);

@@ -6,6 +6,7 @@
 
 mod block;
 mod sensing;
+mod tempo;
 mod fold;
 mod step;
 #[allow(clippy::module_inception)]
@@ -24,4 +25,6 @@ pub use policy::{Policy, Sizes};
 pub use saved::Weights;
 pub use sensing::{Sight, clock, observation};
 pub use step::PolicyStep;
+pub use tempo::{TEMPO, frequency};
+pub(crate) use tempo::{Turn, ahead, ticks};
 pub(crate) use step::{Declared, Given, Outputs, Recording, Seen};
