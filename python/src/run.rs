@@ -65,6 +65,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
         floats(&coordinates(|state| &state.v), &[states, nodes, 2])?,
     )?;
     read.set_item("dt", trajectory.dt)?;
+    read.set_item("omega", run.robot.omega)?;
     read.set_item("summary", text(&folder.join(SUMMARY)))?;
     read.set_item("history", text(&folder.join(TABLE)))?;
     read.set_item("scene", text(&folder.join(SCENE)))?;

@@ -15,7 +15,8 @@ use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    Chosen, ClockKind, GroundSettings, Integrator, LatticeKind, LatticeSettings, MovedBody, Scene, VoidEdges,
+    Chosen, ClockKind, GroundSettings, Integrator, LatticeKind, LatticeSettings, MovedBody, Scene,
+    VoidEdges,
 };
 
 /// The key `format` of the cases that the program writes.

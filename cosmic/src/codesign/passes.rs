@@ -8,8 +8,9 @@ use super::settle::settle;
 use super::slope::Slope;
 use super::slopes::Sought;
 use crate::design::{Design, clamp};
-use crate::optimiser::Linearisation;
+use crate::optimiser::{Linearisation, bound_norm};
 use crate::projection::Projection;
+use crate::scene::ClockKind;
 
 /// Before the snap, there is a full rollout in every iteration whose number is a multiple of this number. In the
 /// fine-tuning there is one in every iteration, because every controller may be the one that is delivered.
@@ -119,7 +120,14 @@ impl CoDesign {
         if rate == 0.0 {
             return;
         }
-        record.controller_gradient = Some(slope.bound(self.scene().adam.gradient_norm));
+        // The derivative by the tempo of a learned clock grows with the phase: it is up to 50 times the norm of all others.
+        // So it has its own bound; a common bound would shrink the others.
+        let tempos = usize::from(self.scene().controller.clock == ClockKind::Learned);
+        let weights = slope.gradient.len() - tempos;
+        let (others, tempo) = slope.gradient.split_at_mut(weights);
+        let bound = self.scene().adam.gradient_norm.unwrap_or(f64::INFINITY);
+        let norms = [others, tempo].map(|part| bound_norm(part, bound));
+        record.controller_gradient = Some(norms[0].hypot(norms[1]));
         let (state, weights) = (&mut progress.adam, progress.controller.numbers_mut());
         let updated = self.adam.update(state, weights, &slope.gradient, rate);
         record.skipped += usize::from(updated.is_err());

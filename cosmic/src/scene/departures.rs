@@ -1,8 +1,8 @@
 //! Departures: the options by which a scene deliberately differs from the paper.
 
 use super::{
-    BinarisationMethod, ClockKind, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, MovedBody,
-    Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, ClockKind, GradientPrecision, Integrator, LatticeKind, Layout, LossKind,
+    MovedBody, Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
 };
 use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};

@@ -344,7 +344,8 @@ impl Simulator {
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => {
-                let inputs = 2 * self.robot.pairs() + usize::from(self.robot.mechanics.needs_time());
+                let inputs =
+                    2 * self.robot.pairs() + usize::from(self.robot.mechanics.needs_time());
                 self.clock[inputs * first..inputs * (first + steps)].into()
             }
         };
