@@ -161,6 +161,20 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     assert!(off < 1e-12, "{off:e}");
     assert!(end::<f64>(&learned, &starts) != end::<f64>(&robot(&air, 0.0), &starts));
 
+    // A rollout that continues another one has the phase of its first step.
+    let (task, design) = (learned.task(), learned.own_design());
+    let run = |start: &State<f64>, span: &Span| {
+        let seen = task.rollout(&design, &learned.controller, start, span);
+        seen.states.last().unwrap().clone()
+    };
+    let half = run(&learned.start, &Span::from_start(vec![200]));
+    let span = Span {
+        first: 200,
+        ..Span::from_start(vec![200])
+    };
+    let whole = run(&learned.start, &Span::from_start(vec![400]));
+    assert_eq!(run(&half, &span), whole);
+
     // The activations that reports show are those of the rollout.
     let activations = |case: &Case| {
         let span = Span::from_start(vec![0, 100, 400]);
@@ -176,7 +190,7 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     assert!(off < 1e-11, "{off:e}");
 }
 
-/// A case and a design keep the clock and its `tempo`. A robot is refused by a scene with the other kind of clock.
+/// A case, a snapshot and a design keep the clock and its `tempo`. A robot is refused by a scene with the other kind of clock.
 #[test]
 fn files_keep_the_tempo() {
     let case = robot(&[], 0.25);
@@ -185,6 +199,10 @@ fn files_keep_the_tempo() {
         (&read.controller, read.observation.clock),
         (&case.controller, ClockKind::Learned)
     );
+
+    let text = serde_json::to_string(&case.controller).unwrap();
+    let of_snapshot: Controller<f64> = serde_json::from_str(&text).unwrap();
+    assert_eq!(of_snapshot, case.controller);
 
     let design = case.design.clone();
     let materials = case.own_design().materials();
