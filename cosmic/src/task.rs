@@ -12,8 +12,8 @@ use crate::objective::{Loss, LossOf};
 use crate::policy::Controller;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
-    ControllerSettings, HorizonMode, MaterialSettings, MovedBody, PhysicsSettings,
-    ProjectionSettings, bound_of_any_design,
+    AnyDesign, ControllerSettings, HorizonMode, MaterialSettings, MovedBody, PhysicsSettings,
+    ProjectionSettings,
 };
 use crate::simulator::stability::Vibration;
 use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
@@ -248,7 +248,7 @@ impl Task {
     ) -> StepCheck {
         let body = self.body(design);
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
-        let any_design = bound_of_any_design(&self.lattice, &self.materials, &self.physics);
+        let any_design = AnyDesign::of(&self.lattice, &self.materials, &self.physics);
         StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 

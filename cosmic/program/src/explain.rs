@@ -8,7 +8,7 @@ use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::Result;
 use cosmic::policy::{self, Network};
-use cosmic::scene::{Integrator, PhysicsSettings, Scene, bound_of_any_design, stable_step};
+use cosmic::scene::{AnyDesign, Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::simulator::rounded_down;
 use cosmic_lab::verify::{Plan, Speed, Term, frequencies, measure, peak_memory};
 use serde::Serialize;
@@ -72,12 +72,12 @@ struct StableStep {
 impl StableStep {
     fn of(case: &Case) -> Self {
         let [largest_frequency, bound, damping] = frequencies(case, &case.start.x);
-        let of_any_design = bound_of_any_design(&case.lattice, &case.materials, &case.physics);
+        let any = AnyDesign::of(&case.lattice, &case.materials, &case.physics);
         let stable = |frequency| stable_step(&case.physics, frequency, damping);
         Self {
             exact: stable(largest_frequency),
             bound: stable(bound),
-            any_design: stable(of_any_design),
+            any_design: any.stable_step(&case.physics, 1.0),
             largest_frequency,
         }
     }

@@ -244,16 +244,24 @@ impl<L: BarForce> OnBars<L> {
         L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// A bar whose target is its rest length. The bar is longer than that by slightly more than its stroke `off` (m).
-    fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
-        Bar {
+    /// The larger [slope](Self::slope) of two bars, which are longer and shorter than their rest length by slightly
+    /// more than their stroke.
+    fn largest_slope(&self, bars: [Bar<f64>; 2], by_rate: bool) -> f64 {
+        let [longer, shorter] = bars.map(|bar| self.slope(bar, by_rate));
+        longer.max(shorter)
+    }
+
+    /// Two bars whose target is their rest length. One is longer than that by slightly more than its stroke `off` (m),
+    /// the other is shorter by as much.
+    fn resting(stiffness: f64, rest_length: f64, off: f64) -> [Bar<f64>; 2] {
+        [off, -off].map(|off| Bar {
             length: rest_length + off * BEYOND,
             rate: 0.0,
             target: rest_length,
             rest_length,
             stiffness,
             strain: (off / rest_length).abs(),
-        }
+        })
     }
 }
 
@@ -349,7 +357,13 @@ impl<L: BarForce> Force for OnBars<L> {
     }
 
     fn bar_stiffness(&self, k: f64, rest_length: f64, off: f64) -> f64 {
-        let ways = [off, -off].map(|off| self.slope(Self::resting(k, rest_length, off), false));
-        ways[0].max(ways[1])
+        self.largest_slope(Self::resting(k, rest_length, off), false)
+    }
+
+    fn bar_damping(&self, k: f64, rest_length: f64, off: f64) -> f64 {
+        if !L::NEEDS_RATE {
+            return 0.0;
+        }
+        self.largest_slope(Self::resting(k, rest_length, off), true)
     }
 }

@@ -146,6 +146,12 @@ pub trait Force: Debug + Send + Sync {
         0.0
     }
 
+    /// The damping of a bar by this force alone, N s/m: the derivative of the tension with respect to the rate of the
+    /// bar's length. The arguments are those of [`bar_stiffness`](Force::bar_stiffness).
+    fn bar_damping(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
+        0.0
+    }
+
     /// An upper bound, valid for every design, on what this force adds to a squared frequency, 1/s^2. `of_node` is the
     /// largest squared frequency of a single node that is held only by its bars (1/s^2); `shortest` is the length of
     /// the shortest bar (m). Forces on single nodes return 0, because [`stiffen`](Force::stiffen) already reports what

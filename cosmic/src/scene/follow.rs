@@ -9,9 +9,8 @@
 //! Stability needs more than similarity: stiff or light bars need shorter mechanical steps than `earth`. A rule for
 //! `physics.substeps` takes care of them.
 
-use super::any_design::bound_of_any_design;
+use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
-use super::stable_step::stable_step;
 use super::{Scene, Setting};
 use crate::geometry::{Ground, Range};
 use crate::lattice::Lattice;
@@ -44,7 +43,7 @@ impl Scales {
         let length = extent * lattice.spacing / 0.5;
         let mut physics = scene.physics.clone();
         physics.substeps = 1;
-        let frequency = bound_of_any_design(&lattice, &scene.materials, &physics);
+        let any_design = AnyDesign::of(&lattice, &scene.materials, &physics);
         Self {
             length,
             // Without gravity, a robot takes the time of a robot on earth.
@@ -54,7 +53,7 @@ impl Scales {
             },
             nodes: lattice.nodes(),
             edges: lattice.edges.len() as f64,
-            stable: stable_step(&physics, scene.robust.faster() * frequency, 0.0),
+            stable: any_design.stable_step(&physics, scene.robust.faster()),
         }
     }
 

@@ -37,7 +37,7 @@ mod whole;
 mod write;
 mod builtin;
 
-pub use any_design::bound_of_any_design;
+pub use any_design::AnyDesign;
 pub use base::Base;
 pub use beyond::{MovedBody, ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin};

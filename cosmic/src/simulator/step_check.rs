@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::stability::Vibration;
 use crate::error::{Error, Result};
 use crate::keys::keys;
-use crate::scene::{MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
+use crate::scene::{AnyDesign, MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
 
 keys! {
     /// A vibration, and the time step at which it begins to grow.
@@ -73,19 +73,16 @@ keys! {
 }
 
 impl StepCheck {
-    /// Checks the time step of `physics`. `bound_of_any` is a bound on the angular frequencies of every design of the
-    /// lattice, 1/s. This bound and the bound for the design in `vibration` are multiplied by `faster`, so that they
-    /// also hold for the robots that domain randomization draws.
+    /// Checks the time step of `physics`. The bounds for every design, `any`, and the bounds for the design in
+    /// `vibration` are multiplied by `faster`, so that they also hold for the robots that domain randomization draws.
     pub fn new(
         vibration: &Vibration,
-        bound_of_any: f64,
+        any: AnyDesign,
         faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
-        // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
-        // that square.
         let damping = faster * faster * vibration.damping();
-        let any_design = stable_step(physics, faster * bound_of_any, damping);
+        let any_design = any.stable_step(physics, faster);
         let frequency = faster * vibration.edge_bound();
         let bound = StepLimit::new(frequency, damping, vibration.bounding_node(), physics);
         let beyond = bound.share(physics.dt) >= 1.0;
