@@ -24,6 +24,10 @@ pub enum Purpose {
     Robustness = 7,
     /// The heights of rough ground.
     Terrain = 8,
+    /// Small variations of the robot and its surroundings, by which the reliability of a result is judged.
+    Variation = 9,
+    /// Small variations of the robot and its surroundings, by which robots are ranked during an optimisation.
+    Ranking = 10,
     /// Bootstrap resampling, to estimate the uncertainty of statistics.
     Bootstrap = 16,
 }

@@ -11,12 +11,23 @@ use super::reliability::Reliability;
 use crate::design::{Design, Material, Mixture, Structure, volumes};
 use crate::domain::{Domain, draw, perturbed};
 use crate::geometry::Vector;
-use crate::lattice::State;
 use crate::policy::Controller;
 use crate::random::{Purpose, stream};
-use crate::scene::{GradientPrecision, SelectionKind};
+use crate::scene::{GradientPrecision, RobustSettings, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
+
+/// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
+/// controllers: 1 % of a spacing in the start (a hundredth of a spacing is a thousandth of the lattice's scale), 5 % of
+/// the friction, and 5 % of the stiffness of every edge. They are the same in all scenes, so that robots of different
+/// scenes can be compared.
+pub const VARIED: RobustSettings = RobustSettings {
+    samples: 1,
+    start: 0.001,
+    friction: 0.05,
+    stiffness: 0.05,
+    mass: 0.0,
+};
 
 /// The states in [`Delivery::trajectory`] are this number of steps apart.
 const KEEP_EVERY: usize = 16;
@@ -42,10 +53,12 @@ pub struct Delivery {
     /// is the merit for the worse goal.
     pub selection: Quantiles,
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
-    /// robot is unreliable over the starts of `selection`.
+    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements.
     pub selection_score: f64,
-    /// Whether the median of `spread` describes the robot well. For tasks other than distance: whether the median loss
-    /// does.
+    /// Quantiles of the displacement along the ground of robots that vary a little, in metres; see [`VARIED`].
+    pub robust: Quantiles,
+    /// Whether the median of `robust` describes the robot well. For tasks other than distance: whether the median loss
+    /// of these robots does.
     pub reliability: Reliability,
     /// Only with two goals: quantiles of the displacement when the goal is behind the robot, over the starts of
     /// `spread`, in metres. A negative displacement is towards that goal.
@@ -124,6 +137,9 @@ impl Evaluator {
         let merit = self.unperturbed(&design, controller, moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
+        let varied = self.varied(progress.seed, Purpose::Variation);
+        let varied = self.spreads(&design, &[controller], &varied).remove(0);
+        go_on()?;
         let layout = design.layout();
         let structure = layout.map(|layout| Structure::new(&self.task.lattice, layout));
         go_on()?;
@@ -142,8 +158,9 @@ impl Evaluator {
             displacement: self.task.ground().vector_to_world(moved),
             along: moved.forward(),
             selection,
-            selection_score: self.merit().score(&selection, merit),
-            reliability: self.merit().reliability(&spreads[0].merit, merit),
+            selection_score: self.score(&selection, merit),
+            robust: varied.displacement,
+            reliability: self.merit().reliability(&varied.merit, merit),
             behind: spreads[0].behind,
             spread: spreads[0].displacement,
             clock_alone,
@@ -170,14 +187,22 @@ impl Evaluator {
         if is_ranked_by_distance(&self.scene, &*self.loss) {
             return along;
         }
-        let nominal = Domain::of(&self.task, self.start.clone());
-        self.reach(design, controller, &nominal).merit
+        self.reach(design, controller, &self.nominal()).merit
+    }
+
+    /// The score by which controllers and runs are chosen, given the quantiles of the merit over the domains of the
+    /// selection, and the merit of the unperturbed rollout.
+    pub(super) fn score(&self, spread: &Quantiles, unperturbed: f64) -> f64 {
+        match self.scene.selection.kind {
+            SelectionKind::Robust => spread.p10,
+            _ => self.merit().score(spread, unperturbed),
+        }
     }
 
     /// Two numbers by which controllers are ranked: the score of the controller's `spread`, and the median, which
     /// breaks ties.
     pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
-        [self.merit().score(spread, candidate.merit), spread.p50]
+        [self.score(spread, candidate.merit), spread.p50]
     }
 
     /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `domains`, in
@@ -212,7 +237,7 @@ impl Evaluator {
         let candidates = progress.candidates.iter().cloned();
         let (same, others): (Vec<_>, Vec<_>) =
             candidates.partition(|c| c.controller == progress.controller);
-        let is_chosen = self.scene.selection.kind == SelectionKind::Median && !others.is_empty();
+        let is_chosen = self.scene.selection.kind != SelectionKind::Last && !others.is_empty();
         let merit = match same.first() {
             Some(candidate) => candidate.merit,
             None if is_chosen => self.evaluate(progress).merit,
@@ -232,7 +257,7 @@ impl Evaluator {
     }
 
     /// Measures the quantiles of every candidate's merit (displacement or minus the loss) over the domains in which a
-    /// controller is chosen: random domains if the scene has domain randomisation, otherwise perturbed starts.
+    /// controller is chosen.
     pub fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
@@ -252,24 +277,34 @@ impl Evaluator {
         entrants.iter().map_while(spread).collect()
     }
 
-    /// The domains in which controllers are measured to choose one: random domains if the scene has domain
-    /// randomisation, otherwise perturbed starts.
+    /// The domains in which controllers are measured to choose one: for the selection `robust` robots that vary a
+    /// little, otherwise random domains if the scene has domain randomisation, or perturbed starts.
     fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
-        let (robust, selection) = (&self.scene.robust, &self.scene.selection);
-        if robust.samples == 0 {
-            return self.perturbed_starts(seed, Purpose::Selection);
+        match (self.scene.selection.kind, self.scene.robust.samples) {
+            (SelectionKind::Robust, _) => self.varied(seed, Purpose::Selection),
+            (_, 0) => self.perturbed_starts(seed, Purpose::Selection),
+            _ => self.drawn(&self.scene.robust, seed, Purpose::DomainRandomisation),
         }
-        let mut stream = stream(seed, Purpose::DomainRandomisation);
-        let domain = |_| draw(&self.task, robust, &mut stream);
-        (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation` is added
-    /// to or subtracted from every coordinate, at random.
+    /// Domains with [varied](VARIED) robots.
+    pub(super) fn varied(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+        self.drawn(&VARIED, seed, purpose)
+    }
+
+    fn drawn(&self, settings: &RobustSettings, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+        let mut stream = stream(seed, purpose);
+        let domain = |_| draw(&self.task, settings, &mut stream);
+        (0..self.scene.selection.perturbed_rollouts).map(domain).collect()
+    }
+
+    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units of
+    /// the lattice's scale, is added to or subtracted from every coordinate, at random.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
-        let mut start = || perturbed(&self.start, settings.perturbation, &mut stream);
+        let distance = settings.perturbation * self.task.lattice.scale;
+        let mut start = || perturbed(&self.start, distance, &mut stream);
         let domain = |_| Domain::of(&self.task, start());
         (0..settings.perturbed_rollouts).map(domain).collect()
     }
@@ -283,18 +318,12 @@ impl Evaluator {
         domains: &[Domain],
     ) -> Vec<Reaches> {
         let count = together(controllers.len() * domains.len());
-        // The rollouts of a group share a task, so that they can run together in SIMD lanes.
-        let shared = |a: &Domain, b: &Domain| std::ptr::eq(&*a.task, &*b.task);
-        let groups = domains.chunk_by(shared).flat_map(|same| same.chunks(count));
-        let groups: Vec<_> = groups.collect();
         let jobs = controllers.iter();
         let jobs: Vec<_> = jobs
-            .flat_map(|c| groups.iter().map(move |group| (*c, *group)))
+            .flat_map(|c| domains.chunks(count).map(move |group| (*c, group)))
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Domain])| {
-            let starts: Vec<&State<f64>> = group.iter().map(|domain| &domain.start).collect();
-            let precision = GradientPrecision::F64;
-            self.reach_many(&[design], controller, &group[0].task, &starts, precision)
+            self.reach_many(&[design], controller, group, GradientPrecision::F64)
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();

@@ -83,7 +83,7 @@ impl CoDesign {
         let snapped = snap(mixtures, &bounds, rules);
         let others = alternatives(mixtures, &snapped, &bounds, rules, trials);
         let controller = &progress.controller;
-        let (layout, _) = self.evaluator.farthest(snapped, others, controller);
+        let (layout, _) = self.evaluator.farthest(snapped, others, controller, progress.seed);
         progress.flips = flips(mixtures, &layout);
         progress.design = Design::Layout(layout);
     }

@@ -51,7 +51,7 @@ mod passes;
 mod iterate;
 
 pub use begin::CoDesign;
-pub use delivery::Delivery;
+pub use delivery::{Delivery, VARIED};
 pub use evaluator::Evaluator;
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::Quantiles;

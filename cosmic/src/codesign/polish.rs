@@ -30,7 +30,7 @@ pub(super) fn polish(
         return None;
     };
     let finalists = finalists(evaluator, rules, progress, now, layout);
-    let (best, reached) = evaluator.farthest(layout.to_vec(), finalists, &progress.controller);
+    let (best, reached) = evaluator.farthest(layout.to_vec(), finalists, &progress.controller, progress.seed);
     if best != layout {
         progress.design = Design::Layout(best);
         // The candidates are controllers that were measured with the robot before the change.

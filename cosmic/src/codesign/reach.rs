@@ -1,20 +1,22 @@
 //! Full rollouts of robots: their displacement, and their merit, which is the number by which robots are ranked.
 
-use std::borrow::Borrow;
+use std::borrow::{Borrow, Cow};
 
 use autodiff::Real;
 use rayon::prelude::*;
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
+use super::quantiles::Quantiles;
 use super::reliability::Merit;
 use crate::design::{Design, Material, Mixture};
-use crate::domain::Domain;
+use crate::domain::{Domain, rollouts, turned_back};
 use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::policy::Controller;
-use crate::scene::{GradientPrecision, Scene};
+use crate::random::Purpose;
+use crate::scene::{GradientPrecision, Scene, SelectionKind};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
 
@@ -25,7 +27,8 @@ pub struct Reached {
     /// ground, then the component normal to it.
     pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
-    /// distance, minus the loss. With two goals, it is the merit for the worse goal.
+    /// distance, minus the loss. With two goals, it is the merit for the worse goal. A robot that was
+    /// [ranked](Evaluator::ranked) in several rollouts has a quantile of their merits.
     pub merit: f64,
     /// Only with two goals: the displacement along the ground in metres when the goal is behind the robot. A negative
     /// displacement is towards that goal.
@@ -50,6 +53,13 @@ impl Reached {
     }
 }
 
+/// The goal of a rollout. Only scenes with two goals have a goal behind the robot.
+#[derive(Clone, Copy)]
+pub(super) enum Goal {
+    Ahead,
+    Behind,
+}
+
 /// The lower of two merits (numbers by which robots are ranked). NaN if one of them is NaN.
 fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
@@ -62,25 +72,46 @@ pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
 }
 
 impl Evaluator {
-    /// Simulates the current robot in a full rollout, in the precision of gradients, and returns the result.
+    /// Ranks the current robot in full rollouts, in the precision of gradients, and returns the result.
     pub fn evaluate(&self, progress: &Progress) -> Reached {
-        self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
+        self.ranked(&[self.design(progress)], &progress.controller, progress.seed)[0]
+    }
+
+    /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
+    /// results. In a scene that [selects](SelectionKind) by robust displacements, other rollouts vary the robots a
+    /// little, and the merit of a robot is the 10 % quantile over all of its rollouts. Seeds determine the variations.
+    pub(super) fn ranked(
+        &self,
+        designs: &[Design<Mixture<f64>>],
+        controller: &Controller<f64>,
+        seed: u64,
+    ) -> Vec<Reached> {
+        if self.scene.selection.kind != SelectionKind::Robust {
+            let side_by_side = |designs: &[_]| self.try_many(designs, controller, &self.task);
+            let groups = designs.par_chunks(together(designs.len()));
+            return groups.flat_map_iter(side_by_side).collect();
+        }
+        let mut domains = self.varied(seed, Purpose::Ranking);
+        domains[0] = self.nominal();
+        let precision = self.scene.gradient.precision;
+        let rank = |design: &Design<Mixture<f64>>| {
+            let reached = self.reach_many(&[design], controller, &domains, precision);
+            let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
+            let merit = Quantiles::of(&merits).p10;
+            Reached {
+                merit: if merit.is_finite() { merit } else { f64::NAN },
+                ..reached[0]
+            }
+        };
+        designs.par_iter().map(rank).collect()
     }
 
     /// Simulates the current robot from the unperturbed start, in the precision of gradients, and returns its states
     /// after the numbers of steps in `steps`; `None` if the robot diverges.
     pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
         let precision = self.scene.gradient.precision;
-        let robot = ([self.design(progress)], &progress.controller);
-        watched(
-            &robot.0,
-            robot.1,
-            &self.task,
-            &[&self.start],
-            steps,
-            precision,
-        )
-        .remove(0)
+        let (designs, domains) = ([self.design(progress)], [self.nominal()]);
+        watched(&designs, &progress.controller, &domains, steps, precision).remove(0)
     }
 
     /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
@@ -92,30 +123,32 @@ impl Evaluator {
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let starts = vec![&self.start; designs.len()];
+        let domains = vec![Domain::of(task, self.start.clone()); designs.len()];
         let precision = self.scene.gradient.precision;
-        self.reach_many(designs, controller, task, &starts, precision)
+        self.reach_many(designs, controller, &domains, precision)
     }
 
-    /// Compares a layout and its alternatives (`others`) by one full rollout each. Returns the best layout and the
-    /// result of its rollout. Of equally good layouts, it returns the first. A layout without alternatives needs no
-    /// rollout.
+    /// [Ranks](Self::ranked) a layout and its alternatives (`others`). Returns the best layout and the result of its
+    /// rollout. Of equally good layouts, it returns the first. A layout without alternatives needs no rollout.
     pub(super) fn farthest(
         &self,
         layout: Vec<Material>,
         others: impl IntoIterator<Item = Vec<Material>>,
         controller: &Controller<f64>,
+        seed: u64,
     ) -> (Vec<Material>, Option<Reached>) {
         let mut layouts: Vec<_> = std::iter::once(layout).chain(others).collect();
         if layouts.len() == 1 {
             return (layouts.remove(0), None);
         }
-        let reached = self.reached(&layouts, controller, &self.task);
+        let designs: Vec<_> = layouts.iter().cloned().map(Design::Layout).collect();
+        let reached = self.ranked(&designs, controller, seed);
         let best = first_best(reached.iter().map(|r| [r.merit]));
         (layouts.swap_remove(best), Some(reached[best]))
     }
 
-    /// The results of several layouts with one controller, in the order of the layouts. The rollouts run in parallel.
+    /// The results of single rollouts of several layouts with one controller, in the order of the layouts. The rollouts
+    /// run in parallel.
     pub(super) fn reached(
         &self,
         layouts: &[Vec<Material>],
@@ -135,8 +168,13 @@ impl Evaluator {
         controller: &Controller<f64>,
         domain: &Domain,
     ) -> Reached {
-        let (task, starts) = (&domain.task, [&domain.start]);
-        self.reach_many(&[design], controller, task, &starts, GradientPrecision::F64)[0]
+        let (domains, precision) = (std::slice::from_ref(domain), GradientPrecision::F64);
+        self.reach_many(&[design], controller, domains, precision)[0]
+    }
+
+    /// The robot as designed, from the unperturbed start.
+    pub(super) fn nominal(&self) -> Domain<'_> {
+        Domain::of(&self.task, self.start.clone())
     }
 
     /// The kind of merit by which robots of this scene are ranked.
@@ -149,50 +187,46 @@ impl Evaluator {
         }
     }
 
-    /// Simulates robots in full rollouts from several starts, and returns their results. `designs` has one design for
-    /// all starts, or one for each start. With two goals, every robot is also simulated towards the goal behind it.
+    /// Simulates robots in full rollouts in several domains, side by side, and returns their results. `designs` has one
+    /// design for all domains, or one for each. With two goals, every robot is also simulated towards the goal behind
+    /// it.
     pub(super) fn reach_many(
         &self,
         designs: &[impl Borrow<Design<Mixture<f64>>>],
         controller: &Controller<f64>,
-        task: &Task,
-        starts: &[&State<f64>],
+        domains: &[Domain],
         precision: GradientPrecision,
     ) -> Vec<Reached> {
-        let steps = task.physics.steps;
+        let steps = domains[0].task.physics.steps;
         let observed = match self.loss.is_far() {
             true => vec![steps],
             false => self.loss.observed(steps),
         };
-        let towards_goal = |task: &Task| -> Vec<Reached> {
-            let seen = watched(
-                designs,
-                controller,
-                task,
-                starts,
-                observed.clone(),
-                precision,
-            );
-            let pairs = starts.iter().zip(seen);
-            (pairs.map(|(start, seen)| self.reached_in(start, seen.as_ref()))).collect()
+        let towards = |goal: Goal| -> Vec<Reached> {
+            let domains = match goal {
+                Goal::Ahead => Cow::Borrowed(domains),
+                Goal::Behind => Cow::Owned(turned_back(domains)),
+            };
+            let seen = watched(designs, controller, &domains, observed.clone(), precision);
+            let pairs = domains.iter().zip(seen);
+            (pairs.map(|(domain, seen)| self.reached_in(&domain.start, seen.as_ref()))).collect()
         };
-        self.towards_goals(task, towards_goal, Reached::with_behind)
+        self.towards_goals(towards, Reached::with_behind)
     }
 
-    /// Calls `roll` for the task with the goal ahead. In a scene with two goals, also calls it for the goal behind, and
-    /// joins the two results of each robot.
+    /// Calls `roll` for the goal ahead. In a scene with two goals, also calls it for the goal behind, and joins the two
+    /// results of each robot.
     pub(super) fn towards_goals<T>(
         &self,
-        task: &Task,
-        roll: impl Fn(&Task) -> Vec<T>,
+        roll: impl Fn(Goal) -> Vec<T>,
         join: impl Fn(T, T) -> T,
     ) -> Vec<T> {
         // All rollouts for the goal ahead come first, because the bits of a gradient depend on the order.
-        let ahead = roll(task);
+        let ahead = roll(Goal::Ahead);
         if !self.scene.controller.two_goals {
             return ahead;
         }
-        let pairs = ahead.into_iter().zip(roll(&task.turned_back()));
+        let pairs = ahead.into_iter().zip(roll(Goal::Behind));
         pairs.map(|(ahead, behind)| join(ahead, behind)).collect()
     }
 
@@ -236,13 +270,12 @@ impl Evaluator {
     }
 }
 
-/// Simulates robots from several starts in `precision`, and returns the states of each robot after the numbers of steps
-/// in `steps`; `None` for a robot that diverges. `designs` has one design for all starts, or one for each start.
+/// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps
+/// in `steps`; `None` for a robot that diverges. `designs` has one design for all domains, or one for each.
 fn watched(
     designs: &[impl Borrow<Design<Mixture<f64>>>],
     controller: &Controller<f64>,
-    task: &Task,
-    starts: &[&State<f64>],
+    domains: &[Domain],
     steps: Vec<usize>,
     precision: GradientPrecision,
 ) -> Vec<Option<Trajectory<f64>>> {
@@ -256,8 +289,9 @@ fn watched(
         GradientPrecision::F32 => roll_in::<f32>,
     };
     let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
-    let all = roll(&borrowed, controller, task, starts, &watched);
+    let all = roll(&borrowed, controller, domains, &watched);
     let seen = |(k, seen): (usize, Trajectory<f64>)| {
+        let Domain { task, start } = &domains[k];
         let is_cleared = |last| task.simulator.is_cleared(last);
         if seen.states.last().is_none_or(is_cleared) {
             return Some(seen);
@@ -265,7 +299,7 @@ fn watched(
         // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
         // rollout.
         let design = borrowed[k % borrowed.len()];
-        let guarded = task.guarded(design, controller, starts[k], &span);
+        let guarded = task.guarded(design, controller, start, &span);
         guarded.divergence.is_none().then_some(guarded.trajectory)
     };
     all.into_iter().enumerate().map(seen).collect()
@@ -275,13 +309,11 @@ fn watched(
 fn roll_in<R: Real + Into<f64>>(
     designs: &[&Design<Mixture<f64>>],
     controller: &Controller<f64>,
-    task: &Task,
-    starts: &[&State<f64>],
+    domains: &[Domain],
     span: &Span,
 ) -> Vec<Trajectory<f64>> {
     let designs: Vec<_> = designs.iter().map(|design| design.lift::<R>()).collect();
-    let starts: Vec<_> = starts.iter().map(|start| start.map(R::lit)).collect();
-    let all = task.rollout_many(&designs, &controller.map(R::lit), &starts, span);
+    let all = rollouts(&designs, &controller.map(R::lit), domains, span);
     all.iter().map(|seen| seen.map(R::into)).collect()
 }
 

@@ -1,10 +1,10 @@
-//! The verdict whether the median over perturbed starts describes a robot, and the score by which robots are chosen.
+//! The verdict whether the median over varied robots describes a robot, and the score by which robots are chosen.
 
 use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
 
-/// The verdict whether the median over perturbed starts describes a robot.
+/// The verdict whether the median over robots that [vary](super::VARIED) a little describes a robot.
 ///
 /// The tolerance is half of the median's absolute value. A robot is unreliable in three cases:
 /// - its 10 % quantile is below the median by more than the tolerance;
@@ -56,8 +56,8 @@ impl Merit {
         }
     }
 
-    /// Decides, from a robot's quantiles over perturbed starts and its unperturbed rollout, whether the median
-    /// describes the robot.
+    /// Decides, from the quantiles over varied robots and the robot's unperturbed rollout, whether the median describes
+    /// the robot.
     pub fn reliability(self, spread: &Quantiles, unperturbed: f64) -> Reliability {
         let Quantiles { p10, p50, .. } = *spread;
         let unreliable = |reason: String| Reliability::Unreliable { reason };
@@ -76,22 +76,22 @@ impl Merit {
         }
         unreliable(match (is_low, self) {
             (true, Self::MinusLoss) => format!(
-                "the 90 % quantile of the loss over perturbed starts is {:.4}, more than {tolerance:.4} \
-                 above the median of {:.4}",
+                "the 90 % quantile of the loss of varied robots is {:.4}, more than {tolerance:.4} above their \
+                 median of {:.4}",
                 -p10, -p50
             ),
             (false, Self::MinusLoss) => format!(
                 "the loss of the unperturbed rollout is {:.4}, more than {tolerance:.4} away from the \
-                 median of {:.4} over perturbed starts",
+                 median of {:.4} of varied robots",
                 -unperturbed, -p50
             ),
             (true, _) => format!(
-                "the 10 % quantile{of_which} over perturbed starts is {p10:.3} m, more than {tolerance:.3} m \
-                 below the median of {p50:.3} m"
+                "the 10 % quantile{of_which} of varied robots is {p10:.3} m, more than {tolerance:.3} m below their \
+                 median of {p50:.3} m"
             ),
             (false, _) => format!(
                 "the unperturbed rollout reaches {unperturbed:.3} m{of_which}, more than {tolerance:.3} m away \
-                 from the median of {p50:.3} m over perturbed starts"
+                 from the median of {p50:.3} m of varied robots"
             ),
         })
     }

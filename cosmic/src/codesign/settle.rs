@@ -7,9 +7,9 @@
 
 use super::evaluator::Evaluator;
 use super::progress::{Progress, Settled};
-use super::quantiles::Quantiles;
 use super::reach::first_best;
 use super::schedule::Schedule;
+use crate::scene::SelectionKind;
 
 /// An update is taken back if the merit (displacement or minus the loss) falls by more than this share.
 const LOSS: f64 = 0.05;
@@ -59,8 +59,12 @@ fn begin_to_settle(evaluator: &Evaluator, progress: &mut Progress) -> bool {
     // Candidates are sorted by the merit of their single rollouts. So of candidates with equal ranks, the one with the
     // better single rollout is chosen.
     let best = first_best(judged.iter().map(|(spread, c)| evaluator.rank(spread, c)));
-    let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
+    let Some(&(ref spread, candidate)) = judged.get(best) else {
         return false;
+    };
+    let merit = match evaluator.scene.selection.kind {
+        SelectionKind::Robust => candidate.merit,
+        _ => spread.p50,
     };
     progress.controller.clone_from(&candidate.controller);
     progress.settled = Some(Settled {

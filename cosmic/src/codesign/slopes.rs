@@ -1,10 +1,12 @@
 //! Gradients of the loss with respect to the design and to the controller.
 
+use std::borrow::Cow;
+
 use autodiff::{CotangentBound, Real, Var};
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::reach::{Reached, is_ranked_by_distance};
+use super::reach::{Goal, Reached, is_ranked_by_distance};
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::design::{Design, Mixture};
@@ -226,7 +228,11 @@ impl Evaluator {
     where
         dyn AnyLoss: LossOf<R>,
     {
-        let towards_goal = |task: &Task| -> Vec<(R, Reached)> {
+        let towards = |goal: Goal| -> Vec<(R, Reached)> {
+            let task = match goal {
+                Goal::Ahead => Cow::Borrowed(task),
+                Goal::Behind => Cow::Owned(task.turned_back()),
+            };
             let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
             let lost = |seen: &Trajectory<R>| {
                 let loss = self.loss.loss_of(seen);
@@ -235,7 +241,7 @@ impl Evaluator {
             };
             seen.iter().map(lost).collect()
         };
-        self.towards_goals(task, towards_goal, |(loss, ahead), (back, behind)| {
+        self.towards_goals(towards, |(loss, ahead), (back, behind)| {
             (R::lit(0.5) * (loss - back), ahead.with_behind(behind))
         })
     }

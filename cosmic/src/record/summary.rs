@@ -39,6 +39,13 @@ keys! {
         displacement_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_p10"];
         /// 90 % quantile of the displacements of `displacement_p50`.
         displacement_p90: Option<f64>, "number or `null`", unit "m", columns ["displacement_p90"];
+        /// Median of the displacements along the ground of robots that vary a little: their starts vary by 1 % of a
+        /// spacing, their friction and the stiffness of their edges by 5 %. `null` in files of earlier versions.
+        #[serde(default)]
+        displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
+        /// 10 % quantile of the displacements of `displacement_robust_p50`.
+        #[serde(default)]
+        displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
         /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
         /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
@@ -57,11 +64,12 @@ keys! {
         /// other than `far` it is minus the median loss. With two goals it is the median for the worse goal.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
         /// The score by which the best of several runs is chosen: `displacement_selection_p50`, or the 10 % quantile
-        /// over the same perturbed starts if the robot is unreliable there. `null` in files of earlier versions.
+        /// over the same perturbed starts if the robot is unreliable there. With `selection.kind = "robust"`, both are
+        /// robust displacements, and the score is the 10 % quantile. `null` in files of earlier versions.
         #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
-        /// Whether `displacement_p50` describes the robot well; for tasks other than `far`, whether `loss_p50`
-        /// does. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`. Absent in files of
+        /// Whether `displacement_robust_p50` describes the robot well; for tasks other than `far`, whether the median
+        /// loss of the same varied robots does. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`. Absent in files of
         /// earlier versions.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
@@ -231,6 +239,8 @@ impl Summary {
             displacement_p10: finite(delivery.spread.p10),
             displacement_p50: finite(delivery.spread.p50),
             displacement_p90: finite(delivery.spread.p90),
+            displacement_robust_p50: finite(delivery.robust.p50),
+            displacement_robust_p10: finite(delivery.robust.p10),
             displacement_last_p50: finite(delivery.last.p50),
             displacement_clock_p50: finite(delivery.clock_alone.p50),
             displacement_behind_p50: delivery.behind.and_then(|behind| finite(behind.p50)),

@@ -50,8 +50,8 @@ const KNOWN: &[KnownDeparture] = &departures! {
     "schedule.settle": "at its end, the fine-tuning continues from its best controller and takes back \
      updates that lose distance"
         if |s| s.schedule.settle > 0.0;
-    "selection.kind": "the controller with the best median over perturbed starts is delivered, not the last one"
-        if |s| s.selection.kind == SelectionKind::Median;
+    "selection.kind": "the controller with the best displacement over several rollouts is delivered, not the last one"
+        if |s| s.selection.kind != SelectionKind::Last;
     "design.one_piece": "all bars must be connected with the payload, and nodes without a bar are ignored"
         if |s| s.design.one_piece;
     "design.free_ends": "no bar may have an end without another bar"

@@ -194,16 +194,16 @@ settings! {
 settings! {
     /// The choice of the controller that is delivered, and the measurement of designs.
     struct SelectionSettings {
-        /// The last controller, or the one with the best median over perturbed starts; for an
-        /// unreliable robot, the 10 % quantile replaces the median.
+        /// The last controller, the one with the best median over perturbed starts, or the one with the best robust
+        /// displacement. For an unreliable robot, the 10 % quantile replaces the median.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
         /// Number of controllers whose medians are compared: those with the best single rollouts.
         candidates: usize = 6, allowed within(1.0, 1e4),
-            read "with the kind `median`" if |s: &Scene| s.selection.kind == SelectionKind::Median,
+            read "unless the kind is `last`" if |s: &Scene| s.selection.kind != SelectionKind::Last,
             source "found by experiment";
-        /// Rollouts from perturbed starts per median.
+        /// Number of rollouts from perturbed starts for each median, and of varied robots for each robust displacement.
         perturbed_rollouts: usize = 8, allowed within(8.0, 1e4), source "found by experiment";
-        /// Distance by which each coordinate of a perturbed start is moved.
+        /// Distance by which each coordinate of a perturbed start is moved, in the units of `lattice.units`.
         perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), unit "m", source "found by experiment";
     }
 }
@@ -215,6 +215,9 @@ settings! {
         Last = "last",
         /// The candidate with the best median over perturbed starts.
         Median = "median",
+        /// The candidate with the best robust displacement: the 10 % quantile over robots that vary a little. Their
+        /// starts vary by 1 % of a spacing, their friction and the stiffness of their edges by 5 %.
+        Robust = "robust",
     }
 }
 

@@ -90,7 +90,7 @@ impl Walks {
         let mut arguments = vec![
             model.display().to_string(),
             selection.perturbed_rollouts.to_string(),
-            selection.perturbation.to_string(),
+            (selection.perturbation * case.lattice.scale).to_string(),
             summary.seed.to_string(),
         ];
         arguments.extend(frictions.iter().map(f64::to_string));
