@@ -58,11 +58,7 @@ impl AnyDesign {
     pub fn stable_step(&self, physics: &PhysicsSettings, faster: f64) -> f64 {
         // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
         // that square.
-        stable_step(
-            physics,
-            faster * self.frequency,
-            faster * faster * self.damping,
-        )
+        stable_step(physics, faster * self.frequency, faster * faster * self.damping)
     }
 }
 
