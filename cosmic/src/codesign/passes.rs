@@ -17,7 +17,7 @@ use crate::scene::ClockKind;
 const EVALUATE_EVERY: usize = 10;
 
 /// The ratio of the learning rate of a learned clock's tempo to that of all other numbers of the controller. With a ratio
-/// of 1 robots get less far, and with 10 more of them are unreliable (`studies/options.md`).
+/// of 1 robots get less far in most worlds, and with 10 more of them are unreliable (`studies/options.md`).
 const TEMPO_RATE: f64 = 3.0;
 
 impl CoDesign {
