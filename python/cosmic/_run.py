@@ -59,6 +59,8 @@ class Controller:
     """Shape ``(edges, hidden)``."""
     b2: _Floats
     """Shape ``(edges,)``."""
+    tempo: Optional[_Floats] = None
+    """Of a learned clock, shape ``(1,)``: its frequency is ``controller.omega * exp(tempo)``."""
 
 
 class Run:
@@ -96,7 +98,9 @@ class Run:
         # Read from the file, because a custom lattice is in a second file beside it.
         self.scene = Scene.load(self.folder / "scene.toml")
         self.design = Design(read["edges"], read["z"], read["materials"])
-        self.controller = Controller(read["w1"], read["b1"], read["w2"], read["b2"])
+        names = ("w1", "b1", "w2", "b2")
+        self.controller = Controller(*(read[name] for name in names), read.get("tempo"))
+        self._omega = read["omega"]
         self.history = _columns(read["history"])
         self.trajectory, self.velocities = read["x"], read["v"]
         self.steps = read["steps"]
@@ -117,8 +121,11 @@ class Run:
         return Inputs(self.design.z, c.w1, c.b1, c.w2, c.b2, rest, np.zeros_like(rest))
 
     def simulator(self) -> Simulator:
-        """A simulator of the run's scene."""
-        return Simulator(self.scene)
+        """A simulator of the run's scene. A learned clock has the frequency that the run has learned."""
+        if self.controller.tempo is None:
+            return Simulator(self.scene)
+        clock = {"clock": "fixed", "omega": self._omega}
+        return Simulator({"scene": self.scene, "controller": clock})
 
     def save(self, path: _Path) -> Path:
         """Copies the run's folder to a new one."""

@@ -195,10 +195,11 @@ impl Driven {
             )));
         }
         let seen = states.iter().zip(done).flat_map(|(state, done)| {
-            let time = done as f64 * self.physics.dt;
+            // A robot without a controller has a clock of the scene's frequency.
+            let phase = self.settings.omega * (done as f64 * self.physics.dt);
             observation(
                 &self.settings,
-                time,
+                phase,
                 state,
                 &self.body.presence,
                 &self.ground,

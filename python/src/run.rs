@@ -6,7 +6,7 @@ use cosmic::Registry;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
-use cosmic::policy::Controller;
+use cosmic::policy::{Controller, frequency};
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
@@ -65,6 +65,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
         floats(&coordinates(|state| &state.v), &[states, nodes, 2])?,
     )?;
     read.set_item("dt", trajectory.dt)?;
+    read.set_item("omega", run.robot.omega)?;
     read.set_item("summary", text(&folder.join(SUMMARY)))?;
     read.set_item("history", text(&folder.join(TABLE)))?;
     read.set_item("scene", text(&folder.join(SCENE)))?;
@@ -133,6 +134,7 @@ pub(crate) fn frame<'py>(
         foreign: None,
         lattice,
         design,
+        omega: frequency(&scene.controller, &controller),
     };
     let last = trajectory.states.len() - 1;
     let draw = || cosmic_lab::report::frame(&robot, &trajectory, last);

@@ -282,6 +282,13 @@ impl Simulator {
         caught(|| {
             simulator_fits(&scene.scene)?;
             let scene = scene.scene.clone();
+            if scene.controller.clock == scene::ClockKind::Learned {
+                return Err(refused(
+                    "controller.clock is \"learned\", but a simulator has a fixed clock; use `simulator` of the run, \
+                     or set controller.clock to \"fixed\""
+                        .to_owned(),
+                ));
+            }
             let codesign = CoDesign::new(&scene).map_err(raised)?;
             let task = codesign.task().clone();
             let sizes = Sizes::of(&task.lattice, &scene.controller);

@@ -248,3 +248,14 @@ def test_a_finished_run_is_only_read(run: cosmic.Run) -> None:
     again = cosmic.resume(run.folder, progress=False)
     assert is_same_run(again.folder, run.folder)
     assert (run.folder / "summary.json").read_bytes() == before
+
+
+def test_a_learned_clock_has_its_frequency_in_the_simulator() -> None:
+    run = cosmic.optimize({**SCENE, "controller.clock": "learned"}, SEED, progress=False)
+    assert run.controller.tempo is not None
+    assert run.controller.tempo.shape == (1,) and run.controller.tempo[0] != 0
+    seen = run.simulator().rollout(run.inputs, observed=run.steps)
+    # The phase is rounded differently: 1e-16 in each step, which the contacts magnify.
+    np.testing.assert_allclose(seen.x, run.trajectory, rtol=0, atol=1e-9)
+    with pytest.raises(cosmic.InputError, match="controller.clock"):
+        cosmic.Simulator(run.scene)

@@ -11,6 +11,7 @@ mod ground_profile;
 mod guard;
 mod inlined_kernels;
 mod integrators;
+mod learned_clock;
 mod mma;
 mod mma_subproblem;
 mod model_gradients;

@@ -77,6 +77,7 @@ fn gradients_are_right_in_every_mode() {
             "goal_relative = true\n[design]\none_piece = false",
             "offset_scale = 0.0",
             "velocity_scale = 0.0",
+            "clock = \"learned\"",
         ] {
             let case = robot(name, settings);
             let loss = Displacement::at_end(case.task().ground());
@@ -91,6 +92,25 @@ fn gradients_are_right_in_every_mode() {
             }
         }
     }
+}
+
+/// A learned clock adds a block to the controller, whose name a policy cannot use.
+#[test]
+#[should_panic(expected = "the policy `hasty` has a block `tempo`")]
+fn a_policy_cannot_have_the_block_of_a_learned_clock() {
+    #[derive(Debug)]
+    struct Hasty;
+    impl Policy for Hasty {
+        fn parameters(&self, robot: &Sizes) -> Vec<Block> {
+            vec![Block::biases("tempo", robot.edges)]
+        }
+        fn record(&self, step: &mut PolicyStep) -> Array {
+            step.per_edge("tempo")
+        }
+    }
+    let registry = Registry::default().with_policy("hasty", Hasty);
+    let text = "[controller]\npolicy = \"hasty\"\nclock = \"learned\"";
+    _ = Case::of_scene(&registry.parse("hasty", text).unwrap(), 1);
 }
 
 /// The first activations of a rollout agree with the definition of the observation, even if nodes are only partly

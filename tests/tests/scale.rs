@@ -84,7 +84,7 @@ const WORLDS: [&str; 6] = [
     "base = 'coulomb'\nphysics.incline_deg = 12.0\nlattice.kind = 'triangular'",
     "base = 'stability'\nphysics = { integrator = 'leapfrog', substeps = 3, stiffening = 40.0 }",
     "base = 'rough'\ncontroller = { goal_relative = true, goal_scale = 0.5 }",
-    "base = 'steps'\nobjective.body = 'mass'\nlattice.payload = 5",
+    "base = 'steps'\nobjective.body = 'mass'\nlattice.payload = 5\ncontroller.clock = 'learned'",
 ];
 
 /// The scene of a world, with a small robot that falls, walks and is optimised in all phases.

@@ -15,7 +15,8 @@ use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, MovedBody, Scene, VoidEdges,
+    Chosen, ClockKind, GroundSettings, Integrator, LatticeKind, LatticeSettings, MovedBody, Scene,
+    VoidEdges,
 };
 
 /// The key `format` of the cases that the program writes.
@@ -169,6 +170,8 @@ keys! {
     #[serde(default = "mlp", skip_serializing_if = "is_mlp")]
     policy: String = controller.policy,
     omega: f64 = controller.omega,
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    clock: ClockKind = controller.clock,
     n_cpg: usize = controller.clocks,
     goal: Vec<f64> = controller.goal,
     #[serde(default = "one")]

@@ -6,10 +6,11 @@ use super::block::{Block, Controller, Role, Shape};
 use super::clock::Clock;
 use super::mlp::Mlp;
 use super::policy::{Policy, Sizes};
+use super::tempo::TEMPO;
 use crate::lattice::Lattice;
 use crate::random::{self, Purpose};
 use crate::registry::Registry;
-use crate::scene::{Chosen, ControllerSettings};
+use crate::scene::{Chosen, ClockKind, ControllerSettings};
 
 impl Registry {
     /// Adds a policy. Scenes choose it by `controller.policy = "its_name"`.
@@ -32,13 +33,27 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     }
 }
 
-/// The blocks that the chosen policy declares for a robot with `nodes` nodes and `edges` edges.
+/// The blocks of a controller for a robot with `nodes` nodes and `edges` edges: the blocks that the chosen policy
+/// declares, and [`TEMPO`] if the clock is learned.
+///
+/// # Panics
+/// If the clock is learned and the policy declares a block of that name.
 pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> Vec<Block> {
-    of_settings(settings).parameters(&Sizes {
+    let mut blocks = of_settings(settings).parameters(&Sizes {
         nodes,
         edges,
         settings,
-    })
+    });
+    if settings.clock == ClockKind::Learned {
+        assert!(
+            blocks.iter().all(|block| block.name != TEMPO),
+            "the policy `{}` has a block `{TEMPO}`, which is the name of the block of a learned clock; rename the \
+             policy's block, or set `controller.clock` to \"fixed\"",
+            settings.policy.name()
+        );
+        blocks.push(Block::biases(TEMPO, 1));
+    }
+    blocks
 }
 
 impl Controller<f64> {

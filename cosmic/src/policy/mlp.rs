@@ -7,6 +7,7 @@ use super::fold::{Fold, Mean};
 use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
 use super::step::PolicyStep;
+use super::tempo::TEMPO;
 use crate::geometry::Ground;
 use crate::scene::ControllerSettings;
 
@@ -68,9 +69,11 @@ pub struct Network<R> {
 }
 
 impl<R: Real> Network<R> {
-    /// The network whose parameters a controller holds; `None` if the controller belongs to another policy.
+    /// The network whose parameters a controller holds; `None` if the controller belongs to another policy. The tempo of a learned clock
+    /// is not a part of the network.
     pub fn of(controller: &Controller<R>) -> Option<Self> {
-        let is_network = controller.blocks().map(|(name, ..)| name).eq(NETWORK);
+        let names = controller.blocks().map(|(name, ..)| name);
+        let is_network = names.filter(|name| *name != TEMPO).eq(NETWORK);
         let layer = |[weights, biases]: [&str; 2]| Layer {
             weights: controller.block(weights).to_vec(),
             biases: controller.block(biases).to_vec(),

@@ -6,6 +6,7 @@
 
 mod block;
 mod sensing;
+mod tempo;
 mod fold;
 mod step;
 #[allow(clippy::module_inception)]
@@ -25,3 +26,5 @@ pub use saved::Weights;
 pub use sensing::{Sight, clock, observation};
 pub use step::PolicyStep;
 pub(crate) use step::{Declared, Given, Outputs, Recording, Seen};
+pub use tempo::{TEMPO, frequency};
+pub(crate) use tempo::{Turn, ahead, ticks};

@@ -33,7 +33,7 @@ impl Sizes<'_> {
 /// and files. `cosmic/program/examples/rhythm.rs` is an example.
 pub trait Policy: Debug + Send + Sync {
     /// The blocks of the parameters. The name of a block is its key in files. It consists of lower case letters, digits
-    /// and underscores.
+    /// and underscores. [`TEMPO`](super::TEMPO) is the name of the block of a learned clock.
     fn parameters(&self, robot: &Sizes) -> Vec<Block>;
 
     /// What the policy observes: the content of the input of [an observed layer](PolicyStep::observed_layer).

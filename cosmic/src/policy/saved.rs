@@ -11,6 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::block::{Block, Controller, Part, Shape};
 use super::mlp::{Layer, NETWORK, Network};
+use super::tempo::TEMPO;
 use crate::error::{self, Error, fits, some};
 use crate::scene::ControllerSettings;
 
@@ -48,8 +49,14 @@ impl Weights {
         if let Some((name, _)) = self.0.iter().find(|(name, _)| !is_known(name)) {
             let names: Vec<_> = blocks.iter().map(|b| format!("`{}`", b.name)).collect();
             let expected = names.join(", ");
+            let hint = match *name == TEMPO {
+                true => {
+                    "; the robot has a learned clock: set `controller.clock` of the scene to \"learned\""
+                }
+                false => "",
+            };
             return says(format!(
-                "unknown block `controller.{name}`; expected {expected}"
+                "unknown block `controller.{name}`; expected {expected}{hint}"
             ));
         }
         let mut numbers = Vec::new();
@@ -58,6 +65,12 @@ impl Weights {
             let found = self.0.iter().find(|(other, _)| other == name);
             let entries = format!("entries in `controller.{name}`");
             match (found.map(|(_, numbers)| numbers), *shape) {
+                (None, _) if *name == TEMPO => {
+                    return says(format!(
+                        "`controller.{name}` is missing: the robot has a fixed clock; set `controller.clock` of the \
+                         scene to \"fixed\", or add `\"{name}\": [0.0]` to the file's `controller`"
+                    ));
+                }
                 (None, _) => return says(format!("`controller.{name}` is missing")),
                 (Some(Numbers::Vector(vector)), Shape::Vector(len)) => {
                     fits(&entries, vector.len(), len)?;

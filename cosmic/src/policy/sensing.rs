@@ -44,21 +44,20 @@ impl Sight {
 /// (D3) as `x0, y0, x1, y1, ...`, and the velocities of the nodes in the same order. Offsets and velocities are in the
 /// world's frame. The goal is in the ground's frame (D3).
 ///
-/// `time` is in seconds since the start. It must be computed as a product `n dt`, not as a sum of steps: phases reach
-/// 164 rad, so rounding errors would matter. The state is in the world's frame. `presence` has the weight of each node
+/// `phase` is the phase of the clock in radians: its [frequency](super::frequency()) times the time. The time must be
+/// computed as a product `n dt`, not as a sum of steps: phases reach 164 rad, so rounding errors would matter. The state is in the world's frame. `presence` has the weight of each node
 /// in the mean and in the observation; empty means that all nodes are present.
 ///
 /// This function defines the observation. Rollouts do not call it; they [fold](super::Fold) it into the first layer of
 /// a policy.
 pub fn observation<R: Real>(
     settings: &ControllerSettings,
-    time: f64,
+    phase: f64,
     state: &State<R>,
     presence: &[R],
     ground: &Ground,
 ) -> Vec<R> {
     let State { x, v } = state;
-    let turn = settings.omega * time;
     let whole = vec![R::one(); x.len()];
     let (mean, presence) = match presence {
         [] => (mean(x), &whole[..]),
@@ -69,17 +68,17 @@ pub fn observation<R: Real>(
     let offsets = nodes.map(|(&x, &p)| (x - mean) * p);
     let velocities = v.iter().zip(presence).map(|(&v, &p)| v * p);
     let mut observation = Vec::with_capacity(settings.observation_length(x.len()));
-    observation.extend(phases(settings).map(|phase| R::lit((turn + phase).sin())));
+    observation.extend(phases(settings).map(|ahead| R::lit((phase + ahead).sin())));
     observation.extend(goal(settings, mean, ground));
     observation.extend(offsets.flatten().map(|d| offset * d));
     observation.extend(velocities.flatten().map(|v| velocity * v));
     observation
 }
 
-/// `sin(omega t)` and `cos(omega t)`, from which every clock is a weighted sum. They are computed in double precision
-/// even if the rollout is not. `time` must be a product `n dt`, as for [`observation`].
-pub fn clock(settings: &ControllerSettings, time: f64) -> [f64; 2] {
-    let (sin, cos) = (settings.omega * time).sin_cos();
+/// The sine and the cosine of the clock's phase, from which every clock signal is a weighted sum. They are computed in
+/// double precision even if the rollout is not. The phase must be computed as for [`observation`].
+pub fn clock(phase: f64) -> [f64; 2] {
+    let (sin, cos) = phase.sin_cos();
     [sin, cos]
 }
 

@@ -1,8 +1,8 @@
 //! Departures: the options by which a scene deliberately differs from the paper.
 
 use super::{
-    BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, MovedBody,
-    Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, ClockKind, GradientPrecision, Integrator, LatticeKind, Layout, LossKind,
+    MovedBody, Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
 };
 use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};
@@ -72,6 +72,8 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.start.kind == StartKind::ThreeLegged && s.start.layout != Layout::Tall;
     "controller.policy": "the policy is not the paper's network"
         if |s| !s.controller.policy.is_default();
+    "controller.clock": "the frequency of the clock is optimised with the controller"
+        if |s| s.controller.clock == ClockKind::Learned;
     "controller.goal_relative": "the goal is relative to the robot, not absolute"
         if |s| s.controller.goal_relative;
     "start.tilt": "the initial design has more void on one side, which depends on the seed"

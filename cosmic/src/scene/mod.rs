@@ -64,7 +64,7 @@ pub use pass::Pass;
 pub use read::{Lacks, ShownScene};
 pub(crate) use robot::MOST_SUBSTEPS;
 pub use robot::{
-    ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
+    ClockKind, ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
     PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
 };
 

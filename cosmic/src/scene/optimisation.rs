@@ -111,7 +111,8 @@ settings! {
         betas: [f64; 2] = [0.9, 0.999], allowed within(0.0, 0.999999), source "Kingma and Ba";
         /// Keeps the update from dividing by zero.
         epsilon: f64 = 1e-8, allowed within(1e-30, 1.0), source "Kingma and Ba";
-        /// Bound on the norm of the whole controller gradient, or "off".
+        /// Bound on the norm of the whole controller gradient, or "off". The derivative by the tempo of a learned clock
+        /// is bounded by itself, to a third of this bound.
         gradient_norm: Option<f64> = Some(1.0), allowed POSITIVE, source "found by experiment";
     }
 }

@@ -293,6 +293,9 @@ settings! {
         clocks: usize = 10, allowed within(1.0, 1024.0), source "paper: 10";
         /// Angular frequency of the clock.
         omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", auto "10 rad/s divided by the time scale", source "paper: 10";
+        /// Whether the frequency of the clock is a design variable. If it is, it begins at `omega`, and the optimisation of
+        /// the controller changes it.
+        clock: ClockKind = ClockKind::Fixed, since 4, source "paper: fixed";
         /// Position of the goal along the ground and above it, from the world's origin.
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
@@ -322,6 +325,18 @@ settings! {
             auto "the first activations have the size that a gain of 2 gives 36 nodes, 110 edges, 10 clock signals and 32 \
                   hidden units",
             source "found by experiment";
+    }
+}
+
+settings! {
+    /// Whether the frequency of the clock is a design variable.
+    #[derive(Default)]
+    enum ClockKind {
+        /// The frequency is `omega`.
+        #[default]
+        Fixed = "fixed",
+        /// The controller has one more number, `tempo`. The frequency is `omega * exp(tempo)`.
+        Learned = "learned",
     }
 }
 

@@ -11,15 +11,16 @@ use crate::lattice::{Body, Lattice};
 use crate::laws::Particle;
 use crate::policy::{
     self, Block, Controller, Declared, Fold, Given, Mean, Outputs, Policy, PolicyStep, Recording,
-    Seen, Sizes,
+    Seen, Turn, ahead, blocks_of, ticks,
 };
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The robot as a [`Model`] of `autodiff`. The model declares these arrays, in this order:
 ///
-/// - Parameters: the fields of [`Parameters`], then the parameters of the policy.
+/// - Parameters: the fields of [`Parameters`], then the input of [`Turn`] if the clock is learned, then the parameters
+///   of the policy.
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
-/// - Inputs: `sin(omega t)`, `cos(omega t)`, and `t` if a force reads it.
+/// - Inputs: the [ticks](ticks()) of the clock, and `t` if a force reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
@@ -85,14 +86,10 @@ impl Robot {
     /// The policy that the settings choose. It is recorded once here, to find out which parameters it declares.
     fn driver(&self) -> Driver {
         let settings = &self.settings;
-        let policy = policy::of_settings(settings);
-        let blocks = policy.parameters(&Sizes {
-            nodes: self.graph.nodes(),
-            edges: self.graph.slot_of_edge().len(),
-            settings,
-        });
+        let edges = self.graph.slot_of_edge().len();
+        let blocks = blocks_of(settings, self.graph.nodes(), edges);
         let mut driver = Driver {
-            policy,
+            policy: policy::of_settings(settings),
             blocks: blocks.into(),
             given: Arc::new([]),
         };
@@ -155,6 +152,11 @@ impl Robot {
         Particle::new([(); 4].map(|()| p.state(self.graph.nodes())))
     }
 
+    /// The number of pairs in the [ticks](ticks()) of the clock.
+    pub(super) fn pairs(&self) -> usize {
+        ticks(&self.settings, 0.0).len()
+    }
+
     fn outputs(&self) -> Outputs<'_> {
         Outputs {
             graph: &self.graph,
@@ -183,7 +185,7 @@ impl Robot {
         }
     }
 
-    /// The numbers of the policy's parameters, which are the same for all bodies.
+    /// The numbers of the learned clock's parameter and of the policy's parameters, which are the same for all bodies.
     pub(super) fn policy_numbers<R: Real>(
         &self,
         controller: &Controller<R>,
@@ -204,19 +206,19 @@ impl Robot {
         let fold = Fold::new(settings, ground, self.graph.nodes(), sight, mean);
         let (fold, outputs) = (fold.without_constants(), self.outputs());
         let given = driver.given.iter();
-        given
-            .map(|given| given.numbers(controller, &fold, &outputs))
-            .collect()
+        let of_policy = given.map(|given| given.numbers(controller, &fold, &outputs));
+        let of_clock = ahead(settings, controller).map(|ahead| vec![ahead]);
+        of_clock.into_iter().chain(of_policy).collect()
     }
 
-    /// Records the activation of every slot as a function of the state and the clock. If the robot has no actuators,
+    /// Records the activation of every slot as a function of the state and the [ticks](ticks()) of the clock. If the robot has no actuators,
     /// activations have no effect: the policy is not recorded, and any array of the right length is returned.
     pub(super) fn activation<R: Real>(
         &self,
         p: &mut Program<R>,
         given: &Parameters<Array>,
         state: Particle<Array>,
-        clock: Array,
+        clock: &[Array],
     ) -> Array {
         let driver = match &self.drive {
             Drive::Held => {
@@ -226,6 +228,13 @@ impl Robot {
             }
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,
+        };
+        let clock = match *clock {
+            [clock, slope, phase] => {
+                let ahead = p.parameter(1);
+                p.map_with(Turn, [clock, slope, phase], &[ahead])[0]
+            }
+            _ => clock[0],
         };
         let seen = Seen {
             nodes: given.seen.unwrap_or(state),
@@ -257,11 +266,11 @@ impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.parameters(p);
         let state = self.state(p);
-        let clock = p.input(2);
+        let clock: Vec<Array> = (0..self.pairs()).map(|_| p.input(2)).collect();
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
         // 1. The policy observes the state.
-        let activation = self.activation(p, &given, state, clock);
+        let activation = self.activation(p, &given, state, &clock);
 
         // 2. Every edge pulls on its nodes, and every node moves; the contact law acts where a node meets the ground.
         let at_nodes = vec![Some(0); self.graph.nodes()];
@@ -293,9 +302,10 @@ impl Model for Activations {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.0.parameters(p);
         let state = self.0.state(p);
-        let (clock, before) = (p.state(2), p.state(self.0.graph.slots()));
-        let activation = self.0.activation(p, &given, state, clock);
-        for part in state.array().into_iter().chain([clock]) {
+        let clock: Vec<Array> = (0..self.0.pairs()).map(|_| p.state(2)).collect();
+        let before = p.state(self.0.graph.slots());
+        let activation = self.0.activation(p, &given, state, &clock);
+        for part in state.array().into_iter().chain(clock) {
             p.advance(part, part);
         }
         p.advance(before, activation);

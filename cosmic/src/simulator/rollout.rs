@@ -11,7 +11,7 @@ use super::surroundings::Surroundings;
 use super::trajectory::{Still, Trajectory};
 use crate::geometry::Ground;
 use crate::lattice::{Body, Lattice, State};
-use crate::policy::{Controller, clock};
+use crate::policy::{Controller, ticks};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The steps of a rollout, and the states that are observed.
@@ -60,7 +60,7 @@ pub struct Simulator {
     /// The largest allowed speed of a node, m/s: a guarded rollout with a faster node counts as diverged. `None` if
     /// there is no bound.
     pub(super) speed_bound: Option<f64>,
-    /// For each step, the sine and the cosine of the clock's phase, and then the time if a force reads it.
+    /// For each step, the [ticks](ticks()) of the clock, and then the time if a force reads it.
     clock: Arc<[f64]>,
     /// The memory that a rollout may use to store states for its reverse sweep.
     pub memory: Memory,
@@ -78,8 +78,8 @@ impl Simulator {
         let time = |step: usize| step as f64 * physics.dt;
         let timed = robot.mechanics.needs_time();
         let inputs = |step: usize| {
-            let clock = clock(controller, time(step));
-            clock.into_iter().chain(timed.then(|| time(step)))
+            let clock = ticks(controller, time(step)).into_iter().flatten();
+            clock.chain(timed.then(|| time(step)))
         };
         let clock = (0..physics.steps).flat_map(inputs).collect();
         Self {
@@ -258,11 +258,11 @@ impl Simulator {
         let numbers = self.numbers(&robot, &surroundings, bodies, Driving::By(controller));
         let slots = robot.graph.slots();
         let start = |(state, time): &(&State<f64>, f64)| {
-            let clock = clock(&self.robot.settings, *time);
-            [self.flatten(state), clock.to_vec(), vec![0.0; slots]].concat()
+            let clock = ticks(&self.robot.settings, *time).concat();
+            [self.flatten(state), clock, vec![0.0; slots]].concat()
         };
         let starts: Vec<Vec<f64>> = moments.iter().map(start).collect();
-        let first = 4 * robot.graph.nodes() + 2;
+        let first = 4 * robot.graph.nodes() + 2 * robot.pairs();
         let slot_of_edge = robot.graph.slot_of_edge().to_vec();
         let rollout = Rollout {
             entries: Some((first..first + slots).collect()),
@@ -344,7 +344,8 @@ impl Simulator {
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => {
-                let inputs = 2 + usize::from(self.robot.mechanics.needs_time());
+                let inputs =
+                    2 * self.robot.pairs() + usize::from(self.robot.mechanics.needs_time());
                 self.clock[inputs * first..inputs * (first + steps)].into()
             }
         };

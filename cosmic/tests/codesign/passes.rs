@@ -2,7 +2,7 @@ use crate::small::{after, records, tiny};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
-use cosmic::scene::{BinarisationMethod, GradientPrecision, Scene};
+use cosmic::scene::{BinarisationMethod, ClockKind, GradientPrecision, Pass, Scene};
 use cosmic::simulator::Trajectory;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -161,6 +161,24 @@ fn a_controller_that_does_not_move_costs_no_gradient() {
     // Before the first update of the controller, both runs have the same rollouts, with and without a gradient.
     assert!(first(&still).is_some());
     assert_eq!(first(&still), first(&moved));
+}
+
+/// The tempo of a learned clock has its own bound, so its large derivative does not change the update of the weights. It
+/// moves at three times their rate.
+#[test]
+fn the_tempo_has_its_own_bound_and_rate() {
+    let mut scene = tiny();
+    scene.schedule.cycle = vec![Pass::Controller];
+    // A bound as small as `epsilon`: a first update of Adam then depends on the size of the gradient.
+    scene.adam.gradient_norm = Some(scene.adam.epsilon);
+    let fixed = after(&scene, 1, 0).1.controller;
+    scene.controller.clock = ClockKind::Learned;
+    let learned = after(&scene, 1, 0).1.controller;
+    let (weights, tempo) = learned.numbers().split_at(fixed.weights());
+    assert_eq!(weights, fixed.numbers());
+    // A third of the bound gives a quarter of a step: a third over the sum of a third and one.
+    let steps = tempo[0].abs() / scene.adam.rate;
+    assert!((steps - 0.75).abs() < 1e-6, "{steps}");
 }
 
 #[test]

@@ -28,9 +28,9 @@ fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
     let mut network = Network::of(&controller).unwrap();
     network.first.biases.fill(0.2);
     network.second.biases.fill(-0.1);
-    let time = 4096.0 * 0.002;
-    let plain = network.activation(&observation(settings, time, &state, presence, ground));
-    let sensed = sensed(&state.to_ground(ground), &clock(settings, time));
+    let phase = settings.omega * (4096.0 * 0.002);
+    let plain = network.activation(&observation(settings, phase, &state, presence, ground));
+    let sensed = sensed(&state.to_ground(ground), &clock(phase));
     let folded = network.folded(settings, lattice.nodes(), presence, ground);
     let got = folded.activation(&sensed);
     assert_eq!(got.len(), plain.len());

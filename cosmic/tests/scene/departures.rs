@@ -39,6 +39,7 @@ const PAPERS: &[(&str, &[&str])] = &[
     // The points are read only with the profile "points", which is a departure.
     ("ground.points", &["[[1.0, 0.1]]"]),
     ("controller.policy", &["\"mlp\""]),
+    ("controller.clock", &["\"fixed\""]),
     ("controller.goal_relative", &["false"]),
     ("controller.two_goals", &["false"]),
     // The starts of the paper's designs d, b and c, of its ablation, and of its design a.

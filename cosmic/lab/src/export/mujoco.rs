@@ -10,7 +10,7 @@ use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector, flat};
 use cosmic::lattice::{Body, Marker};
 use cosmic::laws::{Damper, Law, Stops};
-use cosmic::policy::{Layer, Network, Weights};
+use cosmic::policy::{Layer, Network, Weights, frequency};
 use cosmic::record::files::{Format, make_folder, write_json};
 use cosmic::scene::Integrator;
 use serde::Serialize;
@@ -385,7 +385,7 @@ impl<'c> Robot<'c> {
             actuators: self.actuators.clone(),
             network: Weights::from(&self.controller),
             strain: self.strain(),
-            omega: self.case.observation.omega,
+            omega: frequency(&self.case.observation, &self.case.controller),
             dt: self.case.physics.dt,
             substeps: self.substeps(),
             steps: self.case.physics.steps,

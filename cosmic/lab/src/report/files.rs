@@ -5,6 +5,7 @@ use cosmic::codesign::Record;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
+use cosmic::policy::frequency;
 use cosmic::projection::{Holds, Projection, projected};
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
@@ -33,6 +34,8 @@ pub struct RobotFiles {
     pub lattice: Lattice,
     /// The design, one entry per edge of the lattice.
     pub design: DesignFile,
+    /// The angular frequency of the clock, rad/s.
+    pub omega: f64,
 }
 
 impl RobotFiles {
@@ -47,9 +50,10 @@ impl RobotFiles {
         let folder = path.parent().unwrap_or(Path::new(""));
         let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder, registry)?;
         let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
-        design.robot(&scene, &path.display().to_string())?;
+        let controller = design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
+            omega: frequency(&scene.controller, &controller),
             scene,
             foreign,
             lattice,
@@ -111,6 +115,7 @@ impl RobotFiles {
             foreign: self.foreign.clone(),
             lattice: self.lattice.clone(),
             design,
+            omega: self.omega,
         }
     }
 

@@ -80,8 +80,7 @@ impl<'r> Gait<'r> {
     /// Returns the data of the last periods of the clock: which nodes are on the ground, and the target strains and
     /// strains of actuators. Also returns the largest strains and forces of all bars over the whole rollout.
     pub fn last_periods(&self, motion: &Motion) -> Value {
-        let omega = motion.scene().controller.omega;
-        let period = (TAU / omega).min(motion.duration());
+        let period = (TAU / motion.robot.omega).min(motion.duration());
         let last = motion.states().len() - 1;
         let from = motion.index_at(motion.duration() - (PERIODS * period).min(motion.duration()));
         let (shown, bars) = (from..=last, self.run.robot.edges_of(Material::is_solid));

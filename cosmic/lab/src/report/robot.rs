@@ -86,7 +86,7 @@ fn moments(motion: &Motion) -> Vec<usize> {
 /// Draws six moments of the gait, each in its own panel. They divide the last whole period of the clock. Returns the
 /// position of the panels' lower edge.
 fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
-    let period = (TAU / motion.scene().controller.omega).min(motion.duration());
+    let period = (TAU / motion.robot.omega).min(motion.duration());
     let start = motion.duration() - period;
     let moments = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
     let sizes = moments.map(|index| motion.bounds(&motion.states()[index]).size());

@@ -14,7 +14,8 @@ use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::Network;
 use cosmic::scene::{
-    ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses, VoidEdges,
+    ClockKind, ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses,
+    VoidEdges,
 };
 use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;
@@ -245,6 +246,11 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
         idle => format!("{idle} edges have no stroke or no stiffness"),
     };
     let (before_outputs, why_before) = before_outputs(case);
+    let is_learned = case.observation.clock == ClockKind::Learned;
+    let why_turned = match is_learned {
+        true => "the frequency of the clock is learned",
+        false => "the frequency of the clock is fixed",
+    };
     vec![
         row("making of observations", false, folded),
         row(before_outputs, strains, why_before).or(strains, |parts| parts.body.strain.fill(0.0)),
@@ -259,6 +265,7 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
         row("idle outputs", some == all, why_idle).or(strains && some < all, |parts| {
             keep_all(&mut parts.body.strain)
         }),
+        row("turn of the clock", strains && is_learned, why_turned),
     ]
 }
 
