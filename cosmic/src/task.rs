@@ -248,8 +248,13 @@ impl Task {
     ) -> StepCheck {
         let body = self.body(design);
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
-        let any_design = AnyDesign::of(&self.lattice, &self.materials, &self.physics);
-        StepCheck::new(&vibration, any_design, faster, &self.physics)
+        let any_design = AnyDesign::new(&self.lattice, &self.materials, &self.physics);
+        StepCheck::new(
+            &vibration,
+            any_design.stable_step(faster),
+            faster,
+            &self.physics,
+        )
     }
 
     /// Computes the loss of a design over a horizon. The controller and the initial state are in `inputs`. In the mode

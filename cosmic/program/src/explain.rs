@@ -72,12 +72,12 @@ struct StableStep {
 impl StableStep {
     fn of(case: &Case) -> Self {
         let [largest_frequency, bound, damping] = frequencies(case, &case.start.x);
-        let any = AnyDesign::of(&case.lattice, &case.materials, &case.physics);
+        let any = AnyDesign::new(&case.lattice, &case.materials, &case.physics);
         let stable = |frequency| stable_step(&case.physics, frequency, damping);
         Self {
             exact: stable(largest_frequency),
             bound: stable(bound),
-            any_design: any.stable_step(&case.physics, 1.0),
+            any_design: any.stable_step(1.0),
             largest_frequency,
         }
     }

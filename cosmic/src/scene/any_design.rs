@@ -12,57 +12,91 @@ use crate::laws::{Force, Pose, Stiffness};
 /// from 0 to 1.
 const PARTS: usize = 64;
 
+/// The largest number of iterations for the stable step; five are almost always enough.
+const ITERATIONS: usize = 50;
+
+/// The relative accuracy of the stable step.
+const TOLERANCE: f64 = 1e-4;
+
 /// The place of the actuator material in [`MaterialSettings`].
 const ACTUATOR: usize = 2;
 
 /// Bounds that hold for every design of a lattice at rest, whether a layout or mixtures.
-#[derive(Clone, Copy, Debug)]
-pub struct AnyDesign {
-    /// A bound on the angular frequencies with which the lattice vibrates, 1/s.
-    pub frequency: f64,
-    /// A bound on the rate at which forces that depend on velocities dampen a vibration, 1/s. The damping by
-    /// `physics.damping` is not included.
-    pub damping: f64,
+pub struct AnyDesign<'a> {
+    lattice: &'a Lattice,
+    materials: &'a MaterialSettings,
+    physics: &'a PhysicsSettings,
+    forces: Vec<Arc<dyn Force>>,
+    on_nodes: OnNodes,
 }
 
-impl AnyDesign {
-    /// Computes the bounds.
-    ///
-    /// A node carries half of the mass of each of its edges. So `mu_i` of [`Vibration::edge_bound`] is at most the
-    /// largest `2 k / (density l)` of the edges at node `i`, and at most the sum of their stiffnesses divided by
-    /// `physics.node_mass`. Other forces add [their own bound](Force::any_design). The bound on the damping follows in
-    /// the same way from [`Vibration::damping`].
-    ///
-    /// [`Vibration::edge_bound`]: crate::simulator::stability::Vibration::edge_bound
-    /// [`Vibration::damping`]: crate::simulator::stability::Vibration::damping
-    pub fn of(lattice: &Lattice, materials: &MaterialSettings, physics: &PhysicsSettings) -> Self {
+impl<'a> AnyDesign<'a> {
+    /// Prepares the bounds. `physics.dt` is ignored.
+    pub fn new(
+        lattice: &'a Lattice,
+        materials: &'a MaterialSettings,
+        physics: &'a PhysicsSettings,
+    ) -> Self {
         let forces = physics.forces_on(lattice);
-        let on_nodes = OnNodes::of(lattice, physics, &forces);
-        let stiffness = |k, length, off| sum(&forces, |force| force.bar_stiffness(k, length, off));
-        let damping = |k, length, off| sum(&forces, |force| force.bar_damping(k, length, off));
-        let mu = per_mass_of_nodes(lattice, materials, physics, &stiffness);
-        let rates = per_mass_of_nodes(lattice, materials, physics, &damping);
-        let sums = lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
-        let of_edges = sums.fold(0.0, f64::max);
-        let shortest = lattice.rest_length.iter().copied().fold(f64::MAX, f64::min);
-        let largest = mu.into_iter().fold(0.0, f64::max);
-        let others = sum(&forces, |force| force.any_design(largest, shortest));
         Self {
-            frequency: (of_edges + others + on_nodes.stiffness).sqrt(),
-            damping: 2.0 * rates.into_iter().fold(0.0, f64::max) + on_nodes.damping,
+            on_nodes: OnNodes::of(lattice, physics, &forces),
+            lattice,
+            materials,
+            physics,
+            forces,
         }
     }
 
+    /// A bound on the angular frequencies with which the lattice vibrates, 1/s.
+    ///
+    /// A node carries half of the mass of each of its edges. So `mu_i` of [`Vibration::edge_bound`] is at most the
+    /// largest `2 k / (density l)` of the edges at node `i`, and at most the sum of their stiffnesses divided by
+    /// `physics.node_mass`. Other forces add [their own bound](Force::any_design).
+    ///
+    /// [`Vibration::edge_bound`]: crate::simulator::stability::Vibration::edge_bound
+    pub fn frequency(&self) -> f64 {
+        self.frequency_in_steps(f64::INFINITY)
+    }
+
     /// Below this time step, s, no vibration of any design grows, nor of a robot that vibrates `faster` times as fast
-    /// as a design. Infinite if nothing vibrates. `physics.dt` is ignored.
-    pub fn stable_step(&self, physics: &PhysicsSettings, faster: f64) -> f64 {
-        // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
-        // that square.
-        stable_step(
-            physics,
-            faster * self.frequency,
-            faster * faster * self.damping,
-        )
+    /// as a design. Infinite if nothing vibrates.
+    pub fn stable_step(&self, faster: f64) -> f64 {
+        let substeps = self.physics.substeps as f64;
+        let stable = |dt: f64| {
+            let frequency = faster * self.frequency_in_steps(dt / substeps);
+            stable_step(self.physics, frequency, 0.0)
+        };
+        // A longer step makes damping add less to the frequency, so the iteration approaches the limit from above.
+        let mut dt = stable(f64::INFINITY);
+        for _ in 0..ITERATIONS {
+            let shorter = stable(dt);
+            if shorter >= (1.0 - TOLERANCE) * dt {
+                return shorter * (1.0 - TOLERANCE);
+            }
+            dt = shorter;
+        }
+        dt
+    }
+
+    /// A bound on the frequencies that includes the damping in mechanical steps of `dt` (s). In such a step, damping at
+    /// a rate `d` makes a vibration of frequency `omega` grow if an undamped vibration of the frequency
+    /// `sqrt(omega^2 + 2 d / dt)` would grow ([`stable_step`]). So a bar with the damping `c` counts as if its stiffness
+    /// were larger by `2 c / dt`.
+    fn frequency_in_steps(&self, dt: f64) -> f64 {
+        let forces = &self.forces;
+        let of_bar = |k, length, off| {
+            let stiffness = sum(forces, |force| force.bar_stiffness(k, length, off));
+            stiffness + 2.0 / dt * sum(forces, |force| force.bar_damping(k, length, off))
+        };
+        let mu = per_mass_of_nodes(self.lattice, self.materials, self.physics, &of_bar);
+        let sums = self.lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
+        let of_edges = sums.fold(0.0, f64::max);
+        let lengths = self.lattice.rest_length.iter().copied();
+        let shortest = lengths.fold(f64::MAX, f64::min);
+        let largest = mu.into_iter().fold(0.0, f64::max);
+        let others = sum(forces, |force| force.any_design(largest, shortest));
+        let on_nodes = self.on_nodes.stiffness + 2.0 / dt * self.on_nodes.damping;
+        (of_edges + others + on_nodes).sqrt()
     }
 }
 
@@ -70,11 +104,11 @@ fn sum(forces: &[Arc<dyn Force>], of: impl Fn(&dyn Force) -> f64) -> f64 {
     forces.iter().map(|force| of(&**force)).sum()
 }
 
-/// A number of a bar: its stiffness (N/m) or its damping (N s/m), as a function of the stiffness of its material (N/m),
-/// its rest length (m), and its length minus its target length (m).
+/// The stiffness of a bar (N/m), as a function of the stiffness of its material (N/m), its rest length (m), and its
+/// length minus its target length (m).
 type OfBar<'a> = dyn Fn(f64, f64, f64) -> f64 + 'a;
 
-/// For each node, a bound on the sum of a number of its bars, divided by the mass of the node. It holds for every
+/// For each node, a bound on the sum of the stiffnesses of its bars, divided by the mass of the node. It holds for every
 /// design.
 fn per_mass_of_nodes(
     lattice: &Lattice,
@@ -86,12 +120,12 @@ fn per_mass_of_nodes(
     // The edges of a generated lattice have only a few lengths.
     let mut of_length = HashMap::new();
     for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
-        let Most { number, ratio } = *of_length
+        let Most { stiffness, ratio } = *of_length
             .entry(length.to_bits())
             .or_insert_with(|| most_of_any_mixture(materials, of_bar, length));
         for &node in ends {
             let (largest, sum) = edges_of[node];
-            edges_of[node] = (largest.max(2.0 * ratio / length), sum + number);
+            edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
         }
     }
     let per_mass = |(ratio, sum): (f64, f64)| ratio.min(sum / physics.node_mass);
@@ -131,16 +165,16 @@ impl OnNodes {
     }
 }
 
-/// Bounds on a number of an edge that hold for every mixture of materials.
+/// Bounds on the numbers of an edge that hold for every mixture of materials.
 #[derive(Clone, Copy, Default)]
 struct Most {
-    /// The number.
-    number: f64,
-    /// The number divided by the density.
+    /// Stiffness, N/m.
+    stiffness: f64,
+    /// Stiffness divided by density.
     ratio: f64,
 }
 
-/// Computes bounds on a number of an edge of this length, and on the number divided by the edge's density. The bounds
+/// Computes bounds on the stiffness of an edge of this length, and on its stiffness divided by its density. The bounds
 /// hold for every mixture.
 fn most_of_any_mixture(materials: &MaterialSettings, of_bar: &OfBar, length: f64) -> Most {
     let stroke = materials.max_strain[ACTUATOR] * length;
@@ -154,10 +188,14 @@ fn most_of_any_mixture(materials: &MaterialSettings, of_bar: &OfBar, length: f64
                 let mean = |property: &[f64; 3]| {
                     (1.0 - share) * property[other] + share * property[ACTUATOR]
                 };
-                let number = of_bar(mean(&materials.stiffness), length, more * stroke);
+                let stiffness = of_bar(mean(&materials.stiffness), length, more * stroke);
                 let density = mean(&materials.density);
-                let ratio = if number > 0.0 { number / density } else { 0.0 };
-                most.number = most.number.max(number);
+                let ratio = if stiffness > 0.0 {
+                    stiffness / density
+                } else {
+                    0.0
+                };
+                most.stiffness = most.stiffness.max(stiffness);
                 most.ratio = most.ratio.max(ratio);
             }
         }

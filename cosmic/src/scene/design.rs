@@ -110,9 +110,14 @@ settings! {
     /// Bounds on the volume fractions, and their widening during a run.
     struct VolumeSettings {
         /// Smallest and largest share of solid edges, which are skeleton or actuator.
-        solid: [f64; 2] = [0.50, 0.50], allowed SHARE, source "paper, table 2";
+        solid: [f64; 2] = [0.50, 0.50], allowed SHARE,
+            auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, so that bars cost \
+                  little",
+            source "paper, table 2";
         /// Smallest and largest share of actuator edges.
-        actuator: [f64; 2] = [0.20, 0.22], allowed SHARE, source "paper, table 2";
+        actuator: [f64; 2] = [0.20, 0.22], allowed SHARE,
+            auto "`[0.2, 0.22]`; `[0.2, 1]` if the nodes weigh more than the bars of a half-full lattice",
+            source "paper, table 2";
         /// Amount by which each bound is wider at the end.
         widening: f64 = 0.03, allowed SHARE, source "paper: 0.03";
         /// First and last iteration of the widening.

@@ -32,6 +32,8 @@ struct Scales {
     edges: f64,
     /// The longest mechanical step that is stable for every design, s; infinite if nothing vibrates.
     stable: f64,
+    /// True if the nodes together weigh more than the bars of a lattice that is half full.
+    heavy_nodes: bool,
 }
 
 impl Scales {
@@ -43,7 +45,10 @@ impl Scales {
         let length = extent * lattice.spacing / 0.5;
         let mut physics = scene.physics.clone();
         physics.substeps = 1;
-        let any_design = AnyDesign::of(&lattice, &scene.materials, &physics);
+        let [_, densities @ ..] = scene.materials.density;
+        let density = 0.5 * densities.iter().sum::<f64>();
+        let bars = 0.5 * density * lattice.rest_length.iter().sum::<f64>();
+        let any_design = AnyDesign::new(&lattice, &scene.materials, &physics);
         Self {
             length,
             // Without gravity, a robot takes the time of a robot on earth.
@@ -53,7 +58,8 @@ impl Scales {
             },
             nodes: lattice.nodes(),
             edges: lattice.edges.len() as f64,
-            stable: any_design.stable_step(&physics, scene.robust.faster()),
+            heavy_nodes: lattice.nodes() as f64 * physics.node_mass > bars,
+            stable: any_design.stable_step(scene.robust.faster()),
         }
     }
 
@@ -67,7 +73,7 @@ impl Scales {
 type Rule = (&'static str, fn(&mut Scene, &Scales));
 
 /// Every rule. The declarations of the keys state them in words.
-const RULES: [Rule; 13] = [
+const RULES: [Rule; 15] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -99,7 +105,10 @@ const RULES: [Rule; 13] = [
         scene.loss.every = (scene.loss.window / 128).max(1);
     }),
     ("controller.omega", |scene, world| {
-        scene.controller.omega = 10.0 / world.time;
+        // A muscle with a shorter stroke makes up for it by more strokes.
+        let [.., strain] = scene.materials.max_strain;
+        let faster = (0.35 / strain).clamp(0.25, 4.0);
+        scene.controller.omega = 10.0 / world.time * faster;
     }),
     ("controller.goal", |scene, world| {
         scene.controller.goal = [2.0, 0.1].map(|x| x * world.length);
@@ -120,7 +129,19 @@ const RULES: [Rule; 13] = [
         // A weight of a layer is drawn with the variance `2 gain^2 / (inputs + outputs)`.
         let of_clocks = (observed + hidden) / 188.0 * (10.0 / clocks);
         let of_hidden = (hidden + world.edges) / 142.0 * (32.0 / hidden);
-        controller.gain = [of_clocks, of_hidden].map(|variance| 2.0 * variance.sqrt());
+        controller.gain = [2.0 * of_clocks.sqrt(), 0.2 * of_hidden.sqrt()];
+    }),
+    ("volume.solid", |scene, world| {
+        scene.volume.solid = match world.heavy_nodes {
+            true => [0.9, 1.0],
+            false => [0.5, 0.5],
+        };
+    }),
+    ("volume.actuator", |scene, world| {
+        scene.volume.actuator = match world.heavy_nodes {
+            true => [0.2, 1.0],
+            false => [0.2, 0.22],
+        };
     }),
 ];
 

@@ -292,7 +292,8 @@ settings! {
         /// Number of clock signals.
         clocks: usize = 10, allowed within(1.0, 1024.0), source "paper: 10";
         /// Angular frequency of the clock.
-        omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", auto "10 rad/s divided by the time scale", source "paper: 10";
+        omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from 0.25 to 4)",
+            source "paper: 10";
         /// Whether the frequency of the clock is a design variable. If it is, it begins at `omega`, and the optimisation of
         /// the controller changes it.
         clock: ClockKind = ClockKind::Fixed, since 4, source "paper: fixed";
@@ -322,8 +323,8 @@ settings! {
             source "D3, found by experiment";
         /// Gain of the Xavier initialisation of the hidden and the output layer.
         gain: [f64; 2] = [2.0, 2.0], allowed within(0.0, 1e3),
-            auto "the first activations have the size that a gain of 2 gives 36 nodes, 110 edges, 10 clock signals and 32 \
-                  hidden units",
+            auto "the first activations have the size that the gains `[2, 0.2]` give 36 nodes, 110 edges, 10 clock \
+                  signals and 32 hidden units",
             source "found by experiment";
     }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::stability::Vibration;
 use crate::error::{Error, Result};
 use crate::keys::keys;
-use crate::scene::{AnyDesign, MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
+use crate::scene::{MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
 
 keys! {
     /// A vibration, and the time step at which it begins to grow.
@@ -44,7 +44,7 @@ impl StepLimit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// The time step is below the limit that follows from the bound: no vibration about the checked positions grows.
+    /// The time step is below the limit that follows from a bound: no vibration about the checked positions grows.
     Safe,
     /// The time step is beyond the limit that follows from the bound, but below the limit that follows from the largest
     /// frequency.
@@ -73,19 +73,21 @@ keys! {
 }
 
 impl StepCheck {
-    /// Checks the time step of `physics`. The bounds for every design, `any`, and the bounds for the design in
-    /// `vibration` are multiplied by `faster`, so that they also hold for the robots that domain randomization draws.
+    /// Checks the time step of `physics`. Below the time step `any_design` (s), every design of the lattice is stable.
+    /// The bound for the design in `vibration` is multiplied by `faster`, so that it also holds for the robots that
+    /// domain randomization draws.
     pub fn new(
         vibration: &Vibration,
-        any: AnyDesign,
+        any_design: f64,
         faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
+        // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
+        // that square.
         let damping = faster * faster * vibration.damping();
-        let any_design = any.stable_step(physics, faster);
         let frequency = faster * vibration.edge_bound();
         let bound = StepLimit::new(frequency, damping, vibration.bounding_node(), physics);
-        let beyond = bound.share(physics.dt) >= 1.0;
+        let beyond = bound.share(physics.dt) >= 1.0 && physics.dt >= any_design;
         Self {
             dt: physics.dt,
             bound,
