@@ -72,8 +72,9 @@ settings! {
     struct RobustSettings {
         /// Number of random variations per gradient, drawn anew in every iteration; 0 for the nominal robot only.
         samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
-        /// Largest deviation of a coordinate of the start, in the units of `lattice.units`.
-        start: f64 = 0.002, allowed within(0.0, 1.0), unit "m", since 1,
+        /// Largest deviation of a coordinate of the start. It counts as `lattice.units` says: for `relative` in ten
+        /// spacings, for `absolute` in metres.
+        start: f64 = 0.002, allowed within(0.0, 1.0), since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
         /// Largest relative deviation of the coefficient of friction.

@@ -203,8 +203,9 @@ settings! {
             source "found by experiment";
         /// Number of rollouts from perturbed starts for each median, and of varied robots for each robust displacement.
         perturbed_rollouts: usize = 8, allowed within(8.0, 1e4), source "found by experiment";
-        /// Distance by which each coordinate of a perturbed start is moved, in the units of `lattice.units`.
-        perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), unit "m", source "found by experiment";
+        /// Distance by which each coordinate of a perturbed start is moved. It counts as `lattice.units` says: for
+        /// `relative` in ten spacings, for `absolute` in metres.
+        perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), source "found by experiment";
     }
 }
 
