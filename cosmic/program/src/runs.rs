@@ -84,8 +84,8 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
     print(&describe(folder, summary))
 }
 
-/// Describes the robot in up to three lines: how its bars are connected, how they are loaded, and how far the robot
-/// walks without feedback.
+/// Describes the robot in a few lines: how its bars are connected, how they are loaded, whether it moves, and how far
+/// it walks without feedback.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
     if summary.is_undecided() {
@@ -117,6 +117,11 @@ fn robot(summary: &Summary) -> String {
             loads.power.peak,
             100.0 * loads.tangled,
         );
+    }
+    // Such a displacement is printed as 0.000 m.
+    if let Some(moved) = summary.displacement_p50.filter(|x| x.abs() < 5e-4) {
+        text +=
+            &format!("the robot moves by only {moved:.1e} m; try other seeds with --starts 4\n");
     }
     if let Some(clock) = summary.displacement_clock_p50 {
         let keeps = summary.clock_keeps().map_or(String::new(), |kept| {

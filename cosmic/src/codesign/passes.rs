@@ -47,6 +47,7 @@ impl CoDesign {
                 .judged(slope.displacement, Sought::Design(seen), &at)
         };
         record.displacement_horizon = first.map(judged);
+        record.stuck = first.is_some_and(|slope| slope.stuck);
         record.merit_horizon = first.and_then(|slope| self.evaluator.merit_horizon(slope));
         let losses = || slopes.iter().flatten().map(|slope| slope.loss);
         record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
@@ -115,6 +116,7 @@ impl CoDesign {
         record.displacement_horizon = Some(self.evaluator.judged(slope.displacement, sought, &at));
         record.merit_horizon = self.evaluator.merit_horizon(&slope);
         record.loss_horizon = Some(slope.loss);
+        record.stuck = slope.stuck;
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
             progress.note_candidate(reached.merit, self.scene().selection.candidates);
             if settle(&self.evaluator, progress, now, reached.merit) {

@@ -206,6 +206,10 @@ keys! {
         /// otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         diverged: bool, "true";
+        /// True if the payload did not move at all in the rollout of the gradient; absent otherwise. Its own gradient is
+        /// then zero, and the gradient of the centre of mass was used.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        stuck: bool, "true";
         /// Displacement along the ground in the rollout that the gradient is computed from. `null` if the robot flies
         /// apart in that rollout; the gradient is used in either case.
         displacement_horizon: Option<f64>, "number or `null`", unit "m", columns ["displacement_horizon"];

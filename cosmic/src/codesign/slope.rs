@@ -20,12 +20,19 @@ pub struct Slope {
     pub displacement: f64,
     /// The number by which robots are ranked, as in [`Reached::merit`](super::reach::Reached::merit).
     pub merit: f64,
+    /// True if the payload does not move within the horizon. The gradient is then that of the centre of mass.
+    pub stuck: bool,
 }
 
 impl Slope {
     /// Scales the gradient down if its norm is larger than the given norm. Returns the norm before scaling.
     pub fn bound(&mut self, norm: Option<f64>) -> f64 {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
+    }
+
+    /// True if no variable has an influence on the loss: all derivatives are exactly zero.
+    pub(super) fn is_flat(&self) -> bool {
+        !self.gradient.is_empty() && self.gradient.iter().all(|&g| g == 0.0)
     }
 
     /// Replaces the gradient by its exponential running mean, `memory * mean + (1 - memory) * gradient`.

@@ -16,7 +16,7 @@ use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
 use crate::random::{Purpose, stream_of};
-use crate::scene::{GradientPrecision, HorizonMode};
+use crate::scene::{GradientPrecision, HorizonMode, MovedBody};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
@@ -131,9 +131,38 @@ impl Evaluator {
     ///
     /// Several gradients in one call must all be with respect to the design, because their rollouts share the
     /// controller.
+    ///
+    /// A payload that sticks to the ground has a gradient of exactly zero, from which the optimisation could not get
+    /// away. Until the payload moves, the gradients are therefore those of the centre of mass.
     pub fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
+        let body = self.scene.objective.body;
+        let mut slopes = self.slopes_of(body, sought, at);
+        let may_stick = body == MovedBody::Payload && self.loss.is_far();
+        if may_stick && slopes.iter().all(Slope::is_flat) {
+            let of_mass = self.slopes_of(MovedBody::Mass, sought, at);
+            for (slope, of_mass) in slopes.iter_mut().zip(of_mass) {
+                (slope.gradient, slope.stuck) = (of_mass.gradient, true);
+            }
+        }
+        slopes
+    }
+
+    /// The gradients of the loss of this part of the robot.
+    fn slopes_of<const N: usize>(
+        &self,
+        body: MovedBody,
+        sought: [Sought; N],
+        at: &At,
+    ) -> [Slope; N] {
         let horizon = &at.horizon;
         at.means(&self.task, |task, inputs| {
+            let of_body;
+            let task = if body == self.scene.objective.body {
+                task
+            } else {
+                of_body = task.clone().with_moved(body);
+                &of_body
+            };
             match self.scene.gradient.precision {
                 GradientPrecision::F64 => {
                     self.differentiated::<f64, N>(task, inputs, &sought, horizon)
@@ -210,6 +239,7 @@ impl Evaluator {
                 loss,
                 displacement: moved.forward(),
                 merit,
+                stuck: false,
             }
         })
     }

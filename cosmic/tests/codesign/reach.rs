@@ -1,9 +1,11 @@
 use crate::small::{LIVELY, Up, begun, tiny};
-use cosmic::codesign::{CoDesign, Reached, Schedule, first_best};
+use cosmic::codesign::{CoDesign, Quantiles, Reached, Schedule, VARIED, first_best};
+use cosmic::domain::{Domain, draw};
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{GradientPrecision, Scene, TaskKind};
+use cosmic::random::{Purpose, stream};
+use cosmic::scene::{GradientPrecision, Scene, SelectionKind, TaskKind};
 
 /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
 /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
@@ -164,4 +166,29 @@ fn a_nan_merit_is_the_worse_merit() {
     let worse = |ahead, behind: f64| of(ahead).with_behind(of(-behind)).merit;
     assert_eq!([worse(1.0, 2.0), worse(2.0, 1.0)], [1.0; 2]);
     assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());
+}
+
+/// In a scene that selects by robust displacements, the rank of a robot is the 10 % quantile over robots that vary a
+/// little, or the result of the robot as designed if that is worse. The rollouts run side by side, with the bits of
+/// single rollouts.
+#[test]
+fn a_robust_rank_is_a_quantile_over_varied_robots() {
+    let mut scene = Scene::parse("lively", &format!("{LIVELY}iterations = 9\n")).unwrap();
+    (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), 0.6);
+    scene.selection.kind = SelectionKind::Robust;
+    let (evaluator, progress) = begun(&scene);
+    let reached = evaluator.evaluate(&progress);
+    let mut stream = stream(progress.seed, Purpose::Ranking);
+    let count = scene.selection.perturbed_rollouts;
+    let mut domains: Vec<_> = (0..count)
+        .map(|_| draw(&evaluator.task, &VARIED, &mut stream))
+        .collect();
+    domains[0] = Domain::of(&evaluator.task, evaluator.start.clone());
+    let design = evaluator.design(&progress);
+    let alone = |domain| evaluator.reach(&design, &progress.controller, domain);
+    let merits: Vec<f64> = domains.iter().map(|domain| alone(domain).merit).collect();
+    let of_varied = Quantiles::of(&merits);
+    assert!(of_varied.p10 < of_varied.p90, "{merits:?}");
+    assert_eq!(reached.merit, of_varied.p10.min(merits[0]));
+    assert_eq!(reached.along(), merits[0]);
 }

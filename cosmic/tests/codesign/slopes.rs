@@ -246,3 +246,33 @@ fn time_steps_are_checked_for_the_robots_that_are_drawn() {
     // The longest stable time step of the damped symplectic Euler method is nearly proportional to 1 / frequency.
     assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
 }
+
+/// A payload that is too heavy to be lifted sticks to the ground. Its gradient is zero, so the gradient of the centre of
+/// mass replaces it. A payload that moves keeps its own.
+#[test]
+fn a_payload_that_sticks_gets_the_gradient_of_the_centre_of_mass() {
+    let mut scene = tiny();
+    let slope_of = |scene: &Scene| {
+        let codesign = CoDesign::new(scene).unwrap();
+        let progress = codesign.begin(0).unwrap();
+        let (evaluator, now) = (codesign.evaluator(), Schedule::at(scene, 1));
+        let at = evaluator.point(&progress, &now);
+        let design = evaluator.design(&progress);
+        let [slope] = evaluator.slopes([Sought::Controller(&design)], &at);
+        slope
+    };
+    scene.physics.payload_mass = 100.0;
+    let stuck = slope_of(&scene);
+    assert!(
+        stuck.stuck && stuck.displacement == 0.0,
+        "{}",
+        stuck.displacement
+    );
+    scene.objective.body = MovedBody::Mass;
+    let of_mass = slope_of(&scene);
+    assert!(!of_mass.stuck);
+    assert_eq!(stuck.gradient, of_mass.gradient);
+    assert!(stuck.gradient.iter().any(|&g| g != 0.0));
+    (scene.objective.body, scene.physics.payload_mass) = (MovedBody::Payload, 0.0);
+    assert!(!slope_of(&scene).stuck);
+}

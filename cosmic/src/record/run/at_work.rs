@@ -69,6 +69,8 @@ pub struct Run {
     warned: Grade,
     /// The number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
+    /// True once the run has warned about a payload that does not move.
+    stuck: bool,
     /// True if a warning was given that the loss is not finite.
     lost: bool,
     /// Wall time of the run in earlier processes, in seconds.
@@ -135,6 +137,7 @@ impl Run {
             lock,
             warned: Grade::Safe,
             flat: 0,
+            stuck: false,
             lost: false,
             before,
             since: Instant::now(),
@@ -199,6 +202,7 @@ impl Run {
             let interrupted = observer.iteration(self, &record).is_break();
             let next_ends = saved.elapsed() + began.elapsed();
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
+            self.judge_payload(&record, observer);
             self.judge_slopes(&record, observer);
             self.judge_loss(&record, observer);
             // The iteration is not saved, so a resumed run repeats it and ends with the same error.
@@ -282,6 +286,20 @@ impl Run {
         }
         observer.warning(self, &error.to_string());
         self.write_design(&delivery).err().unwrap_or(error)
+    }
+
+    /// Warns once about a payload that does not move.
+    fn judge_payload(&mut self, record: &Record, observer: &mut dyn Observer) {
+        if !record.stuck || self.stuck {
+            return;
+        }
+        self.stuck = true;
+        let text = format!(
+            "after iteration {}: the payload does not move within the horizon, so its gradient is zero; the gradient \
+             of the centre of mass is used until the payload moves",
+            record.iteration - 1
+        );
+        observer.warning(self, &text);
     }
 
     /// Warns if neither the design nor the controller seems to influence the loss, because all gradients are zero or
