@@ -112,7 +112,7 @@ fn the_world_is_described() {
     );
     has(
         &told,
-        &["\ncontroller.omega = 10.0 (auto: 10 rad/s divided by the time scale)\n"],
+        &["\ncontroller.omega = 10.0 (auto: 10 rad/s divided by the time scale, times"],
     );
     let moon =
         "base = \"rough\"\n[physics]\ngravity = 1.6\nincline_deg = 5\nforces = [\"stops\"]\n";

@@ -19,8 +19,7 @@ fn an_unreliable_robot_has_a_reason() {
     assert_eq!(far([1.6, 3.0, 4.4]), "");
     assert_eq!(
         far([-1.537, 3.093, 3.0]),
-        "the 10 % quantile over perturbed starts is -1.537 m, more than 1.546 m below the median \
-         of 3.093 m"
+        "the 10 % quantile of varied robots is -1.537 m, more than 1.546 m below their median of 3.093 m"
     );
     assert!(far([3.0, 3.093, -4.2]).starts_with("the unperturbed rollout reaches -4.200 m, "));
     assert!(far([3.0, 3.0, 4.6]).contains("1.500 m away"));
@@ -42,7 +41,7 @@ fn negative_medians_are_compared_by_their_absolute_value() {
     let loss = |numbers| reason(Merit::MinusLoss, numbers);
     assert_eq!(loss([-0.5, -0.4, -0.3]), "");
     let worse = loss([-0.9, -0.4, -0.4]);
-    for words in ["loss over perturbed starts is 0.9000", "median of 0.4000"] {
+    for words in ["loss of varied robots is 0.9000", "median of 0.4000"] {
         assert!(worse.contains(words), "{worse}");
     }
     assert_eq!(loss([0.0, 0.0, 0.0]), "");
