@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::State;
 use super::own::{EdgeRules, Payload, Truss, median};
-use crate::geometry::{Bounds, Segment, Vector};
+use crate::geometry::{Bounds, Range, Segment, Vector};
 
 /// The nodes and edges of a robot. One or several nodes carry payload.
 ///
@@ -116,6 +116,12 @@ impl<const D: usize> Lattice<D> {
     /// metres.
     pub fn side(&self) -> f64 {
         (self.extent().largest() + 1.0) * self.spacing
+    }
+
+    /// The extent of the nodes along the ground at rest, m.
+    pub fn length(&self) -> f64 {
+        let along = self.places.iter().map(|place| place.forward());
+        Range::of(along).size() * self.spacing
     }
 
     /// The line segment between the places of two nodes, in units of `spacing`.

@@ -12,7 +12,7 @@
 use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
 use super::{Scene, Setting};
-use crate::geometry::{Ground, Range};
+use crate::geometry::Ground;
 use crate::lattice::Lattice;
 use serde::Serialize;
 
@@ -39,10 +39,11 @@ struct Scales {
 impl Scales {
     fn of(scene: &Scene) -> Self {
         let lattice = Lattice::new(&scene.lattice, Ground::from(&scene.physics));
-        let extent = Range::of(lattice.places.iter().map(|place| place.forward())).size();
-        // The nodes of a vertical mast have no extent along the ground.
-        let extent = if extent > 0.0 { extent } else { 1.0 };
-        let length = extent * lattice.spacing / 0.5;
+        let length = match lattice.length() {
+            // The nodes of a vertical mast have no extent along the ground.
+            0.0 => lattice.spacing,
+            length => length,
+        } / 0.5;
         let mut physics = scene.physics.clone();
         physics.substeps = 1;
         let [_, densities @ ..] = scene.materials.density;

@@ -75,12 +75,13 @@ const SUM: OfSample = |s| Some(s.iter().filter(|x| !x.is_nan()).sum());
 
 /// The columns of the table of trials. Each entry has four parts: the heading; the name of a number that every run has;
 /// the function that computes one number from the numbers of all runs; and the number of decimals to show.
-const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
+const COLUMNS: [(&str, &str, OfSample, usize); 26] = [
     ("best", DISPLACEMENT, BEST, 2),
     ("p10", DISPLACEMENT, |s| Statistics::of(s).p10, 2),
     ("median", DISPLACEMENT, MEDIAN, 2),
     ("±", DISPLACEMENT, |s| Statistics::of(s).standard_error, 2),
     ("p90", DISPLACEMENT, |s| Statistics::of(s).p90, 2),
+    ("lengths", "lengths", MEDIAN, 1),
     ("spread", "spread", MEDIAN, 2),
     ("dt/2", "half_step_p50", MEDIAN, 2),
     ("last", "displacement_last_p50", MEDIAN, 2),
@@ -94,6 +95,7 @@ const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("V_act", "V_act", MEDIAN, 3),
     ("runs", "seconds", COUNT, 0),
     ("diverged", "seconds", DIVERGED, 0),
+    ("reliable", "reliable", ONES, 0),
     ("one-hot", "one_hot", ONES, 0),
     ("in bounds", "within_bounds", ONES, 0),
     ("in one piece", "pieces", ONES, 0),

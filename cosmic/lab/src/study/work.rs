@@ -141,7 +141,11 @@ impl Study {
                 study.measure(&folder, &self.registry, &|| false).map(drop)
             })?;
             let finished = (state != RunState::Diverged).then_some(&*folder);
-            let numbers = numbers(finished, &self.file.keys.mujoco)?;
+            let numbers = numbers(
+                finished,
+                &trials[index / seeds].scene,
+                &self.file.keys.mujoco,
+            )?;
             Ok(Run {
                 seed,
                 folder,
@@ -155,7 +159,7 @@ impl Study {
                 runs: runs.collect::<Result<_>>()?,
             })
         };
-        let rows = trials.into_iter().enumerate().map(row);
+        let rows = trials.iter().cloned().enumerate().map(row);
         self.write_results(&rows.collect::<Result<Vec<_>>>()?)
     }
 }
