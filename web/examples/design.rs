@@ -18,7 +18,7 @@ fn main() -> cosmic::Result<()> {
     let mut codesign = CoDesign::new(&Scene::load(scene)?.set(settings)?)?;
     let robot = codesign.optimise(seed, |_| ())?;
     let lattice = &codesign.task().lattice;
-    let file = DesignFile::new(lattice, &robot.z, &robot.materials, &robot.controller);
+    let file = DesignFile::new(lattice, &robot.design, &robot.materials, &robot.controller);
     print!("{}", file.to_json());
     Ok(())
 }

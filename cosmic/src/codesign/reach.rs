@@ -28,7 +28,7 @@ pub struct Reached {
     pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
     /// distance, minus the loss. With two goals, it is the merit for the worse goal. A robot that was
-    /// [ranked](Evaluator::ranked) in several rollouts has a quantile of their merits.
+    /// ranked in several rollouts has a quantile of their merits.
     pub merit: f64,
     /// Only with two goals: the displacement along the ground in metres when the goal is behind the robot. A negative
     /// displacement is towards that goal.
