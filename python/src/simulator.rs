@@ -281,14 +281,9 @@ impl Simulator {
     fn new(scene: &Scene) -> PyResult<Self> {
         caught(|| {
             simulator_fits(&scene.scene)?;
-            let scene = scene.scene.clone();
-            if scene.controller.clock == scene::ClockKind::Learned {
-                return Err(refused(
-                    "controller.clock is \"learned\", but a simulator has a fixed clock; use `simulator` of the run, \
-                     or set controller.clock to \"fixed\""
-                        .to_owned(),
-                ));
-            }
+            let mut scene = scene.scene.clone();
+            // The arrays of a controller do not contain a tempo.
+            scene.controller.clock = scene::ClockKind::Fixed;
             let codesign = CoDesign::new(&scene).map_err(raised)?;
             let task = codesign.task().clone();
             let sizes = Sizes::of(&task.lattice, &scene.controller);

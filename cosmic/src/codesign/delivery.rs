@@ -300,8 +300,8 @@ impl Evaluator {
             .collect()
     }
 
-    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units of
-    /// the lattice's scale, is added to or subtracted from every coordinate, at random.
+    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units
+    /// of the lattice's scale, is added to or subtracted from every coordinate, at random.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);

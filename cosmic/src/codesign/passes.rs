@@ -16,8 +16,8 @@ use crate::scene::ClockKind;
 /// fine-tuning there is one in every iteration, because every controller may be the one that is delivered.
 const EVALUATE_EVERY: usize = 10;
 
-/// The ratio of the learning rate of a learned clock's tempo to that of all other numbers of the controller. With a ratio
-/// of 1 robots get less far in most worlds, and with 10 more of them are unreliable (`studies/options.md`).
+/// The ratio of the learning rate of a learned clock's tempo to that of all other numbers of the controller. With a
+/// ratio of 1 robots get less far in most worlds, and with 10 more of them are unreliable (`studies/options.md`).
 const TEMPO_RATE: f64 = 3.0;
 
 impl CoDesign {
@@ -137,8 +137,9 @@ impl CoDesign {
         rate: f64,
         record: &mut Record,
     ) {
-        // The tempo of a learned clock is the last number. Its derivative grows with the phase: on 4x3 nodes it is 8 times
-        // the norm of all others in the median over a run, and 90 times at most. A common bound would shrink the others.
+        // The tempo of a learned clock is the last number. Its derivative grows with the phase: on 4x3 nodes it is 8
+        // times the norm of all others in the median over a run, and 90 times at most. A common bound would shrink the
+        // others.
         let tempos = usize::from(self.scene().controller.clock == ClockKind::Learned);
         let weights = slope.gradient.len() - tempos;
         let (others, tempo) = slope.gradient.split_at_mut(weights);

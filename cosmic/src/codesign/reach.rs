@@ -83,8 +83,8 @@ impl Evaluator {
 
     /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
     /// results. In a scene that [selects](SelectionKind) by robust displacements, other rollouts vary the robots a
-    /// little. The merit of a robot is the 10 % quantile over all of its rollouts, or the merit of the unperturbed one if
-    /// that is lower. The seed determines the variations.
+    /// little. The merit of a robot is the 10 % quantile over all of its rollouts, or the merit of the unperturbed one
+    /// if that is lower. The seed determines the variations.
     pub(super) fn ranked(
         &self,
         designs: &[Design<Mixture<f64>>],

@@ -69,8 +69,8 @@ pub struct Network<R> {
 }
 
 impl<R: Real> Network<R> {
-    /// The network whose parameters a controller holds; `None` if the controller belongs to another policy. The tempo of a learned clock
-    /// is not a part of the network.
+    /// The network whose parameters a controller holds; `None` if the controller belongs to another policy. The tempo of
+    /// a learned clock is not a part of the network.
     pub fn of(controller: &Controller<R>) -> Option<Self> {
         let names = controller.blocks().map(|(name, ..)| name);
         let is_network = names.filter(|name| *name != TEMPO).eq(NETWORK);

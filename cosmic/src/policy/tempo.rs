@@ -1,7 +1,7 @@
 //! The learned clock: its frequency is a design variable.
 //!
-//! The angular frequency is `omega exp(tempo)`, with the number `tempo` of the controller. An update of `tempo` is thus a
-//! relative change of the frequency, in any units of time.
+//! The angular frequency is `omega exp(tempo)`, with the number `tempo` of the controller. An update of `tempo` is thus
+//! a relative change of the frequency, in any units of time.
 
 use autodiff::Real;
 use autodiff::arrays::{UniformKernel, Uniforms};
@@ -27,7 +27,7 @@ pub fn frequency(settings: &ControllerSettings, controller: &Controller<f64>) ->
 
 /// The numbers of the clock that a step gets at the time `time`, in pairs. A fixed clock has one pair, the
 /// [clock](clock()). A learned clock has three: the clock at the frequency `omega`, its derivative by the phase, and
-/// twice the phase, from which the step computes the clock by [`Turn`].
+/// a pair of equal phases. From these, the step computes the clock by [`Turn`].
 pub(crate) fn ticks(settings: &ControllerSettings, time: f64) -> Vec<[f64; 2]> {
     let phase = settings.omega * time;
     let [sin, cos] = clock(phase);

@@ -69,8 +69,8 @@ keys! {
         #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
         /// Whether `displacement_robust_p50` describes the robot well; for tasks other than `far`, whether the median
-        /// loss of the same varied robots does. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`. Absent in files of
-        /// earlier versions.
+        /// loss of the same varied robots does. `verdict` is `reliable` or `unreliable`; an unreliable robot has a
+        /// `reason`. Absent in files of earlier versions.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
         /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`. Absent if too

@@ -292,7 +292,9 @@ settings! {
         /// Number of clock signals.
         clocks: usize = 10, allowed within(1.0, 1024.0), source "paper: 10";
         /// Angular frequency of the clock.
-        omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from 0.25 to 4)",
+        omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s",
+            auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
+                  0.25 to 4)",
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable. If it is, it begins at `omega`, and the optimisation of
         /// the controller changes it.

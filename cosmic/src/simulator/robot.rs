@@ -211,8 +211,9 @@ impl Robot {
         of_clock.into_iter().chain(of_policy).collect()
     }
 
-    /// Records the activation of every slot as a function of the state and the [ticks](ticks()) of the clock. If the robot has no actuators,
-    /// activations have no effect: the policy is not recorded, and any array of the right length is returned.
+    /// Records the activation of every slot as a function of the state and the [ticks](ticks()) of the clock. If the
+    /// robot has no actuators, activations have no effect: the policy is not recorded, and any array of the right length
+    /// is returned.
     pub(super) fn activation<R: Real>(
         &self,
         p: &mut Program<R>,
