@@ -238,6 +238,7 @@ impl CoDesign {
             violations: [0.0; 4],
             flips: 0,
             skipped: 0,
+            flat: 0,
             candidates: Vec::new(),
             design_mean: [Vec::new(), Vec::new()],
             settled: None,

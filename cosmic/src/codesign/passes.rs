@@ -48,6 +48,7 @@ impl CoDesign {
         };
         record.displacement_horizon = first.map(judged);
         record.stuck = first.is_some_and(|slope| slope.stuck);
+        progress.note_slopes(slopes.iter().flatten());
         record.merit_horizon = first.and_then(|slope| self.evaluator.merit_horizon(slope));
         let losses = || slopes.iter().flatten().map(|slope| slope.loss);
         record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
@@ -117,6 +118,9 @@ impl CoDesign {
         record.merit_horizon = self.evaluator.merit_horizon(&slope);
         record.loss_horizon = Some(slope.loss);
         record.stuck = slope.stuck;
+        if rate != 0.0 {
+            progress.note_slopes([&slope]);
+        }
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
             progress.note_candidate(reached.merit, self.scene().selection.candidates);
             if settle(&self.evaluator, progress, now, reached.merit) {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
 use super::schedule::Phase;
+use super::slope::Slope;
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
 use crate::keys::{Cell, keys};
@@ -52,6 +53,9 @@ pub struct Progress {
     pub flips: usize,
     /// The number of gradients skipped because they or their loss were not finite.
     pub skipped: usize,
+    /// The number of passes since the last one with a gradient other than zero.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub flat: usize,
     /// The best controllers of the fine-tuning, best first. They are compared by one rollout each.
     pub candidates: Vec<Candidate>,
     /// For each projection, the running mean of the design gradient. Both are empty before the first design pass, and
@@ -68,6 +72,13 @@ impl Progress {
     /// entered.
     pub fn before_first(&self) -> usize {
         self.entered.unwrap_or(0)
+    }
+
+    /// Counts a pass that has computed these slopes.
+    pub(super) fn note_slopes<'a>(&mut self, slopes: impl IntoIterator<Item = &'a Slope>) {
+        let mut slopes = slopes.into_iter();
+        let is_flat = slopes.all(|slope| slope.stuck || slope.is_flat());
+        self.flat = if is_flat { self.flat + 1 } else { 0 };
     }
 
     /// Inserts the current controller into the candidates, which are sorted by merit. Does nothing if the merit is not
@@ -156,6 +167,10 @@ impl Progress {
     }
 }
 
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
 /// A controller from the fine-tuning that may become the controller of the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
@@ -206,8 +221,8 @@ keys! {
         /// otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         diverged: bool, "true";
-        /// True if the payload did not move at all in the rollout of the gradient; absent otherwise. Its own gradient is
-        /// then zero, and the gradient of the centre of mass was used.
+        /// True if the payload did not move at all in the rollouts of the last gradients; absent otherwise. Its own
+        /// gradient is then zero, and the gradient of the centre of mass was used.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         stuck: bool, "true";
         /// Displacement along the ground in the rollout that the gradient is computed from. `null` if the robot flies

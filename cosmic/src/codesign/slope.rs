@@ -20,7 +20,8 @@ pub struct Slope {
     pub displacement: f64,
     /// The number by which robots are ranked, as in [`Reached::merit`](super::reach::Reached::merit).
     pub merit: f64,
-    /// True if the payload does not move within the horizon. The gradient is then that of the centre of mass.
+    /// True if the payload does not move within the horizon and did not move in earlier passes. The gradient is then
+    /// that of the centre of mass.
     pub stuck: bool,
 }
 
@@ -76,6 +77,9 @@ pub struct At<'a> {
     pub inputs: Inputs<f64>,
     /// The steps that carry the gradient.
     pub horizon: Horizon,
+    /// True if the payload has not moved in the last passes. The gradient of a payload that still does not move is then
+    /// replaced by that of the centre of mass.
+    pub sticks: bool,
 }
 
 impl At<'_> {

@@ -53,6 +53,9 @@ impl Sought<'_> {
     }
 }
 
+/// After this number of passes without any gradient, the payload counts as stuck.
+const PATIENCE: usize = 3;
+
 /// Rollouts whose mean speed exceeds this share of the speed bound are checked. Few walking robots are that fast: the
 /// share is 1 m/s if the bound is 100 m/s.
 const WALKS: f64 = 0.01;
@@ -64,6 +67,7 @@ impl Evaluator {
             domains: self.domains(progress, now),
             inputs: self.inputs(progress),
             horizon: self.horizon(now),
+            sticks: progress.flat >= PATIENCE,
         }
     }
 
@@ -133,11 +137,11 @@ impl Evaluator {
     /// controller.
     ///
     /// A payload that sticks to the ground has a gradient of exactly zero, from which the optimisation could not get
-    /// away. Until the payload moves, the gradients are therefore those of the centre of mass.
+    /// away. If that was so in the last passes, the gradients are therefore those of the centre of mass.
     pub fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
         let body = self.scene.objective.body;
         let mut slopes = self.slopes_of(body, sought, at);
-        let may_stick = body == MovedBody::Payload && self.loss.is_far();
+        let may_stick = at.sticks && body == MovedBody::Payload && self.loss.is_far();
         if may_stick && slopes.iter().all(Slope::is_flat) {
             let of_mass = self.slopes_of(MovedBody::Mass, sought, at);
             for (slope, of_mass) in slopes.iter_mut().zip(of_mass) {

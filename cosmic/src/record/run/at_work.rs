@@ -295,8 +295,8 @@ impl Run {
         }
         self.stuck = true;
         let text = format!(
-            "after iteration {}: the payload does not move within the horizon, so its gradient is zero; the gradient \
-             of the centre of mass is used until the payload moves",
+            "after iteration {}: the payload has not moved in the last iterations, so its gradient is zero; the \
+             gradient of the centre of mass is used until the payload moves",
             record.iteration - 1
         );
         observer.warning(self, &text);
