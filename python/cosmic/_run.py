@@ -99,7 +99,8 @@ class Run:
         self.scene = Scene.load(self.folder / "scene.toml")
         self.design = Design(read["edges"], read["z"], read["materials"])
         names = ("w1", "b1", "w2", "b2")
-        self.controller = Controller(*(read[name] for name in names), read.get("tempo"))
+        network = {name: read[name] for name in names}
+        self.controller = Controller(**network, tempo=read.get("tempo"))
         self._omega = read["omega"]
         self.history = _columns(read["history"])
         self.trajectory, self.velocities = read["x"], read["v"]
