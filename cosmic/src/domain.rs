@@ -112,6 +112,18 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
     }
 }
 
+/// Draws several [variations](draw) of `task`, one after the other.
+pub fn draw_many(
+    task: &Task,
+    settings: &RobustSettings,
+    count: usize,
+    mut stream: ChaCha8Rng,
+) -> Vec<Domain<'static>> {
+    (0..count)
+        .map(|_| draw(task, settings, &mut stream))
+        .collect()
+}
+
 /// Moves every coordinate of the positions in `start` up or down at random, by `distance` (m).
 pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> State<f64> {
     let mut moved = |x: f64| x + distance.copysign(symmetric(stream, 1.0));

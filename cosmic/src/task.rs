@@ -237,24 +237,25 @@ impl Task {
         designs.iter().map(|d| self.body(d.borrow())).collect()
     }
 
+    /// The time step, s, below which every design of the lattice is [stable](AnyDesign::stable_step), and so are its
+    /// random variations, which may vibrate [`faster`](crate::scene::RobustSettings::faster) times as fast.
+    pub fn stable_step_of_any_design(&self, faster: f64) -> f64 {
+        AnyDesign::new(&self.lattice, &self.materials, &self.physics).stable_step(faster)
+    }
+
     /// Checks whether the time step is short enough for the vibrations of a robot. The robot has this design and is at
     /// rest in `positions`. Its random variations may vibrate [`faster`](crate::scene::RobustSettings::faster) times as
-    /// fast and are checked too.
+    /// fast and are checked too. `any_design` is the [stable step of every design](Self::stable_step_of_any_design).
     pub fn step_check(
         &self,
         design: &Design<Mixture<f64>>,
         positions: &[Vector<f64>],
         faster: f64,
+        any_design: f64,
     ) -> StepCheck {
         let body = self.body(design);
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
-        let any_design = AnyDesign::new(&self.lattice, &self.materials, &self.physics);
-        StepCheck::new(
-            &vibration,
-            any_design.stable_step(faster),
-            faster,
-            &self.physics,
-        )
+        StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
     /// Computes the loss of a design over a horizon. The controller and the initial state are in `inputs`. In the mode

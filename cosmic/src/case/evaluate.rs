@@ -78,8 +78,9 @@ impl Case {
 
     /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.
     pub fn step_check(&self) -> StepCheck {
-        self.task()
-            .step_check(&self.own_design(), &self.start.x, 1.0)
+        let task = self.task();
+        let any_design = task.stable_step_of_any_design(1.0);
+        task.step_check(&self.own_design(), &self.start.x, 1.0, any_design)
     }
 
     /// Simulates the case, but with the design, the controller and the initial state of `inputs`. Returns the loss:

@@ -9,7 +9,7 @@ use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
 use crate::design::{Design, Material, Mixture, Structure, volumes};
-use crate::domain::{Domain, draw, perturbed};
+use crate::domain::{Domain, draw_many, perturbed};
 use crate::geometry::Vector;
 use crate::policy::Controller;
 use crate::random::{Purpose, stream};
@@ -18,9 +18,8 @@ use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
-/// controllers: 1 % of a spacing in the start (a hundredth of a spacing is a thousandth of the lattice's scale), 5 % of
-/// the friction, and 5 % of the stiffness of every edge. They are the same in all scenes, so that robots of different
-/// scenes can be compared.
+/// controllers: 1 % of a spacing in the start (with `lattice.units = "absolute"` 1 mm), 5 % of the friction, and 5 % of
+/// the stiffness of every edge. They are the same in all scenes, so that robots of different scenes can be compared.
 pub const VARIED: RobustSettings = RobustSettings {
     samples: 1,
     start: 0.001,
@@ -293,11 +292,8 @@ impl Evaluator {
     }
 
     fn drawn(&self, settings: &RobustSettings, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
-        let mut stream = stream(seed, purpose);
-        let domain = |_| draw(&self.task, settings, &mut stream);
-        (0..self.scene.selection.perturbed_rollouts)
-            .map(domain)
-            .collect()
+        let count = self.scene.selection.perturbed_rollouts;
+        draw_many(&self.task, settings, count, stream(seed, purpose))
     }
 
     /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units

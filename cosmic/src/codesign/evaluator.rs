@@ -24,6 +24,8 @@ pub struct Evaluator {
     pub loss: Arc<dyn AnyLoss>,
     /// The unperturbed start.
     pub start: State<f64>,
+    /// The time step, s, below which every design of the lattice is stable.
+    stable_step_of_any_design: f64,
 }
 
 impl Evaluator {
@@ -45,6 +47,7 @@ impl Evaluator {
             &scene.projection,
         );
         Ok(Self {
+            stable_step_of_any_design: task.stable_step_of_any_design(scene.robust.faster()),
             loss,
             start,
             task: task
@@ -70,8 +73,8 @@ impl Evaluator {
     /// Compares the time step with the vibrations of a design. Random variations of the robot, which domain
     /// randomisation may draw, are included.
     pub(super) fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
-        let faster = self.scene.robust.faster();
-        self.task.step_check(design, &self.start.x, faster)
+        let (faster, any_design) = (self.scene.robust.faster(), self.stable_step_of_any_design);
+        (self.task).step_check(design, &self.start.x, faster, any_design)
     }
 }
 

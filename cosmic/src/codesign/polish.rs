@@ -70,7 +70,8 @@ fn finalists(
     let tried = flipped(layout, &bounds, rules, trials, cost);
     let mut short = task.clone();
     short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
-    let reached = evaluator.reached(&tried, &progress.controller, &short);
+    let designs: Vec<_> = tried.iter().cloned().map(Design::Layout).collect();
+    let reached = evaluator.reached(&designs, &progress.controller, &short);
     let merits = reached.iter().map(|r| r.merit);
     let mut ranked: Vec<_> = merits.zip(tried).collect();
     // The sort is stable, so of equally good layouts the first wins. A diverged rollout (NaN) comes last.

@@ -27,8 +27,8 @@ pub struct Reached {
     /// ground, then the component normal to it.
     pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
-    /// distance, minus the loss. With two goals, it is the merit for the worse goal. A robot that was
-    /// ranked in several rollouts has a quantile of their merits.
+    /// distance, minus the loss. With two goals, it is the merit for the worse goal. A robot that was ranked
+    /// in several rollouts has a quantile of their merits.
     pub merit: f64,
     /// Only with two goals: the displacement along the ground in metres when the goal is behind the robot. A negative
     /// displacement is towards that goal.
@@ -92,9 +92,7 @@ impl Evaluator {
         seed: u64,
     ) -> Vec<Reached> {
         if self.scene.selection.kind != SelectionKind::Robust {
-            let side_by_side = |designs: &[_]| self.try_many(designs, controller, &self.task);
-            let groups = designs.par_chunks(together(designs.len()));
-            return groups.flat_map_iter(side_by_side).collect();
+            return self.reached(designs, controller, &self.task);
         }
         let mut domains = self.varied(seed, Purpose::Ranking);
         domains[0] = self.nominal();
@@ -152,17 +150,16 @@ impl Evaluator {
         (layouts.swap_remove(best), Some(reached[best]))
     }
 
-    /// The results of single rollouts of several layouts with one controller, in the order of the layouts. The rollouts
+    /// The results of single rollouts of several robots with one controller, in the order of the designs. The rollouts
     /// run in parallel.
     pub(super) fn reached(
         &self,
-        layouts: &[Vec<Material>],
+        designs: &[Design<Mixture<f64>>],
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let designs: Vec<_> = layouts.iter().cloned().map(Design::Layout).collect();
         let side_by_side = |designs: &[_]| self.try_many(designs, controller, task);
-        let groups = designs.par_chunks(together(layouts.len()));
+        let groups = designs.par_chunks(together(designs.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
 

@@ -20,8 +20,8 @@ pub struct Slope {
     pub displacement: f64,
     /// The number by which robots are ranked, as in [`Reached::merit`](super::reach::Reached::merit).
     pub merit: f64,
-    /// True if the payload does not move within the horizon and did not move in earlier passes. The gradient is then
-    /// that of the centre of mass.
+    /// True if the payload does not move within the horizon and did not move in earlier passes. The gradient of the
+    /// centre of mass is then used.
     pub stuck: bool,
 }
 

@@ -10,7 +10,7 @@ use super::reach::{Goal, Reached, is_ranked_by_distance};
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::design::{Design, Mixture};
-use crate::domain::{Domain, draw};
+use crate::domain::{Domain, draw_many};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
@@ -85,9 +85,8 @@ impl Evaluator {
     pub fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;
         let number = now.iteration as u64;
-        let mut stream = stream_of(progress.seed, Purpose::DomainRandomisation, number);
-        let domain = |_| draw(&self.task, settings, &mut stream);
-        (0..settings.samples).map(domain).collect()
+        let stream = stream_of(progress.seed, Purpose::DomainRandomisation, number);
+        draw_many(&self.task, settings, settings.samples, stream)
     }
 
     /// The horizon of an iteration: the steps that the gradient is computed over, and the bound on its cotangents.

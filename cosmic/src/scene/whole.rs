@@ -1,5 +1,5 @@
-//! What concerns a scene as a whole: the base and the version at its beginning, missing keys, numbers that follow from
-//! others, and contradictions.
+//! The parts of reading a scene that need more than one key: the base and the version, missing keys, numbers that
+//! follow from others, and contradictions.
 
 use super::base::{Base, TOP_KEYS};
 use super::diagnostic::Fault;

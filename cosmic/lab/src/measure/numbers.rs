@@ -4,10 +4,8 @@ use super::check::Check;
 use super::walks::Walks;
 use cosmic::error::Result;
 use cosmic::keys::{Keyed, columns};
-use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
 use cosmic::record::summary::ratio;
-use cosmic::scene::Scene;
 use std::path::Path;
 
 /// The summary and the measurements of a finished run.
@@ -15,19 +13,17 @@ struct Finished {
     summary: Summary,
     check: Check,
     walks: Option<Walks>,
-    /// The extent of the lattice along the ground at rest, m.
-    length: f64,
 }
 
 /// Returns all numbers of a run, each with the name of its column. A number is NaN if a rollout diverged. It is `None`
 /// if it is a ratio and the robot is unreliable, because such a ratio is meaningless. `folder` is `None` for a run that
-/// diverged; `scene` is the scene of the run.
+/// diverged. `length` is the extent of the lattice along the ground at rest, m.
 ///
 /// # Errors
 /// If a record is missing or malformed.
 pub(crate) fn numbers(
     folder: Option<&Path>,
-    scene: &Scene,
+    length: f64,
     frictions: &[f64],
 ) -> Result<Vec<(String, Option<f64>)>> {
     let read = |folder: &Path| -> Result<Finished> {
@@ -35,7 +31,6 @@ pub(crate) fn numbers(
             summary: Summary::read(folder)?,
             check: Check::read(folder)?,
             walks: Walks::read(folder)?,
-            length: Lattice::new(&scene.lattice, &scene.physics).length(),
         })
     };
     let run = folder.map(read).transpose()?;
@@ -75,7 +70,7 @@ pub(crate) fn numbers(
         Some(f64::from(!run.summary.is_unreliable()))
     });
     add("lengths".to_owned(), &|run| {
-        let (moved, length) = (run.summary.displacement_p50?, run.length);
+        let moved = run.summary.displacement_p50?;
         (length > 0.0).then(|| moved / length)
     });
     add("steered".to_owned(), &|run| {

@@ -6,6 +6,7 @@ use crate::measure::numbers;
 use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
 use cosmic::Registry;
 use cosmic::error::{Error, Result, in_shell};
+use cosmic::lattice::Lattice;
 use cosmic::record::files::make_folder;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -132,7 +133,7 @@ impl Study {
     pub fn write(&self) -> Result<Vec<PathBuf>> {
         let trials = self.file.trials(&self.base, &self.registry)?;
         let (plan, seeds) = (self.plan(&trials), self.seeds.get());
-        let run = |index: usize| -> Result<Run> {
+        let run = |index: usize, length: f64| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
             // A finished run may lack its measurements, if its process was killed before it measured.
@@ -141,11 +142,7 @@ impl Study {
                 study.measure(&folder, &self.registry, &|| false).map(drop)
             })?;
             let finished = (state != RunState::Diverged).then_some(&*folder);
-            let numbers = numbers(
-                finished,
-                &trials[index / seeds].scene,
-                &self.file.keys.mujoco,
-            )?;
+            let numbers = numbers(finished, length, &self.file.keys.mujoco)?;
             Ok(Run {
                 seed,
                 folder,
@@ -153,13 +150,14 @@ impl Study {
             })
         };
         let row = |(k, trial): (usize, Trial)| {
-            let runs = (k * seeds..(k + 1) * seeds).map(run);
+            let length = Lattice::new(&trial.scene.lattice, &trial.scene.physics).length();
+            let runs = (k * seeds..(k + 1) * seeds).map(|index| run(index, length));
             Ok(TrialRow {
                 trial,
                 runs: runs.collect::<Result<_>>()?,
             })
         };
-        let rows = trials.iter().cloned().enumerate().map(row);
+        let rows = trials.into_iter().enumerate().map(row);
         self.write_results(&rows.collect::<Result<Vec<_>>>()?)
     }
 }

@@ -123,7 +123,8 @@ impl Trial {
         let case = self.prepared();
         let (task, design) = (case.task(), case.own_design());
         // The time step is checked for the lattice at rest, even if its nodes start elsewhere.
-        let check = task.step_check(&design, &case.lattice.positions, 1.0);
+        let any_design = task.stable_step_of_any_design(1.0);
+        let check = task.step_check(&design, &case.lattice.positions, 1.0, any_design);
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&design, &case.controller, &case.start, &span);
         let states = &guarded.trajectory.states;
