@@ -122,6 +122,7 @@ settings! {
         widening: f64 = 0.03, allowed SHARE, source "paper: 0.03";
         /// First and last iteration of the widening.
         widening_over: [usize; 2] = [110, 150], allowed ITERATIONS,
+            auto "110 and 150 for 300 iterations, and in proportion",
             read "with a `widening` above 0" if |s: &Scene| s.volume.widening > 0.0,
             source "paper: 110 to 150";
     }
@@ -136,7 +137,8 @@ settings! {
         /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
         /// First and last iteration in which the thresholds fall.
-        threshold_over: [usize; 2] = [20, 180], allowed ITERATIONS, source "found by experiment";
+        threshold_over: [usize; 2] = [20, 180], allowed ITERATIONS,
+            auto "20 and 100 for 300 iterations, and in proportion", source "found by experiment";
         /// Penalty weight at the start.
         penalty: f64 = 0.3, allowed within(0.0, 1e6),
             read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,

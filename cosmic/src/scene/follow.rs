@@ -11,7 +11,7 @@
 
 use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
-use super::{Scene, Setting};
+use super::{Scene, Setting, StartKind};
 use crate::geometry::Ground;
 use crate::lattice::Lattice;
 use serde::Serialize;
@@ -34,6 +34,8 @@ struct Scales {
     stable: f64,
     /// True if the nodes together weigh more than the bars of a lattice that is half full.
     heavy_nodes: bool,
+    /// The largest force of an actuator at rest, divided by the weight of a robot whose lattice is half full.
+    strength: f64,
 }
 
 impl Scales {
@@ -49,17 +51,23 @@ impl Scales {
         let [_, densities @ ..] = scene.materials.density;
         let density = 0.5 * densities.iter().sum::<f64>();
         let bars = 0.5 * density * lattice.rest_length.iter().sum::<f64>();
+        let nodes = lattice.nodes() as f64 * physics.node_mass;
+        let [.., stiffness] = scene.materials.stiffness;
+        let [.., strain] = scene.materials.max_strain;
+        // Without gravity, a robot takes the time of a robot on earth.
+        let gravity = match physics.gravity.abs() {
+            0.0 => 9.81,
+            gravity => gravity,
+        };
+        let weight = (nodes + bars + physics.payload_mass) * gravity;
         let any_design = AnyDesign::new(&lattice, &scene.materials, &physics);
         Self {
             length,
-            // Without gravity, a robot takes the time of a robot on earth.
-            time: match physics.gravity.abs() {
-                0.0 => length.sqrt(),
-                gravity => (length * (9.81 / gravity)).sqrt(),
-            },
+            time: (length * (9.81 / gravity)).sqrt(),
             nodes: lattice.nodes(),
             edges: lattice.edges.len() as f64,
-            heavy_nodes: lattice.nodes() as f64 * physics.node_mass > bars,
+            heavy_nodes: nodes > bars,
+            strength: stiffness * strain * lattice.spacing / weight,
             stable: any_design.stable_step(scene.robust.faster()),
         }
     }
@@ -68,13 +76,24 @@ impl Scales {
     fn per_node(&self) -> f64 {
         (36.0 / self.nodes as f64).sqrt()
     }
+
+    /// The factor by which a robot is more careful than `earth`: below 1 if an actuator can lift more than 1.5 times the
+    /// robot's weight. Such a robot flies apart if it begins with full strokes or learns in large steps.
+    fn care(&self) -> f64 {
+        (1.5 / self.strength).clamp(0.1, 1.0)
+    }
+}
+
+/// The iteration that is the same share of the run as iteration `of_300` is of 300.
+fn iteration(scene: &Scene, of_300: usize) -> usize {
+    (scene.schedule.iterations * of_300 / 300).max(1)
 }
 
 /// A rule: the key, and the function that sets it. Rules read the numbers that earlier rules have set.
 type Rule = (&'static str, fn(&mut Scene, &Scales));
 
 /// Every rule. The declarations of the keys state them in words.
-const RULES: [Rule; 15] = [
+const RULES: [Rule; 23] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -93,6 +112,27 @@ const RULES: [Rule; 15] = [
     }),
     ("physics.speed_bound", |scene, world| {
         scene.physics.speed_bound = Some(100.0 * (world.length / world.time));
+    }),
+    ("schedule.snap_at", |scene, _| {
+        scene.schedule.snap_at = match scene.start.kind {
+            StartKind::Layout => 0,
+            _ => iteration(scene, 240),
+        };
+    }),
+    ("schedule.attraction_from", |scene, _| {
+        scene.schedule.attraction_from = scene.schedule.snap_at * 17 / 24;
+    }),
+    ("schedule.horizon_over", |scene, _| {
+        scene.schedule.horizon_over = [80, 150].map(|of_300| iteration(scene, of_300));
+    }),
+    ("volume.widening_over", |scene, _| {
+        scene.volume.widening_over = [110, 150].map(|of_300| iteration(scene, of_300));
+    }),
+    ("binarisation.threshold_over", |scene, _| {
+        scene.binarisation.threshold_over = [20, 100].map(|of_300| iteration(scene, of_300));
+    }),
+    ("search.rungs", |scene, _| {
+        scene.search.rungs = [60, 200, 260].map(|of_300| iteration(scene, of_300));
     }),
     ("schedule.horizon", |scene, _| {
         scene.schedule.horizon = [4, 2].map(|part| (scene.physics.steps / part).max(1));
@@ -130,7 +170,14 @@ const RULES: [Rule; 15] = [
         // A weight of a layer is drawn with the variance `2 gain^2 / (inputs + outputs)`.
         let of_clocks = (observed + hidden) / 188.0 * (10.0 / clocks);
         let of_hidden = (hidden + world.edges) / 142.0 * (32.0 / hidden);
-        controller.gain = [2.0 * of_clocks.sqrt(), 0.2 * of_hidden.sqrt()];
+        controller.gain =
+            [2.0 * of_clocks.sqrt(), 0.2 * of_hidden.sqrt()].map(|gain| gain * world.care());
+    }),
+    ("adam.rate", |scene, world| {
+        scene.adam.rate = 0.004 * world.care();
+    }),
+    ("adam.fine_rate", |scene, world| {
+        scene.adam.fine_rate = 0.003 * world.care();
     }),
     ("volume.solid", |scene, world| {
         scene.volume.solid = match world.heavy_nodes {

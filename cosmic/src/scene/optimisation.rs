@@ -16,17 +16,18 @@ settings! {
         /// Number of steps that carry the gradient, at the start and at the end of the run.
         horizon: [usize; 2] = [2048, 4096], allowed STEPS, auto "a quarter and a half of `physics.steps`", source "paper: 2048 to 4096";
         /// First and last iteration in which the horizon grows.
-        horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS,
+        horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS, auto "80 and 150 for 300 iterations, and in proportion",
             read "with two horizons that differ" if |s: &Scene| s.schedule.horizon[0] != s.schedule.horizon[1],
             source "paper: 80 to 150";
         /// Which steps carry the gradient: the first ones, or the last ones of a whole rollout.
         horizon_mode: HorizonMode = HorizonMode::Head, source "D11";
         /// First iteration in which edges are attracted to a single material.
-        attraction_from: usize = 170, allowed ITERATIONS,
+        attraction_from: usize = 170, allowed ITERATIONS, auto "17/24 of `snap_at`",
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 170";
         /// Iteration of the hard snap; 0 for a "layout" start, which has no snap.
-        snap_at: usize = 240, allowed ITERATIONS, source "paper: 240";
+        snap_at: usize = 240, allowed ITERATIONS,
+            auto "four fifths of `iterations`; 0 for a \"layout\" start", source "paper: 240";
         /// Number of trials at the snap. Each trial changes the material of one of the edges with the least confidence
         /// and takes a full rollout. The best layout is kept.
         snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
@@ -99,11 +100,11 @@ settings! {
     /// Adam, for the controller's weights.
     struct AdamSettings {
         /// Learning rate while design and controller are both updated.
-        rate: f64 = 0.003, allowed within(0.0, 10.0),
+        rate: f64 = 0.003, allowed within(0.0, 10.0), auto "0.004 times the care",
             read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when only the controller is updated.
-        fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
+        fine_rate: f64 = 0.003, allowed within(0.0, 10.0), auto "0.003 times the care", source "found by experiment";
         /// Ratio of the learning rate at the end of the fine-tuning to the rate at its start. The rate falls linearly.
         /// Once the fine-tuning settles, it falls to zero.
         fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";

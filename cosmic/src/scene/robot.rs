@@ -326,7 +326,7 @@ settings! {
         /// Gain of the Xavier initialisation of the hidden and the output layer.
         gain: [f64; 2] = [2.0, 2.0], allowed within(0.0, 1e3),
             auto "the first activations have the size that the gains `[2, 0.2]` give 36 nodes, 110 edges, 10 clock \
-                  signals and 32 hidden units",
+                  signals and 32 hidden units; times the care",
             source "found by experiment";
     }
 }
