@@ -112,7 +112,7 @@ settings! {
         /// Smallest and largest share of solid edges, which are skeleton or actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE,
             auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, so that bars cost \
-                  little",
+                  little, and for a truss with fewer than three edges per node, which has none to spare",
             source "paper, table 2";
         /// Smallest and largest share of actuator edges.
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE,

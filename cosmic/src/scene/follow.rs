@@ -34,6 +34,9 @@ struct Scales {
     stable: f64,
     /// True if the nodes together weigh more than the bars of a lattice that is half full.
     heavy_nodes: bool,
+    /// True for a truss with fewer than three edges per node. Somebody has chosen these edges, while a lattice offers
+    /// more than a robot needs: with half of its edges, an arch collapses.
+    sparse: bool,
     /// The largest force of an actuator at rest, divided by the weight of a robot whose lattice is half full.
     strength: f64,
 }
@@ -67,6 +70,7 @@ impl Scales {
             nodes: lattice.nodes(),
             edges: lattice.edges.len() as f64,
             heavy_nodes: nodes > bars,
+            sparse: scene.lattice.is_truss() && lattice.edges.len() < 3 * lattice.nodes(),
             strength: stiffness * strain * lattice.spacing / weight,
             stable: any_design.stable_step(scene.robust.faster()),
         }
@@ -180,7 +184,7 @@ const RULES: [Rule; 23] = [
         scene.adam.fine_rate = 0.003 * world.care();
     }),
     ("volume.solid", |scene, world| {
-        scene.volume.solid = match world.heavy_nodes {
+        scene.volume.solid = match world.heavy_nodes || world.sparse {
             true => [0.9, 1.0],
             false => [0.5, 0.5],
         };
