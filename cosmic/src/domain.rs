@@ -6,11 +6,12 @@ use autodiff::Real;
 use rand::rngs::ChaCha8Rng;
 
 use crate::design::{Design, Mixture};
+use crate::geometry::Vector;
 use crate::lattice::State;
-use crate::policy::Controller;
+use crate::policy::{Controller, Goals};
 use crate::projection::Variation;
 use crate::random::symmetric;
-use crate::scene::RobustSettings;
+use crate::scene::{GoalsSettings, RobustSettings};
 use crate::simulator::{Span, Trajectory};
 use crate::task::Task;
 
@@ -110,6 +111,43 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
             v: rest.v,
         },
     }
+}
+
+/// Draws a sequence of `count` goals for the rollouts of `task`. The first one is ahead of the payload at the start or
+/// behind it, as `ahead` says, if the settings allow both.
+pub fn draw_goals(
+    task: &Task,
+    settings: &GoalsSettings,
+    count: usize,
+    ahead: bool,
+    stream: &mut ChaCha8Rng,
+) -> Goals {
+    let lattice = &task.lattice;
+    let payload = lattice.state_at_rest().x[lattice.payload[0].node];
+    let start = task.ground().vector_to_ground(payload);
+    let mut last = 0.0;
+    let mut draw = |side: Option<bool>| {
+        let [low, high] = settings.along;
+        // The places behind the last goal and those ahead of it, each with its length.
+        let behind = [low, last - settings.apart];
+        let beyond = [last + settings.apart, high];
+        let length = |[from, to]: [f64; 2]| (to - from).max(0.0);
+        let share = length(behind) / (length(behind) + length(beyond));
+        let [which, place] = [(); 2].map(|()| 0.5 + symmetric(stream, 0.5));
+        let is_beyond = match side {
+            Some(ahead) if share > 0.0 && share < 1.0 => ahead,
+            _ => which >= share,
+        };
+        let [from, to] = if is_beyond { beyond } else { behind };
+        last = from + (to - from) * place;
+        Vector::upright(start.forward() + last, start.up())
+    };
+    let mut goals = Goals::at(draw(Some(ahead)));
+    let changes = settings.changes(task.physics.steps);
+    for steps in changes.take(count - 1) {
+        goals = goals.then(steps, draw(None));
+    }
+    goals
 }
 
 /// Draws several [variations](draw) of `task`, one after the other.

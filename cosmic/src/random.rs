@@ -28,6 +28,10 @@ pub enum Purpose {
     Variation = 9,
     /// Small variations of the robot and its surroundings, by which robots are ranked during an optimisation.
     Ranking = 10,
+    /// Goals of the rollouts that gradients are computed from.
+    Goals = 11,
+    /// Sequences of goals by which robots are ranked, chosen and judged.
+    Errands = 12,
     /// Bootstrap resampling, to estimate the uncertainty of statistics.
     Bootstrap = 16,
 }

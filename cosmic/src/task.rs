@@ -9,7 +9,7 @@ use crate::geometry::{Ground, Vector};
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
-use crate::policy::Controller;
+use crate::policy::{Controller, Goals};
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     AnyDesign, ControllerSettings, HorizonMode, MaterialSettings, MovedBody, PhysicsSettings,
@@ -136,6 +136,15 @@ impl Task {
     pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         Self {
             simulator: self.simulator.without_feedback(seen),
+            ..self.clone()
+        }
+    }
+
+    /// A copy of the task with other [goals](Simulator::with_goals).
+    #[must_use]
+    pub fn with_goals(&self, goals: &Goals) -> Self {
+        Self {
+            simulator: self.simulator.with_goals(goals),
             ..self.clone()
         }
     }

@@ -65,14 +65,16 @@ fn no_built_in_scene_has_changed() {
 
 /// The base of every built-in scene is the paper's scene `stability`, so there are no cycles of bases.
 #[test]
-fn the_base_of_every_built_in_scene_is_stability() {
+fn every_built_in_scene_can_be_laid_over_stability() {
     for builtin in BUILTIN {
         let read = Scene::parse(builtin.name, builtin.text).unwrap();
-        assert_eq!(read.base.name(), "stability");
-        let laid_over = Scene::paper()
-            .with(builtin.name, &builtin.changes())
-            .unwrap();
-        assert_eq!(laid_over, read);
+        let base = match builtin.name {
+            "errand" => "earth",
+            _ => "stability",
+        };
+        assert_eq!(read.base.name(), base);
+        let laid_over = builtin.over(&Scene::paper()).unwrap();
+        assert_eq!(laid_over.settings(), read.settings());
     }
 }
 

@@ -51,7 +51,7 @@ const SMALL: [&str; 19] = [
 ];
 
 /// Other scenes, each as changes of the settings in [`SMALL`].
-const OTHERS: [&[&str]; 20] = [
+const OTHERS: [&[&str]; 22] = [
     &[
         "lattice.columns=6",
         "lattice.rows=6",
@@ -102,6 +102,19 @@ const OTHERS: [&[&str]; 20] = [
         "gradient.cotangent_bound=0.01",
     ],
     &["lattice.file=square", "lattice.drop=0"],
+    &[
+        "controller.goals=given",
+        "controller.goal_scale=3",
+        "objective.task=reach",
+        "robust.samples=1",
+    ],
+    &[
+        "controller.goals=given",
+        "controller.policy=gaits",
+        "controller.goal_scale=3",
+        "objective.task=reach",
+        "selection.kind=robust",
+    ],
 ];
 
 /// More values to try for some keys: names, and numbers that differ much from those in the scenes.

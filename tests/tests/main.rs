@@ -7,6 +7,7 @@ mod case_reader;
 mod corpus;
 mod drawn_scenes;
 mod floors;
+mod goals;
 mod ground_profile;
 mod guard;
 mod inlined_kernels;

@@ -10,8 +10,8 @@ use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::{Plan, check_gradients_of};
 
-/// The policies to test: two from the model, and one that is defined in this file.
-const POLICIES: [&str; 3] = ["mlp", "clock", "reflex"];
+/// The policies to test: three from the model, and one that is defined in this file.
+const POLICIES: [&str; 4] = ["mlp", "clock", "reflex", "gaits"];
 
 /// A policy with two parts: a hidden layer that reads the observation, and a rhythm. The rhythm is the same for all
 /// edges, multiplied by a factor for each edge.
@@ -56,9 +56,16 @@ impl Policy for Reflex {
 /// The case of a small robot with the policy `name`.
 fn robot(name: &str, settings: &str) -> Case {
     let registry = Registry::default().with_policy("reflex", Reflex);
+    let [goals, task] = match name {
+        "gaits" => [
+            "goals = \"given\"\ngoal = [0.3, 0.1]\ngoal_scale = 3.0\n",
+            "\n[objective]\ntask = \"reach\"",
+        ],
+        _ => [""; 2],
+    };
     let text = format!(
         "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01\n[controller]\nhidden = 6\n\
-         policy = \"{name}\"\n{settings}"
+         policy = \"{name}\"\n{goals}{settings}{task}"
     );
     let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
     // No bias may be zero; otherwise the test would not notice a missing bias.
@@ -122,6 +129,8 @@ fn a_step_uses_the_observation() {
         "offset_scale = 0.7\ngoal_scale = 0.3",
         "[design]\none_piece = false",
         "goal_relative = true\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
+        "goals = \"given\"\ngoal = [0.3, 0.2]\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"",
+        "goals = \"given\"\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"\n[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
     ] {
         let case = robot("mlp", settings);
         let (body, ground) = (case.body(), case.task().ground());

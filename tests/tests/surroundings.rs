@@ -4,6 +4,9 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, Var, gradient};
 use cosmic::case::Case;
+use cosmic::geometry::Vector;
+use cosmic::policy::Goals;
+use cosmic::scene::GoalKind;
 use cosmic::simulator::{Simulator, Span};
 
 use super::own_laws::robot;
@@ -18,6 +21,15 @@ struct ByNumber<'a> {
 impl<'a> ByNumber<'a> {
     fn new(case: &'a Case, name: &'a str) -> Self {
         let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
+        let third = case.physics.steps / 3;
+        let simulator = match case.observation.goals {
+            GoalKind::Fixed => simulator,
+            GoalKind::Given => {
+                let goals = Goals::at(Vector::new([0.4, 0.1]));
+                let goals = goals.then(third, Vector::new([-0.2, 0.2]));
+                simulator.with_goals(&goals.then(2 * third, Vector::new([0.2, 0.15])))
+            }
+        };
         Self {
             case,
             simulator,
@@ -55,7 +67,7 @@ impl Function for ByNumber<'_> {
 
 /// Robots with laws that have settings. For each robot, also the numbers of its surroundings that the tests vary, by
 /// name.
-fn with_settings() -> [(Case, &'static [&'static str]); 3] {
+fn with_settings() -> [(Case, &'static [&'static str]); 4] {
     let sliding = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\nstiffening = 50.0\n\
          forces = [\"tether\", \"damper\"]\n[tether]\nstiffness = 0.3\ndamping = 0.01",
@@ -67,6 +79,9 @@ fn with_settings() -> [(Case, &'static [&'static str]); 3] {
     let over_terrain = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\n[ground]\nprofile = \"points\"\n\
          points = [[-1.0, 0.0], [0.15, -0.002], [2.0, -0.002]]",
+    );
+    let with_goals = robot(
+        "[controller]\ngoals = \"given\"\ngoal_scale = 3.0\n[objective]\ntask = \"reach\"\n[physics]\nincline_deg = 10.0\nground_height = 0.1",
     );
     [
         (
@@ -85,6 +100,10 @@ fn with_settings() -> [(Case, &'static [&'static str]); 3] {
             &["physics.gravity", "bounce.restitution", "stops.stiffness"],
         ),
         (over_terrain, &["physics.gravity", "physics.friction"]),
+        (
+            with_goals,
+            &["goal.0.along", "goal.1.along", "goal.2.above"],
+        ),
     ]
 }
 

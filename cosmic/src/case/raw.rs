@@ -15,8 +15,8 @@ use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    Chosen, ClockKind, GroundSettings, Integrator, LatticeKind, LatticeSettings, MovedBody, Scene,
-    VoidEdges,
+    Chosen, ClockKind, GoalKind, GroundSettings, Integrator, LatticeKind, LatticeSettings,
+    MovedBody, Scene, VoidEdges,
 };
 
 /// The key `format` of the cases that the program writes.
@@ -178,6 +178,8 @@ keys! {
     goal_scale: f64 = controller.goal_scale,
     #[serde(default)]
     goal_relative: bool = controller.goal_relative,
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    goals: GoalKind = controller.goals,
     offset_scale: f64 = controller.offset_scale,
     velocity_scale: f64 = controller.velocity_scale,
     beta: f64 = projection.beta,

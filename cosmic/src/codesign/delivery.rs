@@ -9,24 +9,13 @@ use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
 use crate::design::{Design, Material, Mixture, Structure, volumes};
-use crate::domain::{Domain, draw_many, perturbed};
+use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::Controller;
-use crate::random::{Purpose, stream};
-use crate::scene::{GradientPrecision, RobustSettings, SelectionKind};
+use crate::random::Purpose;
+use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
-
-/// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
-/// controllers: 1 % of a spacing in the start (with `lattice.units = "absolute"` 1 mm), 5 % of the friction, and 5 % of
-/// the stiffness of every edge. They are the same in all scenes, so that robots of different scenes can be compared.
-pub const VARIED: RobustSettings = RobustSettings {
-    samples: 1,
-    start: 0.001,
-    friction: 0.05,
-    stiffness: 0.05,
-    mass: 0.0,
-};
 
 /// The states in [`Delivery::trajectory`] are this number of steps apart.
 const KEEP_EVERY: usize = 16;
@@ -54,7 +43,7 @@ pub struct Delivery {
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
     /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements.
     pub selection_score: f64,
-    /// Quantiles of the displacement along the ground of robots that vary a little, in metres; see [`VARIED`].
+    /// Quantiles of the displacement along the ground of robots that vary a little, in metres; see [`VARIED`](super::VARIED).
     pub robust: Quantiles,
     /// Whether the median of `robust` describes the robot well. For tasks other than distance: whether the median loss
     /// of these robots does.
@@ -71,7 +60,8 @@ pub struct Delivery {
     /// Quantiles of the displacement if the robot has the controller of the last iteration, over the starts of
     /// `spread`, in metres.
     pub last: Quantiles,
-    /// Only for tasks other than distance: quantiles of minus the loss, over the starts of `spread`.
+    /// Only for tasks other than distance: quantiles of minus the loss, over the starts of `spread`; if goals are given,
+    /// over robots that vary a little and have sequences of goals.
     pub merit: Option<Quantiles>,
     /// Mean share of solid material (skeleton and actuator) over the edges.
     pub volume: f64,
@@ -164,7 +154,11 @@ impl Evaluator {
             spread: spreads[0].displacement,
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
-            merit: (!self.loss.is_far()).then_some(spreads[0].merit),
+            merit: match (self.loss.is_far(), self.scene.controller.goals) {
+                (true, _) => None,
+                (false, GoalKind::Fixed) => Some(spreads[0].merit),
+                (false, GoalKind::Given) => Some(varied.merit),
+            },
             volume,
             actuator_volume,
             structure,
@@ -274,37 +268,6 @@ impl Evaluator {
         let mut found = (self.spreads(&self.design(progress), &unknown, &domains)).into_iter();
         let spread = |e: &Candidate| e.spread.or_else(|| found.next().map(|s| s.merit));
         entrants.iter().map_while(spread).collect()
-    }
-
-    /// The domains in which controllers are measured to choose one: for the selection `robust` robots that vary a
-    /// little, otherwise random domains if the scene has domain randomisation, or perturbed starts.
-    fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
-        match (self.scene.selection.kind, self.scene.robust.samples) {
-            (SelectionKind::Robust, _) => self.varied(seed, Purpose::Selection),
-            (_, 0) => self.perturbed_starts(seed, Purpose::Selection),
-            _ => self.drawn(&self.scene.robust, seed, Purpose::DomainRandomisation),
-        }
-    }
-
-    /// Domains with [varied](VARIED) robots.
-    pub(super) fn varied(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
-        self.drawn(&VARIED, seed, purpose)
-    }
-
-    fn drawn(&self, settings: &RobustSettings, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
-        let count = self.scene.selection.perturbed_rollouts;
-        draw_many(&self.task, settings, count, stream(seed, purpose))
-    }
-
-    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units
-    /// of the lattice's scale, is added to or subtracted from every coordinate, at random.
-    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
-        let settings = &self.scene.selection;
-        let mut stream = stream(seed, purpose);
-        let distance = settings.perturbation * self.task.lattice.scale;
-        let mut start = || perturbed(&self.start, distance, &mut stream);
-        let domain = |_| Domain::of(&self.task, start());
-        (0..settings.perturbed_rollouts).map(domain).collect()
     }
 
     /// Measures controllers over the same domains, in parallel rollouts. Returns the quantiles of each controller's

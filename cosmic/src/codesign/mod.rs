@@ -39,6 +39,7 @@ mod reliability;
 mod progress;
 mod evaluator;
 mod reach;
+mod domains;
 mod slope;
 mod slopes;
 mod constraints;
@@ -51,7 +52,8 @@ mod passes;
 mod iterate;
 
 pub use begin::CoDesign;
-pub use delivery::{Delivery, VARIED};
+pub use delivery::Delivery;
+pub use domains::VARIED;
 pub use evaluator::Evaluator;
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::Quantiles;

@@ -15,7 +15,6 @@ use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::policy::Controller;
-use crate::random::Purpose;
 use crate::scene::{GradientPrecision, Scene, SelectionKind};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
@@ -94,8 +93,7 @@ impl Evaluator {
         if self.scene.selection.kind != SelectionKind::Robust {
             return self.reached(designs, controller, &self.task);
         }
-        let mut domains = self.varied(seed, Purpose::Ranking);
-        domains[0] = self.nominal();
+        let domains = self.ranking_domains(seed);
         let precision = self.scene.gradient.precision;
         let rank = |design: &Design<Mixture<f64>>| {
             let reached = self.reach_many(&[design], controller, &domains, precision);
@@ -172,11 +170,6 @@ impl Evaluator {
     ) -> Reached {
         let (domains, precision) = (std::slice::from_ref(domain), GradientPrecision::F64);
         self.reach_many(&[design], controller, domains, precision)[0]
-    }
-
-    /// The robot as designed, from the unperturbed start.
-    pub(super) fn nominal(&self) -> Domain<'_> {
-        Domain::of(&self.task, self.start.clone())
     }
 
     /// The kind of merit by which robots of this scene are ranked.

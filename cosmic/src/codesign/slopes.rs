@@ -10,12 +10,10 @@ use super::reach::{Goal, Reached, is_ranked_by_distance};
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::design::{Design, Mixture};
-use crate::domain::{Domain, draw_many};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
-use crate::random::{Purpose, stream_of};
 use crate::scene::{GradientPrecision, HorizonMode, MovedBody};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
@@ -78,15 +76,6 @@ impl Evaluator {
             controller: progress.controller.clone(),
             start: self.start.clone(),
         }
-    }
-
-    /// The domains over which an iteration averages its gradients; empty for a scene without domain randomisation. They
-    /// depend only on the seed and the iteration, so that a resumed run draws the same domains.
-    pub fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
-        let settings = &self.scene.robust;
-        let number = now.iteration as u64;
-        let stream = stream_of(progress.seed, Purpose::DomainRandomisation, number);
-        draw_many(&self.task, settings, settings.samples, stream)
     }
 
     /// The horizon of an iteration: the steps that the gradient is computed over, and the bound on its cotangents.

@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use autodiff::{Dual, Real, Var};
 
-use super::{Loss, Objective};
+use super::{Errand, Loss, Objective};
 use crate::registry::Registry;
-use crate::scene::{Chosen, Scene};
+use crate::scene::{Chosen, GoalKind, Scene, TaskKind};
 use crate::simulator::Trajectory;
 
 /// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be a trait object.
@@ -49,6 +49,9 @@ impl Registry {
 pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
     let own = scene.objective.own_loss.item::<Arc<dyn AnyLoss>>();
     own.cloned().unwrap_or_else(|| {
+        if scene.controller.goals == GoalKind::Given && scene.objective.task == TaskKind::Reach {
+            return Arc::new(Errand::of_scene(scene));
+        }
         Arc::new(Objective::new(
             &scene.objective,
             &scene.loss,

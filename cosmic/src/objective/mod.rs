@@ -5,11 +5,13 @@ mod displacement;
 mod measures;
 mod augmented;
 mod tasks;
+mod errand;
 mod any;
 
 pub use any::{AnyLoss, LossOf, of_scene};
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
+pub use errand::Errand;
 pub use loss::Loss;
 pub use measures::{Measures, measures};
 pub use tasks::Objective;

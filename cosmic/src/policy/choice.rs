@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::block::{Block, Controller, Role, Shape};
 use super::clock::Clock;
+use super::gaits::Gaits;
 use super::mlp::Mlp;
 use super::policy::{Policy, Sizes};
 use super::tempo::TEMPO;
@@ -29,6 +30,7 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     match settings.policy.item::<Arc<dyn Policy>>() {
         Some(policy) => Arc::clone(policy),
         None if settings.policy.name() == "clock" => Arc::new(Clock),
+        None if settings.policy.name() == "gaits" => Arc::new(Gaits),
         None => Arc::new(Mlp),
     }
 }

@@ -5,7 +5,7 @@ use autodiff::Real;
 
 use super::sensing::{Sight, phases};
 use crate::geometry::{Ground, Vector};
-use crate::scene::{ControllerSettings, Senses};
+use crate::scene::{ControllerSettings, GoalKind, Senses};
 
 /// How a folded layer takes the mean position and the presence of the nodes into account.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,8 @@ pub enum Mean<'a, R> {
 /// `cos(omega t)`. A goal that does not move with the robot is folded into the biases. With [`Mean::InStep`] the
 /// columns for positions read the weighted offsets of the nodes from their weighted mean, and the columns for
 /// velocities read the weighted velocities. If the goal is relative to the mean position, there are two more columns,
-/// which read the mean position.
+/// which read the mean position. If the goal is given to the rollout, there are two more columns for all kinds of mean,
+/// which read the observed goal.
 #[derive(Clone, Debug)]
 pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,
@@ -135,6 +136,7 @@ impl<'a, R: Real> Fold<'a, R> {
     fn row(&self, row: &[R], weights: &mut Vec<R>) {
         let goal = self.on_goal(row);
         let (clocks, row) = row.split_at(self.settings.clocks);
+        let seen_goal = [row[0], row[1]];
         let follows = self.sight.follows_goal(self.settings);
         if self.sight == Sight::Robot {
             let (offsets, velocities) = row[2..].split_at(2 * self.nodes);
@@ -153,6 +155,9 @@ impl<'a, R: Real> Fold<'a, R> {
         weights.extend([&self.cosines, &self.sines].map(|shares| R::dot(clocks, shares)));
         if follows && self.senses.x && matches!(self.mean, Mean::InStep) {
             weights.extend(-goal);
+        }
+        if self.sight.sees_given_goal(self.settings) {
+            weights.extend([0, 1].map(|axis| seen_goal[axis]));
         }
     }
 
@@ -206,13 +211,15 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// The constant part of the goal, which does not move with the robot. For a relative goal, it corrects for
+    /// The constant part of the goal, which does not move with the robot; zero if the goal is given to the rollout. For a
+    /// relative goal, it corrects for
     /// different origins: positions are measured from a point of the ground, the goal from the world's origin.
     fn constant_goal(&self) -> Vector<f64> {
         let goal = Vector::new(self.settings.goal);
-        if !self.sight.follows_goal(self.settings) {
-            return goal;
+        match (self.settings.goals, self.sight.follows_goal(self.settings)) {
+            (GoalKind::Given, _) => Vector::zero(),
+            (GoalKind::Fixed, false) => goal,
+            (GoalKind::Fixed, true) => goal - self.ground.vertical() * self.ground.height,
         }
-        goal - self.ground.vertical() * self.ground.height
     }
 }

@@ -6,6 +6,8 @@
 
 mod block;
 mod sensing;
+mod gaits;
+mod goals;
 mod tempo;
 mod fold;
 mod step;
@@ -20,6 +22,9 @@ pub use block::{Block, Controller, Role, Shape};
 pub use choice::{blocks_of, of_settings};
 pub use clock::Clock;
 pub use fold::{Fold, Mean};
+pub use gaits::Gaits;
+pub use goals::Goals;
+pub(crate) use goals::{Hold, Pick};
 pub use mlp::{Layer, Mlp, NETWORK, Network};
 pub use policy::{Policy, Sizes};
 pub use saved::Weights;

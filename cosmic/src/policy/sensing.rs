@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use autodiff::Real;
 
+use super::goals::towards;
 use crate::geometry::{Ground, Vector, mean, weighted_mean};
 use crate::lattice::State;
-use crate::scene::{ControllerSettings, Senses};
+use crate::scene::{ControllerSettings, GoalKind, Senses};
 
 /// The things that the observation of a policy contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,9 +35,14 @@ impl Sight {
         }
     }
 
-    /// True if the goal in the observation moves with the robot.
+    /// True if the policy observes a goal that is given to the rollout. A policy in open loop does not know such a goal.
+    pub(super) fn sees_given_goal(self, settings: &ControllerSettings) -> bool {
+        self == Self::Robot && settings.goals == GoalKind::Given && settings.goal_scale != 0.0
+    }
+
+    /// True if the goal in the observation moves with the robot and is folded into the weights of a layer.
     pub(super) fn follows_goal(self, settings: &ControllerSettings) -> bool {
-        self == Self::Robot && settings.goal_relative
+        self == Self::Robot && settings.goal_relative && settings.goals == GoalKind::Fixed
     }
 }
 
@@ -90,13 +96,16 @@ pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64>
 }
 
 /// The observed goal: the goal of the settings, or its offset from the mean position if the settings make it relative.
-/// The result is multiplied by the scale of the goal. Goal and mean position are measured from the world's origin,
+/// The result is multiplied by the scale of the goal. A goal that is given to a rollout is observed as its offset, which
+/// is bounded. Goal and mean position are measured from the world's origin,
 /// along the ground and normal to it, like the displacement.
 fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
     let goal = Vector::lit(settings.goal.into());
-    if !settings.goal_relative {
-        return goal * scale;
+    let offset = || goal - ground.vector_to_ground(mean);
+    match (settings.goals, settings.goal_relative) {
+        (GoalKind::Given, _) => towards(offset(), settings.goal_scale),
+        (GoalKind::Fixed, true) => offset() * scale,
+        (GoalKind::Fixed, false) => goal * scale,
     }
-    (goal - ground.vector_to_ground(mean)) * scale
 }

@@ -4,6 +4,7 @@ use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
 
 use super::block::{Block, Controller, Shape};
 use super::fold::Fold;
+use super::goals::{Offset, Towards};
 use super::sensing::Sight;
 use crate::laws::Particle;
 use crate::scene::{ControllerSettings, Senses};
@@ -17,6 +18,8 @@ pub(crate) struct Seen {
     pub(crate) clock: Array,
     /// The presence of each node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(crate) presence: Option<Array>,
+    /// The goal of the step, two numbers; `None` if the goal is a number of the controller.
+    pub(crate) goal: Option<Array>,
 }
 
 /// The slots in which a step stores its activations.
@@ -158,6 +161,8 @@ pub struct PolicyStep<'a> {
     /// Whether the observation depends on positions, and whether it depends on velocities.
     senses: Senses,
     follows_goal: bool,
+    /// The factor on the observed goal, 1/m.
+    goal_scale: f64,
     seen: Seen,
     outputs: Outputs<'a>,
     /// The arrays of the observation, once they are recorded.
@@ -171,14 +176,16 @@ impl<'a> PolicyStep<'a> {
         program: &'a mut dyn Recording,
         blocks: &'a [Block],
         (sight, settings): (Sight, &ControllerSettings),
-        seen: Seen,
+        mut seen: Seen,
         outputs: Outputs<'a>,
     ) -> Self {
+        seen.goal = seen.goal.filter(|_| sight.sees_given_goal(settings));
         Self {
             program,
             blocks,
             senses: sight.senses(settings),
             follows_goal: sight.follows_goal(settings),
+            goal_scale: settings.goal_scale,
             seen,
             outputs,
             observation: None,
@@ -231,6 +238,19 @@ impl<'a> PolicyStep<'a> {
     /// # Panics
     /// The panics of [`layer`](Self::layer).
     pub fn output_layer(&mut self, weights: &'static str, biases: &'static str, x: Array) -> Array {
+        self.output_layer_of(weights, biases, &[x])
+    }
+
+    /// Like [`output_layer`](Self::output_layer), for a layer that reads several arrays, one after the other.
+    ///
+    /// # Panics
+    /// The panics of [`layer`](Self::layer).
+    pub fn output_layer_of(
+        &mut self,
+        weights: &'static str,
+        biases: &'static str,
+        x: &[Array],
+    ) -> Array {
         let (_, columns) = self.matrix_of(weights);
         let rows = self.outputs.actuated.len();
         let matrix = self.program.matrix(rows, columns);
@@ -241,7 +261,7 @@ impl<'a> PolicyStep<'a> {
         for &slot in self.outputs.actuated {
             places[slot] = true;
         }
-        (self.program).dense_tanh_spread(matrix, &[x], bias, &places)
+        (self.program).dense_tanh_spread(matrix, x, bias, &places)
     }
 
     /// Declares a block of the controller as a parameter of the step and returns its array.
@@ -272,6 +292,13 @@ impl<'a> PolicyStep<'a> {
         self.program.any()
     }
 
+    /// Records the observed goal if it is not recorded yet: two numbers, along the ground and normal to it. `None` if the
+    /// goal is a number of the controller or is not observed.
+    pub fn observed_goal(&mut self) -> Option<Array> {
+        let observation = self.observation();
+        self.seen.goal.and(observation.last().copied())
+    }
+
     /// Records the observation on the first call. Returns the arrays that are the inputs of a layer folded by [`Fold`].
     fn observation(&mut self) -> Vec<Array> {
         if let Some(observation) = &self.observation {
@@ -281,14 +308,16 @@ impl<'a> PolicyStep<'a> {
             nodes,
             clock,
             presence,
+            goal,
         } = self.seen;
         let senses = self.senses;
         let arrays = match presence {
             Some(presence) if senses.x || senses.v => {
                 let Weighted { all, mean } = self.program.weighted(presence, senses, &self.seen);
-                match self.follows_goal && senses.x {
-                    true => vec![all, mean],
-                    false => vec![all],
+                match goal {
+                    Some(goal) => vec![all, self.towards(goal, mean)],
+                    None if self.follows_goal && senses.x => vec![all, mean],
+                    None => vec![all],
                 }
             }
             _ => {
@@ -299,6 +328,18 @@ impl<'a> PolicyStep<'a> {
         };
         self.observation = Some(arrays.clone());
         arrays
+    }
+
+    /// Records how the robot observes a goal, from its mean position.
+    fn towards(&mut self, goal: Array, mean: Array) -> Array {
+        let kernel = Towards {
+            scale: self.goal_scale,
+        };
+        let p = &mut self.program();
+        let [offset] = p.map(Offset, [goal, mean]);
+        let other = p.gather(offset, &[Some(1), Some(0)]);
+        let [seen] = p.map(kernel, [offset, other]);
+        seen
     }
 
     fn shape_of(&self, name: &str) -> Shape {

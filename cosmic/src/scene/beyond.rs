@@ -3,8 +3,9 @@
 
 use super::Scene;
 use super::chosen::Chosen;
+use super::robot::GoalKind;
 use crate::settings;
-use crate::settings::{DEVIATION, SHARE, within};
+use crate::settings::{DEVIATION, SHARE, above, within};
 
 settings! {
     /// The task of the robot. Displacement is reported for every task.
@@ -19,12 +20,15 @@ settings! {
         body: MovedBody = MovedBody::Payload, since 3, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
         own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
-        /// For "reach": the desired position of the payload along the ground, from its origin, in the states that the
-        /// loss covers. The robot passes the target and keeps moving, because no task makes a robot stop yet.
+        /// For "reach" with a fixed goal: the desired position of the payload along the ground, from its origin, in the
+        /// states that the loss covers.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
-            read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
+            read "with the task `reach` and a fixed goal" if |s: &Scene| {
+                s.objective.task == TaskKind::Reach && s.has_task() && s.controller.goals == GoalKind::Fixed
+            },
             source "beyond the paper";
-        /// For "reach": the time by which the payload's speed is multiplied, to count as a distance from the target.
+        /// For "reach": the time by which the payload's speed is multiplied, to count as a distance from the target or
+        /// the goal.
         settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
@@ -40,8 +44,8 @@ settings! {
     enum TaskKind {
         /// To get far along the ground.
         Far = "far",
-        /// To be near a point, and slow, in the states that the loss covers. Nothing makes the robot stop: it passes
-        /// the point and keeps moving.
+        /// To get to the goals of a rollout and stay there. With a fixed goal: to be near `target`, and slow, in the states
+        /// that the loss covers; such a robot passes the target and keeps moving.
         Reach = "reach",
         /// To get the payload high.
         Climb = "climb",
@@ -89,6 +93,31 @@ settings! {
         mass: f64 = 0.1, allowed DEVIATION, since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
+    }
+}
+
+settings! {
+    /// The goals for which a controller is trained and by which robots are ranked, if goals are inputs of a rollout.
+    struct GoalsSettings {
+        /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration. Half of the goals are
+        /// ahead and half behind, if both are allowed.
+        samples: usize = 8, allowed within(1.0, 1e4), since 5, source "beyond the paper";
+        /// Number of goals, one after the other, of a rollout in which robots are ranked. Each holds for the same time.
+        count: usize = 3, allowed within(1.0, 64.0), since 5, source "beyond the paper";
+        /// The two places along the ground between which goals are drawn, counted from the payload at the start.
+        along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",
+            auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", since 5, source "beyond the paper";
+        /// Least distance from one goal to the next, and from the payload at the start to the first goal.
+        apart: f64 = 0.75, allowed above(0.0, 1e3), unit "m", auto "0.75 m times `l / 0.5 m`", since 5,
+            source "beyond the paper";
+    }
+}
+
+impl GoalsSettings {
+    /// The numbers of steps at which goals change in a rollout of `steps` steps.
+    pub fn changes(&self, steps: usize) -> impl Iterator<Item = usize> {
+        let count = self.count;
+        (1..count).map(move |k| k * steps / count)
     }
 }
 

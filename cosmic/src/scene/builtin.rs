@@ -31,19 +31,22 @@ impl Builtin {
         first.trim_start_matches('#').trim()
     }
 
-    /// The text of the scene without the line that names its base. Use it to [change](Scene::with) another scene.
-    pub fn changes(&self) -> String {
-        let is_base = |line: &str| line.starts_with(BASE_LINE);
-        let lines = self.text.lines();
-        lines
-            .map(|line| {
-                if is_base(line) {
-                    "\n".to_owned()
-                } else {
-                    format!("{line}\n")
-                }
-            })
-            .collect()
+    /// Changes another scene: lays the settings of this scene over it. If the base of this scene is not `stability`, the
+    /// settings of the base come first.
+    ///
+    /// # Errors
+    /// The errors of [`Scene::with`].
+    pub fn over(&self, scene: &Scene) -> Result<Scene> {
+        let (base, own): (Vec<&str>, Vec<&str>) =
+            (self.text.lines()).partition(|line| line.starts_with(BASE_LINE));
+        let is_base = |other: &&Builtin| {
+            let line = format!("{BASE_LINE}{:?}", other.name);
+            other.name != "stability" && base.contains(&&*line)
+        };
+        match BUILTIN.iter().find(is_base) {
+            Some(base) => base.over(scene)?.with(self.name, &own.join("\n")),
+            None => scene.with(self.name, &own.join("\n")),
+        }
     }
 }
 
@@ -97,8 +100,9 @@ macro_rules! builtin {
     };
 }
 
-/// All built-in scenes. The first one is the default of the program. The base of each is `stability`.
-pub const BUILTIN: [Builtin; 13] = builtin![
+/// All built-in scenes. The first one is the default of the program. The base of each is `stability`, except for
+/// `errand`, whose base is `earth`.
+pub const BUILTIN: [Builtin; 14] = builtin![
     "earth",
     "stability",
     "baseline_tall",
@@ -112,6 +116,7 @@ pub const BUILTIN: [Builtin; 13] = builtin![
     "steps",
     "rough",
     "large",
+    "errand",
 ];
 
 /// The noun for a scene in messages and in the registry.

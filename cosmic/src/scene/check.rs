@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    GroundSettings, LatticeKind, LatticeSettings, Layout, LossKind, Named, ProfileKind, Scene,
-    StartKind, TaskKind,
+    GoalKind, GroundSettings, HorizonMode, LatticeKind, LatticeSettings, Layout, LossKind, Named,
+    ProfileKind, Scene, StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
 
@@ -50,7 +50,7 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, spans, searches, terrain,
+        phases, horizons, starts, volumes, trusses, payloads, spans, searches, goals, terrain,
     ] {
         rule(scene, &mut found);
     }
@@ -250,6 +250,54 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
         let says = format!("`{key}`: the first entry ({first}) is above the second ({last})");
         found.require(first <= last, [key, key], says);
     }
+}
+
+/// Given goals need a policy that observes them, a task that reads them, and room to be apart.
+fn goals(scene: &Scene, found: &mut Conflicts) {
+    let (controller, goals) = (&scene.controller, &scene.goals);
+    let policy = controller.policy.name();
+    if controller.goals == GoalKind::Fixed {
+        found.require(
+            policy != "gaits",
+            ["controller.policy", "controller.goals"],
+            "the policy \"gaits\" needs goals = \"given\"".to_owned(),
+        );
+        return;
+    }
+    let given = |key| [key, "controller.goals"];
+    found.require(
+        policy != "clock" && controller.goal_scale > 0.0,
+        given(match policy {
+            "clock" => "controller.policy",
+            _ => "controller.goal_scale",
+        }),
+        "given goals need a policy that observes the robot, and a goal_scale above 0".to_owned(),
+    );
+    found.require(
+        !controller.two_goals,
+        given("controller.two_goals"),
+        "with given goals, robots go both ways without two_goals".to_owned(),
+    );
+    let task = scene.objective.task;
+    found.require(
+        !scene.has_task() || task == TaskKind::Reach,
+        given("objective.task"),
+        format!(
+            "given goals need the task \"reach\", but the task is \"{}\"",
+            task.name()
+        ),
+    );
+    found.require(
+        scene.schedule.horizon_mode == HorizonMode::Head,
+        given("schedule.horizon_mode"),
+        "given goals need the horizon_mode \"head\"".to_owned(),
+    );
+    let ([low, high], apart) = (goals.along, goals.apart);
+    found.require(
+        2.0 * apart < high - low && (apart < high || apart < -low),
+        ["goals.apart", "goals.along"],
+        format!("goals that are {apart} m apart do not fit between {low} and {high} m"),
+    );
 }
 
 /// The bounds on asymptotes must ascend, and so must the rungs. Only the task "far" can have a second goal: the loss

@@ -24,7 +24,7 @@ impl Chosen {
     /// The noun for a loss in messages and in the registry.
     pub(crate) const LOSS: &'static str = "loss";
     /// The names of the [network](crate::policy::Mlp) and of the [open-loop clock](crate::policy::Clock).
-    pub(crate) const POLICIES: [&'static str; 2] = ["mlp", "clock"];
+    pub(crate) const POLICIES: [&'static str; 3] = ["mlp", "clock", "gaits"];
 
     /// The setting that chooses a policy. The default is the paper's network.
     pub(super) fn policy() -> Self {

@@ -1,8 +1,8 @@
 //! Departures: the options by which a scene deliberately differs from the paper.
 
 use super::{
-    BinarisationMethod, ClockKind, GradientPrecision, Integrator, LatticeKind, Layout, LossKind,
-    MovedBody, Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, ClockKind, GoalKind, GradientPrecision, Integrator, LatticeKind, Layout,
+    LossKind, MovedBody, Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
 };
 use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};
@@ -75,7 +75,9 @@ const KNOWN: &[KnownDeparture] = &departures! {
     "controller.clock": "the frequency of the clock is optimised with the controller"
         if |s| s.controller.clock == ClockKind::Learned;
     "controller.goal_relative": "the goal is relative to the robot, not absolute"
-        if |s| s.controller.goal_relative;
+        if |s| s.controller.goal_relative && s.controller.goals == GoalKind::Fixed;
+    "controller.goals": "the goal is an input of a rollout, and the robot observes its direction"
+        if |s| s.controller.goals == GoalKind::Given;
     "start.tilt": "the initial design has more void on one side, which depends on the seed"
         if |s| s.start.tilt > 0.0;
     "physics.integrator": "steps are integrated by leapfrog"

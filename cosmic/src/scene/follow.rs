@@ -11,7 +11,7 @@
 
 use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
-use super::{Scene, Setting, StartKind};
+use super::{GoalKind, Scene, Setting, StartKind};
 use crate::geometry::Ground;
 use crate::lattice::Lattice;
 use serde::Serialize;
@@ -97,7 +97,7 @@ fn iteration(scene: &Scene, of_300: usize) -> usize {
 type Rule = (&'static str, fn(&mut Scene, &Scales));
 
 /// Every rule. The declarations of the keys state them in words.
-const RULES: [Rule; 23] = [
+const RULES: [Rule; 25] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -159,7 +159,17 @@ const RULES: [Rule; 23] = [
         scene.controller.goal = [2.0, 0.1].map(|x| x * world.length);
     }),
     ("controller.goal_scale", |scene, world| {
-        scene.controller.goal_scale = 0.05 / world.length;
+        let scale = match scene.controller.goals {
+            GoalKind::Fixed => 0.05,
+            GoalKind::Given => 3.0,
+        };
+        scene.controller.goal_scale = scale / world.length;
+    }),
+    ("goals.along", |scene, world| {
+        scene.goals.along = [-1.5, 1.5].map(|x| x * world.length);
+    }),
+    ("goals.apart", |scene, world| {
+        scene.goals.apart = 0.75 * world.length;
     }),
     ("controller.offset_scale", |scene, world| {
         scene.controller.offset_scale = 0.05 / world.length * world.per_node();

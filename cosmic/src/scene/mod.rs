@@ -39,7 +39,9 @@ mod builtin;
 
 pub use any_design::AnyDesign;
 pub use base::Base;
-pub use beyond::{MovedBody, ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
+pub use beyond::{
+    GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, SearchSettings, TaskKind,
+};
 pub use builtin::{BUILTIN, Builtin};
 pub use chosen::Chosen;
 pub use departures::Departure;
@@ -64,8 +66,8 @@ pub use pass::Pass;
 pub use read::{Lacks, ShownScene};
 pub(crate) use robot::MOST_SUBSTEPS;
 pub use robot::{
-    ClockKind, ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
-    PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
+    ClockKind, ControllerSettings, GoalKind, Integrator, LatticeKind, LatticeSettings,
+    MaterialSettings, PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
 };
 
 pub use stable_step::{phase_limit, stable_step, step_limit};
@@ -115,5 +117,7 @@ settings! {
         robust: RobustSettings;
         /// Which starts of a search continue.
         search: SearchSettings;
+        /// How goals are drawn.
+        goals: GoalsSettings, read "if goals are given" if |s: &Scene| s.controller.goals == GoalKind::Given;
     }
 }

@@ -284,8 +284,8 @@ settings! {
 settings! {
     /// The controller: policy, size, inputs, goals and initial weights.
     struct ControllerSettings {
-        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), or
-        /// a policy that the program adds.
+        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), a
+        /// network with hidden units for each direction of a given goal, or a policy that the program adds.
         policy: Chosen = Chosen::policy(), since 2, source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
@@ -304,17 +304,23 @@ settings! {
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
             source "paper: 2, 0.1";
         /// Factor on the goal in the observation.
-        goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m", auto "0.05 / m divided by `l / 0.5 m`",
+        goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m", auto "0.05 / m divided by `l / 0.5 m`; 3 / m for a given goal",
             source "D3, found by experiment";
         /// Whether the goal is given relative to the mean node position.
         goal_relative: bool = false,
-            read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
+            read "with a `goal_scale` above 0 and a fixed goal" if |s: &Scene| {
+                s.controller.goal_scale > 0.0 && s.controller.goals == GoalKind::Fixed
+            },
             source "D3; paper: false";
         /// Whether the controller is also trained for a second goal, mirrored behind the origin: the payload should get
         /// as far back as it gets ahead. Robots are ranked by the worse of the two goals. The controller does not steer
         /// yet: with the default `goal_scale` the robot walks to the same side for both goals, and it walks well both
         /// ways with none of the scales 0.05, 0.5, 1.5 and 3.
         two_goals: bool = false, since 1, source "paper: false";
+        /// Whether the goal is a number of the controller, or an input of every rollout that may change while the robot
+        /// walks. A given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with
+        /// the `goal_scale` s: of a far goal, only its direction.
+        goals: GoalKind = GoalKind::Fixed, since 5, source "paper: fixed";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             auto "0.05 / m times `sqrt(36 / nodes)`, divided by `l / 0.5 m`",
@@ -328,6 +334,18 @@ settings! {
             auto "the first activations have the size that the gains `[2, 0.2]` give 36 nodes, 110 edges, 10 clock \
                   signals and 32 hidden units; times the care",
             source "found by experiment";
+    }
+}
+
+settings! {
+    /// Whether the goal is an input of a rollout.
+    #[derive(Default)]
+    enum GoalKind {
+        /// The goal is a number of the controller: `goal`.
+        #[default]
+        Fixed = "fixed",
+        /// Every rollout has its own goals. Without others it is `goal`.
+        Given = "given",
     }
 }
 
@@ -362,7 +380,8 @@ impl ControllerSettings {
 
     /// Whether an observation depends on positions, and whether it depends on velocities.
     pub fn senses(&self) -> Senses {
-        let follows_goal = self.goal_relative && self.goal_scale != 0.0;
+        let relative = self.goal_relative || self.goals == GoalKind::Given;
+        let follows_goal = relative && self.goal_scale != 0.0;
         Senses {
             x: self.offset_scale != 0.0 || follows_goal,
             v: self.velocity_scale != 0.0,

@@ -5,4 +5,4 @@ pub(super) const FORMAT: &str = "cosmic-scene";
 
 /// The version of the scenes that this program writes for runs. It is raised with every new key. A scene that states no
 /// version has version 0.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;

@@ -71,6 +71,11 @@ impl Mechanics {
         self.ground.vector_to_ground(pushed)
     }
 
+    /// The point of the ground from which positions are measured, in the ground's frame, from the world's origin, m.
+    pub(super) fn origin(&self) -> Vector<f64> {
+        self.ground.vertical() * self.ground.height
+    }
+
     fn with_inputs(self, gravity: f64) -> Self {
         let gravity = StepInput {
             name: "physics.gravity".to_owned(),
@@ -101,11 +106,11 @@ impl Mechanics {
     /// Declares the parameters of the contact law and of the forces, in the order of [`inputs`](Mechanics::inputs).
     pub(super) fn parameters<P: Road>(&self, p: &mut P) -> (Vec<P::Array>, Vec<Given<P::Array>>) {
         let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
-        let axes = [0, 1].map(|axis| p.of_surroundings(|s| velocity(s)[axis]));
+        let axes = [0, 1].map(|axis| p.of_surroundings(|s| [velocity(s)[axis]]));
         let mut place = 0;
         let mut next = |p: &mut P| {
             place += 1;
-            p.of_surroundings(|s| s.numbers[place])
+            p.of_surroundings(|s| [s.numbers[place]])
         };
         let of_contact = self.contact.inputs().into_iter().map(|_| next(p));
         let contact = axes.into_iter().chain(of_contact).collect();

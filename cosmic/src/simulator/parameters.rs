@@ -23,6 +23,9 @@ pub(super) struct Parameters<A> {
     /// For a robot without feedback: the positions and velocities that the policy sees in every step. `None` for a
     /// robot with feedback, whose policy sees the current ones.
     pub(super) seen: Option<Particle<A>>,
+    /// The goals of the rollout in order, two numbers each, measured from the point of the ground from which positions
+    /// are measured, m. Empty if the goal is a number of the controller.
+    pub(super) goals: Vec<A>,
     /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
     pub(super) contact: Vec<A>,
     /// The arrays that each force declares.
@@ -43,10 +46,10 @@ pub(super) trait Road {
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
-    /// Adds a parameter that depends on the surroundings, such as gravity. It has one number.
-    fn of_surroundings(
+    /// Adds a parameter that depends on the surroundings, such as gravity. It has `N` numbers.
+    fn of_surroundings<const N: usize>(
         &mut self,
-        number: impl Fn(&Surroundings<Self::Number>) -> Self::Number,
+        numbers: impl Fn(&Surroundings<Self::Number>) -> [Self::Number; N],
     ) -> Self::Array;
 
     /// Adds a parameter that the caller gives for each start. It has `len` numbers.
@@ -64,8 +67,8 @@ impl<R: Real> Road for Program<R> {
     fn of_body(&mut self, len: usize, _: impl Fn(&Body<R>) -> Vec<R>) -> Array {
         self.parameter(len)
     }
-    fn of_surroundings(&mut self, _: impl Fn(&Surroundings<R>) -> R) -> Array {
-        self.parameter(1)
+    fn of_surroundings<const N: usize>(&mut self, _: impl Fn(&Surroundings<R>) -> [R; N]) -> Array {
+        self.parameter(N)
     }
     fn of_start(&mut self, len: usize) -> Array {
         self.parameter(len)
@@ -92,8 +95,8 @@ impl<R: Real> Road for Filled<'_, R> {
     fn of_body(&mut self, _: usize, numbers: impl Fn(&Body<R>) -> Vec<R>) {
         self.numbers.push(self.bodies.iter().map(numbers).collect());
     }
-    fn of_surroundings(&mut self, number: impl Fn(&Surroundings<R>) -> R) {
-        let numbers = self.surroundings.iter().map(|s| vec![number(s)]);
+    fn of_surroundings<const N: usize>(&mut self, numbers: impl Fn(&Surroundings<R>) -> [R; N]) {
+        let numbers = self.surroundings.iter().map(|s| numbers(s).to_vec());
         self.numbers.push(numbers.collect());
     }
     fn of_start(&mut self, _: usize) {

@@ -6,21 +6,21 @@ use autodiff::{Array, Graph, Model, Program, Real};
 
 use super::mechanics::Mechanics;
 use super::parameters::{Parameters, Road};
-use crate::geometry::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice};
-use crate::laws::Particle;
+use crate::laws::{Particle, StepInput};
 use crate::policy::{
-    self, Block, Controller, Declared, Fold, Given, Mean, Outputs, Policy, PolicyStep, Recording,
-    Seen, Turn, ahead, blocks_of, ticks,
+    self, Block, Controller, Declared, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy,
+    PolicyStep, Recording, Seen, Turn, ahead, blocks_of, ticks,
 };
-use crate::scene::{ControllerSettings, PhysicsSettings};
+use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
 /// The robot as a [`Model`] of `autodiff`. The model declares these arrays, in this order:
 ///
 /// - Parameters: the fields of [`Parameters`], then the input of [`Turn`] if the clock is learned, then the parameters
 ///   of the policy.
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
-/// - Inputs: the [ticks](ticks()) of the clock, and `t` if a force reads it.
+/// - Inputs: the [pairs](Robot::pairs) of the clock and of the goals, and `t` if a force reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
@@ -31,6 +31,10 @@ pub(super) struct Robot {
     pub(super) drive: Drive,
     /// The scene's section `controller`.
     pub(super) settings: ControllerSettings,
+    /// The goals of a rollout without others; `None` if the goal is a number of the controller.
+    pub(super) goals: Option<Goals>,
+    /// The names and values of the surroundings: those of the mechanics, then the goals.
+    pub(super) inputs: Arc<[StepInput]>,
     /// True if bodies state the presence (weight) of their nodes.
     weighs: bool,
     /// For a robot without feedback: the state that the policy sees in every step, as x, y, x velocity and y velocity
@@ -75,10 +79,14 @@ impl Robot {
             actuated,
             drive: Drive::Held,
             settings: controller.clone(),
+            goals: (controller.goals == GoalKind::Given)
+                .then(|| Goals::at(Vector::new(controller.goal))),
+            inputs: Arc::new([]),
             weighs: false,
             seen: None,
             mechanics: Mechanics::new(lattice, physics),
         };
+        robot.inputs = robot.all_inputs();
         robot.drive = Drive::Policy(robot.driver());
         robot
     }
@@ -99,6 +107,7 @@ impl Robot {
             nodes: self.state(p),
             clock: p.input(2),
             presence: None,
+            goal: self.goals.as_ref().map(|_| p.state(2)),
         };
         let (_, given) = driver.record(&mut declared, settings, seen, self.outputs());
         driver.given = given.into();
@@ -152,9 +161,59 @@ impl Robot {
         Particle::new([(); 4].map(|()| p.state(self.graph.nodes())))
     }
 
-    /// The number of pairs in the [ticks](ticks()) of the clock.
+    /// A copy of this robot with other mechanics.
+    pub(super) fn with_mechanics(&self, mechanics: Mechanics) -> Self {
+        let robot = Self {
+            mechanics,
+            ..self.clone()
+        };
+        Self {
+            inputs: robot.all_inputs(),
+            ..robot
+        }
+    }
+
+    /// A copy of this robot with other goals.
+    pub(super) fn with_goals(&self, goals: Goals) -> Self {
+        let robot = Self {
+            goals: Some(goals),
+            ..self.clone()
+        };
+        Self {
+            inputs: robot.all_inputs(),
+            ..robot
+        }
+    }
+
+    /// The surroundings of the robot: the numbers of the mechanics, then the components of its goals.
+    fn all_inputs(&self) -> Arc<[StepInput]> {
+        let points = self.goals.iter().flat_map(Goals::points).enumerate();
+        let of_goals = points.flat_map(|(k, point)| {
+            [("along", point.forward()), ("above", point.up())].map(|(axis, value)| StepInput {
+                name: format!("goal.{k}.{axis}"),
+                value,
+            })
+        });
+        let of_mechanics = self.mechanics.inputs.iter().cloned();
+        of_mechanics.chain(of_goals).collect()
+    }
+
+    /// The pairs of numbers that a step gets at the time `time` (s), after `steps` steps: the [ticks](ticks()) of the
+    /// clock, then the numbers that say which [goal holds](Goals::holds).
+    pub(super) fn pairs_at(&self, time: f64, steps: usize) -> Vec<[f64; 2]> {
+        let mut pairs = ticks(&self.settings, time);
+        pairs.extend(self.goals.iter().flat_map(|goals| goals.holds(steps)));
+        pairs
+    }
+
+    /// The number of [pairs](Self::pairs_at) that a step gets.
     pub(super) fn pairs(&self) -> usize {
-        ticks(&self.settings, 0.0).len()
+        self.pairs_at(0.0, 0).len()
+    }
+
+    /// The number of numbers that a step gets.
+    pub(super) fn inputs_of_step(&self) -> usize {
+        2 * self.pairs() + usize::from(self.mechanics.needs_time())
     }
 
     fn outputs(&self) -> Outputs<'_> {
@@ -170,14 +229,28 @@ impl Robot {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
         let (contact, forces) = self.mechanics.parameters(p);
+        let first = self.mechanics.inputs.len();
+        let height = self.mechanics.origin();
+        let goals = (0..self.goals.as_ref().map_or(0, Goals::count)).map(|k| {
+            p.of_surroundings(|s| {
+                let axis = |axis: usize| s.numbers[first + 2 * k + axis];
+                [0, 1].map(|a| axis(a) - P::Number::lit(height[a]))
+            })
+        });
         Parameters {
+            goals: goals.collect(),
             contact,
             forces,
             stiffness: p.of_body(slots, |body| graph.to_slots(&body.stiffness)),
             rest_length: p.shared(&self.rest_length),
             strain: p.of_body(slots, |body| graph.to_slots(&body.strain)),
             inverse_mass: p.of_body(nodes, |body| body.mass.iter().map(inverse).collect()),
-            presence: (self.weighs).then(|| p.of_body(nodes, |body| body.presence.clone())),
+            presence: match (self.weighs, &self.goals) {
+                (true, _) => Some(p.of_body(nodes, |body| body.presence.clone())),
+                // A given goal is observed from the mean position, which a step computes with weights.
+                (false, Some(_)) => Some(p.shared(&vec![1.0; nodes])),
+                (false, None) => None,
+            },
             held: matches!(self.drive, Drive::Held).then(|| p.of_start(slots)),
             seen: (self.seen.as_ref()).map(|seen| {
                 Particle::new([0, 1, 2, 3].map(|k| p.shared(&seen[k * nodes..][..nodes])))
@@ -197,7 +270,7 @@ impl Robot {
         if self.actuated.is_empty() {
             return Vec::new();
         }
-        let mean = if self.weighs {
+        let mean = if self.weighs || self.goals.is_some() {
             Mean::InStep
         } else {
             Mean::OfAll
@@ -230,17 +303,28 @@ impl Robot {
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,
         };
-        let clock = match *clock {
+        let (ticks, legs) = clock.split_at(ticks(&self.settings, 0.0).len());
+        let clock = match *ticks {
             [clock, slope, phase] => {
                 let ahead = p.parameter(1);
                 p.map_with(Turn, [clock, slope, phase], &[ahead])[0]
             }
-            _ => clock[0],
+            _ => ticks[0],
         };
+        let mut goal = given.goals.first().copied();
+        for (&point, &holds) in given.goals.iter().zip(legs) {
+            // The goals before this one do not hold if it does, so a sum has the bits of the goal that holds.
+            let before = goal.filter(|&goal| goal != point);
+            goal = Some(match before {
+                None => p.map(Hold, [point, holds])[0],
+                Some(sum) => p.map(Pick, [sum, point, holds])[0],
+            });
+        }
         let seen = Seen {
             nodes: given.seen.unwrap_or(state),
             clock,
             presence: given.presence,
+            goal,
         };
         let (activation, _) = driver.record(p, &self.settings, seen, self.outputs());
         activation

@@ -9,9 +9,9 @@ use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
 use super::surroundings::Surroundings;
 use super::trajectory::{Still, Trajectory};
-use crate::geometry::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
-use crate::policy::{Controller, ticks};
+use crate::policy::{Controller, Goals};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The steps of a rollout, and the states that are observed.
@@ -60,7 +60,7 @@ pub struct Simulator {
     /// The largest allowed speed of a node, m/s: a guarded rollout with a faster node counts as diverged. `None` if
     /// there is no bound.
     pub(super) speed_bound: Option<f64>,
-    /// For each step, the [ticks](ticks()) of the clock, and then the time if a force reads it.
+    /// For each step, its [pairs](Robot::pairs_at) of the clock and the goals, and then the time if a force reads it.
     clock: Arc<[f64]>,
     /// The memory that a rollout may use to store states for its reverse sweep.
     pub memory: Memory,
@@ -74,21 +74,13 @@ impl Simulator {
         controller: &ControllerSettings,
     ) -> Self {
         let robot = Robot::new(lattice, physics, controller);
-        // Each time is a product. A running sum would have growing rounding errors, and the phase reaches 164 rad.
-        let time = |step: usize| step as f64 * physics.dt;
-        let timed = robot.mechanics.needs_time();
-        let inputs = |step: usize| {
-            let clock = ticks(controller, time(step)).into_iter().flatten();
-            clock.chain(timed.then(|| time(step)))
-        };
-        let clock = (0..physics.steps).flat_map(inputs).collect();
         Self {
             lattice: lattice.clone(),
             dt: physics.dt,
+            clock: inputs_of_steps(&robot, physics.dt, physics.steps),
             robot,
             ground: Ground::from(physics),
             speed_bound: physics.speed_bound,
-            clock,
             memory: Memory::All,
         }
     }
@@ -104,9 +96,33 @@ impl Simulator {
     /// friction.
     #[must_use]
     pub fn with_friction(&self, friction: f64) -> Self {
-        let mut other = self.clone();
-        other.robot.mechanics = self.robot.mechanics.with_friction(friction);
-        other
+        let mechanics = self.robot.mechanics.with_friction(friction);
+        Self {
+            robot: self.robot.with_mechanics(mechanics),
+            ..self.clone()
+        }
+    }
+
+    /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their components are
+    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.1.along` and so on, so that robots
+    /// of one batch may have other points, and rollouts can be differentiated with respect to them.
+    ///
+    /// # Panics
+    /// If goals are not inputs of a rollout (`controller.goals = "given"`).
+    #[must_use]
+    pub fn with_goals(&self, goals: &Goals) -> Self {
+        let given = self.robot.goals.is_some();
+        assert!(
+            given,
+            "goals of a rollout need `controller.goals = \"given\"`"
+        );
+        let steps = self.clock.len() / self.robot.inputs_of_step();
+        let robot = self.robot.with_goals(goals.clone());
+        Self {
+            clock: inputs_of_steps(&robot, self.dt, steps),
+            robot,
+            ..self.clone()
+        }
     }
 
     /// A copy of this simulator for robots without feedback: in every step, the policy sees the state `seen` instead of
@@ -136,12 +152,16 @@ impl Simulator {
     pub fn turned_back(&self) -> Self {
         let mut other = self.clone();
         other.robot.settings = self.robot.settings.turned_back();
-        other
+        match &self.robot.goals {
+            Some(goals) => other.with_goals(&goals.turned_back()),
+            None => other,
+        }
     }
 
-    /// The surroundings of the scene, whose numbers are constants: gravity, friction and the settings of the laws.
+    /// The surroundings of the scene, whose numbers are constants: gravity, friction, the settings of the laws, and the
+    /// goals if they are inputs of a rollout.
     pub fn surroundings<R: Real>(&self) -> Surroundings<R> {
-        Surroundings::of_scene(&self.robot.mechanics.inputs)
+        Surroundings::of_scene(&self.robot.inputs)
     }
 
     /// Simulates a robot from the state `start` and returns the observed states. States are in the world's frame.
@@ -176,7 +196,11 @@ impl Simulator {
         let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.run(&self.flatten(start), &slices(&parameters));
-        self.trajectory(&seen, span, body, start)
+        let goals = self.goals_in(surroundings);
+        Trajectory {
+            goals,
+            ..self.trajectory(&seen, span, body, start)
+        }
     }
 
     /// Simulates robots with one controller from several starts. `bodies` has one body for all starts, or one for each
@@ -217,7 +241,28 @@ impl Simulator {
         self.check_controller(controller);
         let model = self.robot.for_bodies(bodies);
         let numbers = self.numbers(&model, surroundings, bodies, Driving::By(controller));
-        self.in_lanes(model, bodies, &numbers, &starts, span)
+        let seen = self.in_lanes(model, bodies, &numbers, &starts, span);
+        let each = (0..).map(|k| &surroundings[k % surroundings.len()]);
+        let goals = each.map(|surroundings| self.goals_in(surroundings));
+        let with = |(mut seen, goals): (Trajectory<R>, _)| {
+            seen.goals = goals;
+            seen
+        };
+        seen.into_iter().zip(goals).map(with).collect()
+    }
+
+    /// The goals in these surroundings.
+    fn goals_in<R: Real>(&self, surroundings: &Surroundings<R>) -> Option<Goals<R>> {
+        let goals = self.robot.goals.as_ref()?;
+        let numbers = &surroundings.numbers[self.robot.mechanics.inputs.len()..];
+        let point = |k: usize| Vector::upright(numbers[2 * k], numbers[2 * k + 1]);
+        let later = goals.later.iter().enumerate();
+        Some(Goals {
+            first: point(0),
+            later: later
+                .map(|(k, &(steps, _))| (steps, point(k + 1)))
+                .collect(),
+        })
     }
 
     /// Simulates robots in SIMD lanes. `numbers` has the numbers of their parameters; `bodies` has one body for all
@@ -258,7 +303,10 @@ impl Simulator {
         let numbers = self.numbers(&robot, &surroundings, bodies, Driving::By(controller));
         let slots = robot.graph.slots();
         let start = |(state, time): &(&State<f64>, f64)| {
-            let clock = ticks(&self.robot.settings, *time).concat();
+            let clock = self
+                .robot
+                .pairs_at(*time, (time / self.dt).round() as usize);
+            let clock = clock.concat();
             [self.flatten(state), clock, vec![0.0; slots]].concat()
         };
         let starts: Vec<Vec<f64>> = moments.iter().map(start).collect();
@@ -344,8 +392,7 @@ impl Simulator {
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => {
-                let inputs =
-                    2 * self.robot.pairs() + usize::from(self.robot.mechanics.needs_time());
+                let inputs = self.robot.inputs_of_step();
                 self.clock[inputs * first..inputs * (first + steps)].into()
             }
         };
@@ -410,10 +457,10 @@ impl Simulator {
             Driving::By(controller) => (Vec::new(), Some(controller)),
             Driving::Held(activations) => (activations, None),
         };
-        let fits = |given: &Surroundings<R>| given.fits(&self.robot.mechanics.inputs);
+        let fits = |given: &Surroundings<R>| given.fits(&self.robot.inputs);
         assert!(
             surroundings.iter().all(fits),
-            "the surroundings are from a simulator with other laws"
+            "the surroundings are from a simulator with other laws or goals"
         );
         let mut filled = Filled {
             bodies,
@@ -442,6 +489,7 @@ impl Simulator {
             states: states.map(|s| still.held(self.unflatten(s))).collect(),
             marker: body.marker.clone(),
             start: (body.marker.weights.first()).map_or(Vec::new(), |_| start.x.clone()),
+            goals: None,
         }
     }
 
@@ -455,6 +503,18 @@ impl Simulator {
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
         State::from_columns(state).to_world(&self.ground)
     }
+}
+
+/// The inputs of every step of a rollout, one step after the other.
+fn inputs_of_steps(robot: &Robot, dt: f64, steps: usize) -> Arc<[f64]> {
+    let timed = robot.mechanics.needs_time();
+    let inputs = |step: usize| {
+        // Each time is a product. A running sum would have growing rounding errors, and the phase reaches 164 rad.
+        let time = step as f64 * dt;
+        let pairs = robot.pairs_at(time, step).into_iter().flatten();
+        pairs.chain(timed.then_some(time))
+    };
+    (0..steps).flat_map(inputs).collect()
 }
 
 /// The source of the activations in a rollout.

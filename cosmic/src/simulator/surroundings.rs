@@ -8,7 +8,8 @@ use crate::laws::StepInput;
 
 /// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
 /// key in the scene, such as `physics.gravity`, `physics.friction` (with Coulomb contact), `physics.stiffening` or
-/// `mud.rate`.
+/// `mud.rate`. Goals that are inputs of a rollout belong to them too, such as `goal.0.along`
+/// ([`with_goals`](super::Simulator::with_goals)).
 ///
 /// [`Simulator::surroundings`](super::Simulator::surroundings) returns the values of the scene, and
 /// [`Simulator::rollout_in`](super::Simulator::rollout_in) accepts other values. If a number is a variable, the rollout

@@ -4,6 +4,7 @@ use autodiff::Real;
 
 use crate::geometry::Vector;
 use crate::lattice::{Body, Marker, State};
+use crate::policy::Goals;
 
 /// The smallest absurd value: a state is absurd if a component of a position (m) or of a velocity (m/s) has this
 /// absolute value or more.
@@ -24,6 +25,8 @@ pub struct Trajectory<R> {
     /// The positions of the nodes at the start of the rollout. Empty if the marker is the payload, which does not need
     /// them.
     pub start: Vec<Vector<R>>,
+    /// The goals of the robot; `None` if the goal is a number of the controller.
+    pub goals: Option<Goals<R>>,
 }
 
 impl<R> Trajectory<R> {
@@ -37,6 +40,7 @@ impl<R> Trajectory<R> {
                 weights: Vec::new(),
             },
             start: Vec::new(),
+            goals: None,
         }
     }
 
@@ -74,6 +78,7 @@ impl<R: Copy> Trajectory<R> {
             states: self.states.iter().map(|state| state.map(&f)).collect(),
             marker: self.marker.map(&f),
             start: self.start.iter().map(|x| x.map(&f)).collect(),
+            goals: self.goals.as_ref().map(|goals| goals.map(&f)),
         }
     }
 }

@@ -36,14 +36,21 @@ fn the_value_of_a_key_for_older_runs_is_valid() {
 #[test]
 fn the_scene_of_a_run_of_version_1_is_read() {
     let text = Scene::paper().to_run_toml();
-    let newer = ["policy = ", "payload = ", "units = ", "body = ", "clock = "];
+    let newer = [
+        "policy = ",
+        "payload = ",
+        "units = ",
+        "body = ",
+        "clock = ",
+        "goals = ",
+    ];
     let is_new = |line: &&str| newer.iter().any(|key| line.starts_with(key));
     assert_eq!(text.lines().filter(is_new).count(), newer.len());
     let old: String = text
         .lines()
         .filter(|line| !is_new(line))
         .fold(String::new(), |text, line| text + line + "\n");
-    let old = old.replacen("version = 4", "version = 1", 1);
+    let old = old.replacen("version = 5", "version = 1", 1);
     let mut read = Scene::parse_of_run("old", &old, &Registry::default()).unwrap();
     assert_eq!(read.lattice.units, Units::Absolute);
     read.lattice.units = Units::Relative;

@@ -41,6 +41,7 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("controller.policy", &["\"mlp\""]),
     ("controller.clock", &["\"fixed\""]),
     ("controller.goal_relative", &["false"]),
+    ("controller.goals", &["\"fixed\""]),
     ("controller.two_goals", &["false"]),
     // The starts of the paper's designs d, b and c, of its ablation, and of its design a.
     (

@@ -12,7 +12,7 @@ use cosmic::lattice::{Body, Marker};
 use cosmic::laws::{Damper, Law, Stops};
 use cosmic::policy::{Layer, Network, Weights, frequency};
 use cosmic::record::files::{Format, make_folder, write_json};
-use cosmic::scene::Integrator;
+use cosmic::scene::{GoalKind, Integrator};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -102,6 +102,10 @@ fn check(case: &Case) -> Result<()> {
         (
             !case.observation.policy.is_default(),
             "controller.policy=mlp",
+        ),
+        (
+            case.observation.goals == GoalKind::Given,
+            "controller.goals=fixed",
         ),
     ];
     match refusals.iter().find(|(is_refused, _)| *is_refused) {

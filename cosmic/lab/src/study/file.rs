@@ -227,7 +227,7 @@ impl StudyFile {
     fn scene(&self, name: &str, base: &Base, registry: &Registry) -> Result<Scene> {
         if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
             let below = registry.load("stability")?.with(&base.file, &base.text)?;
-            return below.with(name, &builtin.changes());
+            return builtin.over(&below);
         }
         if !base.file.is_empty() {
             let says = format!(

@@ -1,0 +1,130 @@
+//! The domains in which robots are simulated: those of gradients, and those in which robots are ranked, chosen and judged.
+
+use std::borrow::Cow;
+
+use rand::rngs::ChaCha8Rng;
+
+use super::evaluator::Evaluator;
+use super::progress::Progress;
+use super::schedule::Schedule;
+use crate::domain::{Domain, draw_goals, draw_many, perturbed};
+use crate::random::{Purpose, stream, stream_of};
+use crate::scene::{GoalKind, RobustSettings, SelectionKind};
+
+/// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
+/// controllers: 1 % of a spacing in the start (with `lattice.units = "absolute"` 1 mm), 5 % of the friction, and 5 % of
+/// the stiffness of every edge. They are the same in all scenes, so that robots of different scenes can be compared.
+pub const VARIED: RobustSettings = RobustSettings {
+    samples: 1,
+    start: 0.001,
+    friction: 0.05,
+    stiffness: 0.05,
+    mass: 0.0,
+};
+
+impl Evaluator {
+    /// The robot as designed, from the unperturbed start.
+    pub(super) fn nominal(&self) -> Domain<'_> {
+        Domain::of(&self.task, self.start.clone())
+    }
+
+    /// The domains over which an iteration averages its gradients; empty for a scene without domain randomisation. They
+    /// depend only on the seed and the iteration, so that a resumed run draws the same domains. If goals are given, each
+    /// domain has a goal of its own.
+    pub fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
+        let (robust, goals) = (&self.scene.robust, self.scene.controller.goals);
+        let number = now.iteration as u64;
+        let stream = |purpose| stream_of(progress.seed, purpose, number);
+        let count = match goals {
+            GoalKind::Fixed => robust.samples,
+            GoalKind::Given => self.scene.goals.samples,
+        };
+        let domains = match robust.samples {
+            0 => vec![self.nominal(); count],
+            _ => {
+                let stream = stream(Purpose::DomainRandomisation);
+                draw_many(&self.task, robust, count, stream)
+            }
+        };
+        match goals {
+            GoalKind::Fixed => domains,
+            GoalKind::Given => self.with_goals(domains, 1, stream(Purpose::Goals)),
+        }
+    }
+
+    /// These domains, each with `count` goals of its own. Half of the first goals are ahead, half behind.
+    fn with_goals<'a>(
+        &self,
+        mut domains: Vec<Domain<'a>>,
+        count: usize,
+        mut stream: ChaCha8Rng,
+    ) -> Vec<Domain<'a>> {
+        for (k, domain) in domains.iter_mut().enumerate() {
+            let ahead = k.is_multiple_of(2);
+            let goals = draw_goals(&self.task, &self.scene.goals, count, ahead, &mut stream);
+            domain.task = Cow::Owned(domain.task.with_goals(&goals));
+        }
+        domains
+    }
+
+    /// The domains in which robots are ranked during an optimisation: the robot as designed, and robots that
+    /// [vary](VARIED) a little.
+    pub(super) fn ranking_domains(&self, seed: u64) -> Vec<Domain<'_>> {
+        let mut domains = self.drawn(&VARIED, seed, Purpose::Ranking);
+        domains[0] = self.nominal();
+        self.on_errands(domains, seed, Purpose::Ranking)
+    }
+
+    /// The domains in which controllers are measured to choose one: for the selection `robust` robots that vary a
+    /// little, otherwise random domains if the scene has domain randomisation, or perturbed starts.
+    pub(super) fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
+        match (self.scene.selection.kind, self.scene.robust.samples) {
+            (SelectionKind::Robust, _) => self.varied(seed, Purpose::Selection),
+            (_, 0) => {
+                let domains = self.perturbed_starts(seed, Purpose::Selection);
+                self.on_errands(domains, seed, Purpose::Selection)
+            }
+            _ => {
+                let purpose = Purpose::DomainRandomisation;
+                self.on_errands(self.drawn(&self.scene.robust, seed, purpose), seed, purpose)
+            }
+        }
+    }
+
+    /// Domains with [varied](VARIED) robots. If goals are given, each robot has a sequence of goals.
+    pub(super) fn varied(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+        self.on_errands(self.drawn(&VARIED, seed, purpose), seed, purpose)
+    }
+
+    /// These domains, each with a sequence of goals; unchanged if goals are fixed.
+    fn on_errands<'a>(
+        &self,
+        domains: Vec<Domain<'a>>,
+        seed: u64,
+        purpose: Purpose,
+    ) -> Vec<Domain<'a>> {
+        match self.scene.controller.goals {
+            GoalKind::Fixed => domains,
+            GoalKind::Given => {
+                let stream = stream_of(seed, Purpose::Errands, purpose as u64);
+                self.with_goals(domains, self.scene.goals.count, stream)
+            }
+        }
+    }
+
+    fn drawn(&self, settings: &RobustSettings, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+        let count = self.scene.selection.perturbed_rollouts;
+        draw_many(&self.task, settings, count, stream(seed, purpose))
+    }
+
+    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units
+    /// of the lattice's scale, is added to or subtracted from every coordinate, at random.
+    pub(super) fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+        let settings = &self.scene.selection;
+        let mut stream = stream(seed, purpose);
+        let distance = settings.perturbation * self.task.lattice.scale;
+        let mut start = || perturbed(&self.start, distance, &mut stream);
+        let domain = |_| Domain::of(&self.task, start());
+        (0..settings.perturbed_rollouts).map(domain).collect()
+    }
+}

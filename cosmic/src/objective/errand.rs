@@ -1,0 +1,95 @@
+//! The loss for robots that go where they are told.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use autodiff::Real;
+
+use super::Loss;
+use crate::geometry::Ground;
+use crate::lattice::Lattice;
+use crate::scene::{LossSettings, Scene};
+use crate::simulator::Trajectory;
+
+/// The loss of the task "reach" if goals are inputs of a rollout: the share of the way to a goal that is left when its
+/// time ends, as a mean over the goals of a rollout. 0 means that the robot is at its goal and stays there, 1 that it
+/// came no nearer.
+///
+/// The way to a goal is its distance along the ground from the goal before it, or from the payload at the start. What is
+/// left is the distance of the payload from the goal, plus its speed along the ground multiplied by a time; both are
+/// means over the last part of the goal's time, for which `loss.window` and `loss.every` hold. At most half of the time
+/// counts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Errand {
+    ground: Ground,
+    settings: LossSettings,
+    /// The time by which a speed is multiplied, s.
+    settle: f64,
+    /// The place of the payload at the start, along the ground, m.
+    start: f64,
+    /// The numbers of steps at which goals may change.
+    changes: Vec<usize>,
+}
+
+impl Errand {
+    /// The loss of a scene with the task "reach" and given goals.
+    pub fn of_scene(scene: &Scene) -> Self {
+        let ground = Ground::from(&scene.physics);
+        let lattice = Lattice::new(&scene.lattice, ground);
+        let payload = lattice.state_at_rest().x[lattice.payload[0].node];
+        Self {
+            start: ground.along(payload),
+            ground,
+            settings: scene.loss.clone(),
+            settle: scene.objective.settle,
+            changes: scene.goals.changes(scene.physics.steps).collect(),
+        }
+    }
+
+    /// The numbers of steps after which the loss reads a state, for a goal that holds in these steps.
+    fn read(&self, time: Range<usize>) -> impl Iterator<Item = usize> {
+        let LossSettings { window, every, .. } = self.settings;
+        let count = window.min(time.len() / 2).div_ceil(every).max(1);
+        (0..count).rev().map(move |k| time.end - k * every)
+    }
+}
+
+impl Loss for Errand {
+    /// The states that are needed for a single goal, and for goals that change where those of the scene do.
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        let changes = self.changes.iter().copied().filter(|&step| step < steps);
+        let changes: Vec<usize> = changes.collect();
+        let from = [0].into_iter().chain(changes.iter().copied());
+        let to = changes.iter().copied().chain([steps]);
+        let times = from
+            .zip(to)
+            .map(|(from, to)| from..to)
+            .chain(std::iter::once(0..steps));
+        let observed: BTreeSet<usize> = times.flat_map(|time| self.read(time)).collect();
+        observed.into_iter().collect()
+    }
+
+    fn nodes(&self) -> usize {
+        1
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        let goals = trajectory.goals.as_ref();
+        let goals = goals.expect("the task `reach` with given goals needs rollouts with goals");
+        let mut before = R::lit(self.start);
+        let mut left = Vec::new();
+        for (time, goal) in goals.times(trajectory.last_step()) {
+            let goal = goal.forward();
+            let off = |step: usize| {
+                let along = self.ground.along(trajectory.position(step));
+                let speed = self.ground.along(trajectory.velocity(step));
+                (along - goal).abs() + speed.abs() * R::lit(self.settle)
+            };
+            let offs: Vec<R> = self.read(time).map(off).collect();
+            let mean = R::sum_of(&offs) * R::lit(1.0 / offs.len() as f64);
+            left.push(mean / (goal - before).abs());
+            before = goal;
+        }
+        R::sum_of(&left) * R::lit(1.0 / left.len() as f64)
+    }
+}

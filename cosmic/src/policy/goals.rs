@@ -1,0 +1,158 @@
+//! Goals: where a robot is to go. They are inputs of a rollout, and may change while the robot walks.
+
+use std::ops::Range;
+
+use autodiff::Real;
+use autodiff::arrays::Kernel;
+
+use crate::geometry::Vector;
+
+/// The goals of a robot, one after the other. Each is a point in the ground's frame, measured from the world's origin:
+/// along the ground and normal to it, in metres.
+///
+/// Robots of one batch may have different points, but change their goals at the same steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goals<R = f64> {
+    /// The first goal.
+    pub first: Vector<R>,
+    /// The later goals, each with the number of steps after which it replaces the goal before it, ascending.
+    pub later: Vec<(usize, Vector<R>)>,
+}
+
+impl<R: Copy> Goals<R> {
+    /// These goals with `f` applied to every number.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Goals<S> {
+        let later = self.later.iter();
+        Goals {
+            first: self.first.map(&f),
+            later: later
+                .map(|&(steps, point)| (steps, point.map(&f)))
+                .collect(),
+        }
+    }
+
+    /// A goal that does not change.
+    pub fn at(point: Vector<R>) -> Self {
+        Self {
+            first: point,
+            later: Vec::new(),
+        }
+    }
+
+    /// These goals, and one more, which replaces the last one after this number of steps.
+    ///
+    /// # Panics
+    /// If the last goal began later or at the same step.
+    #[must_use]
+    pub fn then(mut self, steps: usize, point: Vector<R>) -> Self {
+        let last = self.later.last().map_or(0, |&(steps, _)| steps);
+        assert!(
+            steps > last,
+            "a goal begins after {steps} steps, and the goal before it after {last}"
+        );
+        self.later.push((steps, point));
+        self
+    }
+
+    /// All points in order.
+    pub fn points(&self) -> impl Iterator<Item = Vector<R>> {
+        let later = self.later.iter().map(|&(_, point)| point);
+        std::iter::once(self.first).chain(later)
+    }
+
+    /// The number of points.
+    pub(crate) fn count(&self) -> usize {
+        1 + self.later.len()
+    }
+
+    /// The place, among the points, of the goal that holds in the step after `steps` steps.
+    pub fn place(&self, steps: usize) -> usize {
+        self.later.iter().filter(|(from, _)| *from <= steps).count()
+    }
+
+    /// Each goal with the steps in which it holds, in a rollout of `steps` steps. Goals that begin later are left out.
+    pub fn times(&self, steps: usize) -> impl Iterator<Item = (Range<usize>, Vector<R>)> {
+        let changes = self.later.iter().map(|&(from, _)| from);
+        let from = [0].into_iter().chain(changes.clone());
+        let to = changes.chain([usize::MAX]);
+        let times = from.zip(to).map(move |(from, to)| from..to.min(steps));
+        times
+            .zip(self.points())
+            .take_while(|(time, _)| !time.is_empty())
+    }
+}
+
+impl Goals {
+    /// The goals on the other side of the origin.
+    pub(crate) fn turned_back(&self) -> Self {
+        let turned = |point: Vector<f64>| Vector::upright(-point.forward(), point.up());
+        Self {
+            first: turned(self.first),
+            later: (self.later.iter())
+                .map(|&(steps, point)| (steps, turned(point)))
+                .collect(),
+        }
+    }
+
+    /// The input of a step with which it [picks](Pick) its goal: a pair of ones for the goal that holds, a pair of
+    /// zeros for every other goal. A single goal needs no input.
+    pub(crate) fn holds(&self, steps: usize) -> impl Iterator<Item = [f64; 2]> {
+        let (count, place) = (self.count(), self.place(steps));
+        let legs = (0..count).map(move |k| [f64::from(u8::from(k == place)); 2]);
+        legs.filter(move |_| count > 1)
+    }
+}
+
+/// The kernel that multiplies the first goal of a rollout by 1 if it holds, or else by 0.
+pub(crate) struct Hold;
+
+impl Kernel<2, 1> for Hold {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [goal, holds]: [R; 2]) -> [R; 1] {
+        [holds * goal]
+    }
+}
+
+/// The kernel that adds another goal to such a sum, multiplied by 1 if it holds, or else by 0.
+pub(crate) struct Pick;
+
+impl Kernel<3, 1> for Pick {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [sum, goal, holds]: [R; 3]) -> [R; 1] {
+        [sum + holds * goal]
+    }
+}
+
+/// The kernel that computes the offset of a goal from a place.
+pub(super) struct Offset;
+
+impl Kernel<2, 1> for Offset {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [goal, place]: [R; 2]) -> [R; 1] {
+        [goal - place]
+    }
+}
+
+/// The kernel that computes how a robot observes a goal: the offset `d` of the goal, as `s d / sqrt(1 + s^2 |d|^2)` with
+/// the scale `s`. A near goal is observed as `s d`, and of a far goal only the direction. The inputs are the component
+/// of `d` in question and the other one.
+pub(crate) struct Towards {
+    /// The scale of the goal, 1/m.
+    pub(crate) scale: f64,
+}
+
+impl Kernel<2, 1> for Towards {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [this, other]: [R; 2]) -> [R; 1] {
+        let scale = R::lit(self.scale);
+        let (this, other) = (scale * this, scale * other);
+        [this / (R::one() + this * this + other * other).sqrt()]
+    }
+}
+
+/// How a robot observes a goal with the offset `offset`: see [`Towards`].
+pub(super) fn towards<R: Real>(offset: Vector<R>, scale: f64) -> Vector<R> {
+    let kernel = Towards { scale };
+    let [along, up] = [offset.forward(), offset.up()];
+    Vector::upright(kernel.eval([along, up])[0], kernel.eval([up, along])[0])
+}

@@ -1,0 +1,150 @@
+//! Goals as inputs of a rollout: they may change while a robot walks, and the loss of errands reads them.
+
+use autodiff::check::{Options, Verdict};
+use cosmic::case::Case;
+use cosmic::domain::draw_goals;
+use cosmic::geometry::Vector;
+use cosmic::lattice::State;
+use cosmic::objective::{Errand, Loss};
+use cosmic::policy::Goals;
+use cosmic::random::{Purpose, stream};
+use cosmic::scene::Scene;
+use cosmic::simulator::{Span, Trajectory};
+use cosmic_lab::verify::check_gradients_of;
+
+/// A small robot that observes its goals, and its scene.
+fn robot(settings: &str) -> (Scene, Case) {
+    let text = format!(
+        "base = \"errand\"\nlattice.columns = 3\nlattice.rows = 2\nlattice.drop = 0.01\n\
+         controller.hidden = 6\n{settings}"
+    );
+    let scene = Scene::parse("small", &text).unwrap();
+    let case = Case::of_scene(&scene, 1).unwrap();
+    (scene, case)
+}
+
+/// A rollout in which the goal changes is a rollout to the first goal, continued from its last state to the second one.
+#[test]
+fn a_goal_may_change_while_a_robot_walks() {
+    let (_, case) = robot("");
+    let [right, left] = [[1.5, 0.1], [-1.5, 0.1]].map(Vector::new);
+    let walk = |goals: Goals, start: &State<f64>, first: usize, steps: usize| {
+        let span = Span {
+            first,
+            ..Span::from_start(vec![steps])
+        };
+        let task = case.task().with_goals(&goals);
+        let design = case.own_design();
+        let mut seen = task.rollout(&design, &case.controller, start, &span);
+        seen.states.remove(0)
+    };
+    let half = walk(Goals::at(right), &case.start, 0, 300);
+    let whole = walk(Goals::at(left), &half, 300, 200);
+    let changed = walk(Goals::at(right).then(300, left), &case.start, 0, 500);
+    let apart = |a: &State<f64>, b: &State<f64>| {
+        let pairs = a.to_columns().into_iter().zip(b.to_columns());
+        pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
+    };
+    // A state between two rollouts is rounded once more, when it is converted to the world's frame and back.
+    assert!(apart(&changed, &whole) < 1e-11);
+    assert!(apart(&changed, &walk(Goals::at(right), &case.start, 0, 500)) > 1e-3);
+}
+
+/// The gradients of the loss are right in every mode, while the payload is on its way to its goals.
+#[test]
+fn the_loss_of_errands_has_the_right_gradient() {
+    let (scene, case) = robot("loss.window = 20\nloss.every = 8");
+    let loss = Errand::of_scene(&scene);
+    let check = check_gradients_of(&loss, &case, 48, &Options::default());
+    for group in &check.groups {
+        let is_right = group.verdict == Verdict::Smooth;
+        assert!(is_right, "{}, {}", group.name, group.report);
+    }
+}
+
+/// The loss is the share of the way that is left: 1 for a payload that stays at the start, 0 for one that is at its
+/// goal, 2 for one that goes as far the other way.
+#[test]
+fn the_loss_is_the_share_of_the_way_that_is_left() {
+    let (scene, case) = robot("");
+    let loss = Errand::of_scene(&scene);
+    let steps = scene.physics.steps;
+    let changes: Vec<usize> = scene.goals.changes(steps).collect();
+    let start = case.start.x[0][0];
+    let goals = Goals::at(Vector::new([start + 1.0, 0.1]));
+    let goals = goals.then(changes[0], Vector::new([start, 0.1]));
+    let goals = goals.then(changes[1], Vector::new([start - 2.0, 0.1]));
+    let left = |along: [f64; 3]| {
+        let place = |&step: &usize| {
+            let mut state = case.start.clone();
+            let leg = changes.iter().filter(|&&change| change < step).count();
+            state.x[0] = Vector::new([start + along[leg], 0.1]);
+            state
+        };
+        let observed = loss.observed(steps);
+        let states = observed.iter().map(place).collect();
+        let mut seen = Trajectory::new(observed, states);
+        seen.goals = Some(goals.clone());
+        loss.loss(&seen)
+    };
+    for (along, expected) in [
+        ([1.0, 0.0, -2.0], 0.0),
+        ([0.0, 1.0, 0.0], 1.0),
+        ([-1.0, 0.5, -1.0], (2.0 + 0.5 + 0.5) / 3.0),
+    ] {
+        // A mean of some hundred distances of order one.
+        assert!(
+            (left(along) - expected).abs() < 1e-13,
+            "{along:?}: {}",
+            left(along)
+        );
+    }
+}
+
+/// Drawn goals are in the interval and apart from one another, and the first ones are on the side that is asked for.
+#[test]
+fn goals_are_drawn_in_the_interval_and_apart() {
+    for (along, apart) in [([-1.5, 1.5], 0.75), ([-0.5, 2.0], 0.6), ([0.2, 2.0], 0.5)] {
+        let (scene, case) = robot(&format!("goals.along = {along:?}\ngoals.apart = {apart:?}"));
+        let task = case.task();
+        let start = case.start.x[0][0];
+        let mut stream = stream(7, Purpose::Goals);
+        let mut places = Vec::new();
+        for k in 0..200 {
+            let goals = draw_goals(&task, &scene.goals, 4, k % 2 == 0, &mut stream);
+            let mut last = 0.0;
+            for (k, point) in goals.points().enumerate() {
+                let place = point[0] - start;
+                assert!(along[0] <= place && place <= along[1], "{place}");
+                // The place of the payload at the start is added and subtracted again.
+                assert!((place - last).abs() > apart - 1e-12, "{last} {place}");
+                if k == 0 && along[0] < -apart {
+                    places.push(place);
+                }
+                last = place;
+            }
+        }
+        let ahead = places.iter().filter(|place| **place > 0.0).count();
+        assert_eq!(2 * ahead, places.len());
+    }
+}
+
+/// Goals that do not fit, and settings that do not go with given goals, are refused by name.
+#[test]
+fn what_does_not_go_with_goals_is_refused() {
+    let errand = Scene::load("errand").unwrap();
+    for (setting, says) in [
+        ("goals.apart=1.6", "do not fit between -1.5 and 1.5 m"),
+        ("objective.task=far", "need the task \"reach\""),
+        (
+            "controller.policy=clock",
+            "a policy that observes the robot",
+        ),
+        ("controller.goals=fixed", "needs goals = \"given\""),
+        ("schedule.horizon_mode=tail", "horizon_mode \"head\""),
+        ("controller.two_goals=true", "without two_goals"),
+    ] {
+        let refused = errand.set(&[setting]).unwrap_err().to_string();
+        assert!(refused.contains(says), "{setting}: {refused}");
+    }
+}
