@@ -161,7 +161,7 @@ fn describe(folder: &Path, summary: &Summary) -> String {
         text += &format!("started after iteration {entered} with the robot in start.json\n");
     }
     if let Some(loss) = summary.loss_p50 {
-        text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
+        text += &format!("loss {loss:.4} (median)\n");
     }
     if let Some(behind) = summary.displacement_behind_p50 {
         text += &format!(

@@ -73,8 +73,8 @@ keys! {
         /// `reason`. Absent in files of earlier versions.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
-        /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`. Absent if too
-        /// many rollouts diverged.
+        /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; if goals are given,
+        /// over robots that vary a little and have sequences of goals. Absent if too many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         loss_p50: Option<f64>, "number", unit "the loss's";
         /// Mean share of solid material (skeleton and actuator) over the edges.
