@@ -136,6 +136,9 @@ impl Shapes<'_> {
         raw.scene.set(&mut scene, self.file)?;
         raw.controller
             .set_hidden(&mut scene.controller, self.file)?;
+        if let Some((_, why)) = scene.controller.misfit() {
+            return self.refuse(why.to_owned());
+        }
         scene.physics.steps = raw.steps;
         // A case is only evaluated, and an evaluation never refuses an unstable time step.
         scene.physics.unstable_step = UnstableStep::Warn;

@@ -78,17 +78,19 @@ impl Evaluator {
     /// The domains in which controllers are measured to choose one: for the selection `robust` robots that vary a
     /// little, otherwise random domains if the scene has domain randomisation, or perturbed starts.
     pub(super) fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
-        match (self.scene.selection.kind, self.scene.robust.samples) {
-            (SelectionKind::Robust, _) => self.varied(seed, Purpose::Selection),
+        let robust = &self.scene.robust;
+        let (purpose, domains) = match (self.scene.selection.kind, robust.samples) {
+            (SelectionKind::Robust, _) => return self.varied(seed, Purpose::Selection),
             (_, 0) => {
-                let domains = self.perturbed_starts(seed, Purpose::Selection);
-                self.on_errands(domains, seed, Purpose::Selection)
+                let purpose = Purpose::Selection;
+                (purpose, self.perturbed_starts(seed, purpose))
             }
             _ => {
                 let purpose = Purpose::DomainRandomisation;
-                self.on_errands(self.drawn(&self.scene.robust, seed, purpose), seed, purpose)
+                (purpose, self.drawn(robust, seed, purpose))
             }
-        }
+        };
+        self.on_errands(domains, seed, purpose)
     }
 
     /// Domains with [varied](VARIED) robots. If goals are given, each robot has a sequence of goals.

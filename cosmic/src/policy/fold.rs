@@ -136,7 +136,7 @@ impl<'a, R: Real> Fold<'a, R> {
     fn row(&self, row: &[R], weights: &mut Vec<R>) {
         let goal = self.on_goal(row);
         let (clocks, row) = row.split_at(self.settings.clocks);
-        let seen_goal = [row[0], row[1]];
+        let on_seen_goal = &row[..2];
         let follows = self.sight.follows_goal(self.settings);
         if self.sight == Sight::Robot {
             let (offsets, velocities) = row[2..].split_at(2 * self.nodes);
@@ -157,7 +157,7 @@ impl<'a, R: Real> Fold<'a, R> {
             weights.extend(-goal);
         }
         if self.sight.sees_given_goal(self.settings) {
-            weights.extend([0, 1].map(|axis| seen_goal[axis]));
+            weights.extend_from_slice(on_seen_goal);
         }
     }
 

@@ -83,6 +83,18 @@ impl<R: Copy> Goals<R> {
 }
 
 impl Goals {
+    /// True if the other goals are as many and change at the same steps.
+    pub(crate) fn change_with(&self, other: &Self) -> bool {
+        let changes = |goals: &Self| {
+            goals
+                .later
+                .iter()
+                .map(|&(from, _)| from)
+                .collect::<Vec<_>>()
+        };
+        changes(self) == changes(other)
+    }
+
     /// The goals on the other side of the origin.
     pub(crate) fn turned_back(&self) -> Self {
         let turned = |point: Vector<f64>| Vector::upright(-point.forward(), point.up());

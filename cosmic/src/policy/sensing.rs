@@ -97,8 +97,8 @@ pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64>
 
 /// The observed goal: the goal of the settings, or its offset from the mean position if the settings make it relative.
 /// The result is multiplied by the scale of the goal. A goal that is given to a rollout is observed as its offset, which
-/// is bounded. Goal and mean position are measured from the world's origin,
-/// along the ground and normal to it, like the displacement.
+/// is bounded. Goal and mean position are measured from the world's origin, along the ground and normal to it, like the
+/// displacement.
 fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
     let goal = Vector::lit(settings.goal.into());

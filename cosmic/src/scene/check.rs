@@ -255,24 +255,13 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
 /// Given goals need a policy that observes them, a task that reads them, and room to be apart.
 fn goals(scene: &Scene, found: &mut Conflicts) {
     let (controller, goals) = (&scene.controller, &scene.goals);
-    let policy = controller.policy.name();
+    let given = |key| [key, "controller.goals"];
+    if let Some((key, why)) = controller.misfit() {
+        found.require(false, given(key), why.to_owned());
+    }
     if controller.goals == GoalKind::Fixed {
-        found.require(
-            policy != "gaits",
-            ["controller.policy", "controller.goals"],
-            "the policy \"gaits\" needs goals = \"given\"".to_owned(),
-        );
         return;
     }
-    let given = |key| [key, "controller.goals"];
-    found.require(
-        policy != "clock" && controller.goal_scale > 0.0,
-        given(match policy {
-            "clock" => "controller.policy",
-            _ => "controller.goal_scale",
-        }),
-        "given goals need a policy that observes the robot, and a goal_scale above 0".to_owned(),
-    );
     found.require(
         !controller.two_goals,
         given("controller.two_goals"),

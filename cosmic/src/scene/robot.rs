@@ -388,6 +388,22 @@ impl ControllerSettings {
         }
     }
 
+    /// If the policy and the kind of goal do not go together: the key to change beside `controller.goals`, and why.
+    pub(crate) fn misfit(&self) -> Option<(&'static str, &'static str)> {
+        let unseen = "given goals need a policy that observes the robot, and a goal_scale above 0";
+        match (self.goals, self.policy.name()) {
+            (GoalKind::Fixed, "gaits") => Some((
+                "controller.policy",
+                "the policy \"gaits\" needs goals = \"given\"",
+            )),
+            (GoalKind::Given, "clock") => Some(("controller.policy", unseen)),
+            (GoalKind::Given, _) if self.goal_scale == 0.0 => {
+                Some(("controller.goal_scale", unseen))
+            }
+            _ => None,
+        }
+    }
+
     /// A copy of the settings with the goal on the other side of the origin.
     pub fn turned_back(&self) -> Self {
         let [along, height] = self.goal;

@@ -42,12 +42,9 @@ impl Driven {
         }
         let model = world.robot.for_bodies(bodies);
         let slots = activations.iter().map(|held| model.graph.to_slots(held));
-        let numbers = world.numbers(
-            &model,
-            &[world.surroundings()],
-            bodies,
-            Driving::Held(slots.collect()),
-        );
-        world.in_lanes(model, bodies, &numbers, &starts, span)
+        let surroundings = [world.surroundings()];
+        let driving = Driving::Held(slots.collect());
+        let numbers = world.numbers(&model, &surroundings, bodies, driving);
+        world.in_lanes(model, &surroundings, bodies, &numbers, &starts, span)
     }
 }

@@ -86,9 +86,8 @@ impl Robot {
             seen: None,
             mechanics: Mechanics::new(lattice, physics),
         };
-        robot.inputs = robot.all_inputs();
         robot.drive = Drive::Policy(robot.driver());
-        robot
+        robot.with_inputs()
     }
 
     /// The policy that the settings choose. It is recorded once here, to find out which parameters it declares.
@@ -167,10 +166,7 @@ impl Robot {
             mechanics,
             ..self.clone()
         };
-        Self {
-            inputs: robot.all_inputs(),
-            ..robot
-        }
+        robot.with_inputs()
     }
 
     /// A copy of this robot with other goals.
@@ -179,14 +175,11 @@ impl Robot {
             goals: Some(goals),
             ..self.clone()
         };
-        Self {
-            inputs: robot.all_inputs(),
-            ..robot
-        }
+        robot.with_inputs()
     }
 
-    /// The surroundings of the robot: the numbers of the mechanics, then the components of its goals.
-    fn all_inputs(&self) -> Arc<[StepInput]> {
+    /// This robot with its surroundings: the numbers of its mechanics, then the components of its goals.
+    fn with_inputs(self) -> Self {
         let points = self.goals.iter().flat_map(Goals::points).enumerate();
         let of_goals = points.flat_map(|(k, point)| {
             [("along", point.forward()), ("above", point.up())].map(|(axis, value)| StepInput {
@@ -195,7 +188,10 @@ impl Robot {
             })
         });
         let of_mechanics = self.mechanics.inputs.iter().cloned();
-        of_mechanics.chain(of_goals).collect()
+        Self {
+            inputs: of_mechanics.chain(of_goals).collect(),
+            ..self
+        }
     }
 
     /// The pairs of numbers that a step gets at the time `time` (s), after `steps` steps: the [ticks](ticks()) of the
@@ -230,11 +226,11 @@ impl Robot {
         let inverse = |mass: &P::Number| mass.recip();
         let (contact, forces) = self.mechanics.parameters(p);
         let first = self.mechanics.inputs.len();
-        let height = self.mechanics.origin();
+        let origin = Vector::lit(self.mechanics.origin());
         let goals = (0..self.goals.as_ref().map_or(0, Goals::count)).map(|k| {
             p.of_surroundings(|s| {
-                let axis = |axis: usize| s.numbers[first + 2 * k + axis];
-                [0, 1].map(|a| axis(a) - P::Number::lit(height[a]))
+                let point = s.point(first, k) - origin;
+                [point.forward(), point.up()]
             })
         });
         Parameters {
@@ -311,15 +307,17 @@ impl Robot {
             }
             _ => ticks[0],
         };
-        let mut goal = given.goals.first().copied();
-        for (&point, &holds) in given.goals.iter().zip(legs) {
-            // The goals before this one do not hold if it does, so a sum has the bits of the goal that holds.
-            let before = goal.filter(|&goal| goal != point);
-            goal = Some(match before {
-                None => p.map(Hold, [point, holds])[0],
-                Some(sum) => p.map(Pick, [sum, point, holds])[0],
-            });
-        }
+        // Only one goal holds and all others add zeros, so the sum has the bits of that goal.
+        let pairs = given.goals.iter().zip(legs);
+        let sum = pairs.fold(None, |sum, (&point, &holds)| {
+            let [sum] = match sum {
+                None => p.map(Hold, [point, holds]),
+                Some(sum) => p.map(Pick, [sum, point, holds]),
+            };
+            Some(sum)
+        });
+        // A single goal always holds.
+        let goal = sum.or(given.goals.first().copied());
         let seen = Seen {
             nodes: given.seen.unwrap_or(state),
             clock,

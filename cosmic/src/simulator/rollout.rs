@@ -9,7 +9,7 @@ use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
 use super::surroundings::Surroundings;
 use super::trajectory::{Still, Trajectory};
-use crate::geometry::{Ground, Vector};
+use crate::geometry::Ground;
 use crate::lattice::{Body, Lattice, State};
 use crate::policy::{Controller, Goals};
 use crate::scene::{ControllerSettings, PhysicsSettings};
@@ -111,15 +111,17 @@ impl Simulator {
     /// If goals are not inputs of a rollout (`controller.goals = "given"`).
     #[must_use]
     pub fn with_goals(&self, goals: &Goals) -> Self {
-        let given = self.robot.goals.is_some();
-        assert!(
-            given,
-            "goals of a rollout need `controller.goals = \"given\"`"
-        );
-        let steps = self.clock.len() / self.robot.inputs_of_step();
+        let before = self.robot.goals.as_ref();
+        let before = before.expect("goals of a rollout need `controller.goals = \"given\"`");
         let robot = self.robot.with_goals(goals.clone());
+        let clock = if goals.change_with(before) {
+            Arc::clone(&self.clock)
+        } else {
+            let steps = self.clock.len() / self.robot.inputs_of_step();
+            inputs_of_steps(&robot, self.dt, steps)
+        };
         Self {
-            clock: inputs_of_steps(&robot, self.dt, steps),
+            clock,
             robot,
             ..self.clone()
         }
@@ -196,11 +198,7 @@ impl Simulator {
         let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.run(&self.flatten(start), &slices(&parameters));
-        let goals = self.goals_in(surroundings);
-        Trajectory {
-            goals,
-            ..self.trajectory(&seen, span, body, start)
-        }
+        self.trajectory(&seen, span, surroundings, body, start)
     }
 
     /// Simulates robots with one controller from several starts. `bodies` has one body for all starts, or one for each
@@ -241,21 +239,13 @@ impl Simulator {
         self.check_controller(controller);
         let model = self.robot.for_bodies(bodies);
         let numbers = self.numbers(&model, surroundings, bodies, Driving::By(controller));
-        let seen = self.in_lanes(model, bodies, &numbers, &starts, span);
-        let each = (0..).map(|k| &surroundings[k % surroundings.len()]);
-        let goals = each.map(|surroundings| self.goals_in(surroundings));
-        let with = |(mut seen, goals): (Trajectory<R>, _)| {
-            seen.goals = goals;
-            seen
-        };
-        seen.into_iter().zip(goals).map(with).collect()
+        self.in_lanes(model, surroundings, bodies, &numbers, &starts, span)
     }
 
     /// The goals in these surroundings.
     fn goals_in<R: Real>(&self, surroundings: &Surroundings<R>) -> Option<Goals<R>> {
         let goals = self.robot.goals.as_ref()?;
-        let numbers = &surroundings.numbers[self.robot.mechanics.inputs.len()..];
-        let point = |k: usize| Vector::upright(numbers[2 * k], numbers[2 * k + 1]);
+        let point = |k: usize| surroundings.point(self.robot.mechanics.inputs.len(), k);
         let later = goals.later.iter().enumerate();
         Some(Goals {
             first: point(0),
@@ -265,28 +255,36 @@ impl Simulator {
         })
     }
 
-    /// Simulates robots in SIMD lanes. `numbers` has the numbers of their parameters; `bodies` has one body for all
-    /// starts, or one for each start.
+    /// Simulates robots in SIMD lanes. `numbers` has the numbers of their parameters; `surroundings` and `bodies` have one
+    /// entry for all starts, or one for each start.
     pub(super) fn in_lanes<R: Real>(
         &self,
         model: Robot,
+        surroundings: &[Surroundings<R>],
         bodies: &[Body<R>],
         numbers: &[Vec<Vec<R>>],
         starts: &[&State<R>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let body = |k: usize| &bodies[k % bodies.len()];
+        let trajectory = |(k, seen): (usize, &Vec<R>)| {
+            let surroundings = &surroundings[k % surroundings.len()];
+            self.trajectory(
+                seen,
+                span,
+                surroundings,
+                &bodies[k % bodies.len()],
+                starts[k],
+            )
+        };
         if let [start] = starts {
             let parameters = numbers.iter().flatten().cloned().collect();
             let seen = Planned { model, parameters }.run(&self.flatten(start), self, span);
-            return vec![self.trajectory(&seen, span, body(0), start)];
+            return vec![trajectory((0, &seen))];
         }
         let flat: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
         let rollout = self.plan(model, span);
         let seen = run_together(&rollout, &slices(&flat), numbers);
-        let seen = seen.iter().enumerate();
-        seen.map(|(k, seen)| self.trajectory(seen, span, body(k), starts[k]))
-            .collect()
+        seen.iter().enumerate().map(trajectory).collect()
     }
 
     /// Computes the activation of every edge in several states. `moments` has each state with its time (s).
@@ -334,11 +332,12 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let planned = self.planned(&self.surroundings(), body, controller, start);
+        let surroundings = self.surroundings();
+        let planned = self.planned(&surroundings, body, controller, start);
         let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.unrolled(&self.flatten(start), &slices(&parameters));
-        self.trajectory(&seen, span, body, start)
+        self.trajectory(&seen, span, &surroundings, body, start)
     }
 
     /// Panics unless bodies and starts fit this lattice. Without this check, arrays for a larger lattice would be
@@ -479,6 +478,7 @@ impl Simulator {
         &self,
         seen: &[R],
         span: &Span,
+        surroundings: &Surroundings<R>,
         body: &Body<R>,
         start: &State<R>,
     ) -> Trajectory<R> {
@@ -489,7 +489,7 @@ impl Simulator {
             states: states.map(|s| still.held(self.unflatten(s))).collect(),
             marker: body.marker.clone(),
             start: (body.marker.weights.first()).map_or(Vec::new(), |_| start.x.clone()),
-            goals: None,
+            goals: self.goals_in(surroundings),
         }
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use autodiff::Real;
 
+use crate::geometry::Vector;
 use crate::laws::StepInput;
 
 /// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
@@ -79,6 +80,12 @@ impl<R: Real> Surroundings<R> {
         };
         self.numbers[place] = value;
         self
+    }
+
+    /// Point number `k` of the points whose components are the numbers from `first` on.
+    pub(super) fn point(&self, first: usize, k: usize) -> Vector<R> {
+        let numbers = &self.numbers[first..];
+        Vector::upright(numbers[2 * k], numbers[2 * k + 1])
     }
 
     /// True if the surroundings have numbers with the names of `inputs`.
