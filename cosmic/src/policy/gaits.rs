@@ -27,7 +27,9 @@ struct Gate([f64; 3]);
 impl Kernel<2, 1> for Gate {
     #[inline(always)]
     fn eval<R: Real>(&self, [unit, goal]: [R; 2]) -> [R; 1] {
-        let [a, b, c] = self.0.map(R::lit);
+        // Not `map`, which is not inlined into the loop around a kernel.
+        let [a, b, c] = self.0;
+        let (a, b, c) = (R::lit(a), R::lit(b), R::lit(c));
         [unit * (a + goal * (b + goal * c))]
     }
 }
