@@ -1,11 +1,11 @@
 //! A file is written completely or not at all, and JSON files begin with their format and version.
 
 use cosmic::Error;
-use cosmic::record::files::{Format, read_json, write_atomic, write_json};
+use cosmic::record::files::{Format, make_folder, read_json, sweep, write_atomic, write_json};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::Path;
-use std::{env, fs, io, process};
+use std::{env, fs, io, process, thread};
 
 const FORMAT: Format = Format {
     name: "cosmic-test",
@@ -94,6 +94,20 @@ fn a_failed_write_keeps_the_old_file_and_leaves_no_other() {
     assert_eq!(write_atomic(&file, full).unwrap_err().exit_code(), 4);
     assert_eq!(fs::read(&file).unwrap(), b"old");
     assert_eq!(names(folder.path()), ["state"]);
+}
+
+#[test]
+fn a_folder_is_swept_while_another_process_checks_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    thread::scope(|scope| {
+        let other = scope.spawn(|| (0..3000).try_for_each(|_| make_folder(path)));
+        while !other.is_finished() {
+            sweep(path).unwrap();
+        }
+        other.join().unwrap().unwrap();
+    });
+    assert!(names(path).is_empty());
 }
 
 #[cfg(unix)]

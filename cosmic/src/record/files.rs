@@ -88,7 +88,8 @@ pub fn is_used(folder: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Removes the temporary files of killed processes from a folder. No other process may be writing there.
+/// Removes the temporary files of killed processes from a folder. No other process may be writing there, but another one
+/// may be checking the folder ([`make_folder`]).
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -97,7 +98,11 @@ pub fn sweep(folder: &Path) -> Result<()> {
         for entry in fs::read_dir(folder)? {
             let entry = entry?;
             if is_temporary(&entry.file_name()) {
-                fs::remove_file(entry.path())?;
+                match fs::remove_file(entry.path()) {
+                    // The process that made the file was faster.
+                    Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                    result => result?,
+                }
             }
         }
         Ok(())
