@@ -9,11 +9,15 @@ use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::policy::Goals;
 use cosmic_lab::report::{Animations, RobotFiles, write_walk};
+use cosmic_lab::table::plain;
 use cosmic_lab::walk::{self, Walk};
 use serde_json::json;
 use std::path::PathBuf;
 
 /// Let a robot walk to goals, and show how near it gets
+///
+/// Prints a row for each goal: its place, when it begins and ends, the way to it when it begins, the distance that is left
+/// when it ends, and the ratio of the two distances.
 ///
 /// The run's scene must have `controller.goals = "given"`, as `errand` has. A goal is a place along the ground in metres,
 /// counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and right: to the
@@ -128,6 +132,11 @@ impl<'a> Plan<'a> {
         Self { case, dt, leg }
     }
 
+    /// The time after a number of steps, in seconds, for messages.
+    fn time(&self, steps: usize) -> String {
+        plain(steps as f64 * self.dt, 6)
+    }
+
     /// Returns the goals and the number of steps of a walk. Without `told` goals, the robot walks to and fro within the range
     /// `along`.
     fn walk(&self, told: &[Told], along: [f64; 2], seconds: Option<f64>) -> Result<(Goals, usize)> {
@@ -142,17 +151,16 @@ impl<'a> Plan<'a> {
         };
         let refuse = |says: String| Err(Error::Usage(says));
         if steps <= last {
-            let (seconds, begins) = (seconds.unwrap_or(0.0), last as f64 * self.dt);
+            let (seconds, begins) = (seconds.unwrap_or(0.0), self.time(last));
             return refuse(format!(
-                "--seconds is {seconds}, but the last goal begins at {begins} s; the walk must be longer than that"
+                "--seconds is {seconds}, but it must be more than {begins}, because the last goal begins at {begins} s"
             ));
         }
         if steps > MOST_STEPS {
-            let most = MOST_STEPS as f64 * self.dt;
+            let [long, most] = [steps, MOST_STEPS].map(|steps| self.time(steps));
             return refuse(format!(
-                "the walk has {steps} steps of {} s; it must have at most {MOST_STEPS}, which are {most} s: choose \
-                 earlier goals, or fewer --seconds",
-                self.dt
+                "the walk would take {long} s; it must take at most {most} s ({MOST_STEPS} steps): choose earlier \
+                 goals or fewer --seconds"
             ));
         }
         Ok((goals, steps))
@@ -183,11 +191,10 @@ impl<'a> Plan<'a> {
                 return refuse(told, format!("{says} --goal {}@5s", told.text));
             };
             if steps(time) <= before {
-                let last = before as f64 * self.dt;
+                let [step, last] = [1, before].map(|steps| self.time(steps));
                 let says = format!(
-                    "it begins at {time} s, but the goal before it at {last} s; each goal must begin at least one \
-                     step of {} s after the goal before it",
-                    self.dt
+                    "it begins at {time} s, but the goal before it begins at {last} s; a goal must begin at least one \
+                     step ({step} s) after the goal before it"
                 );
                 return refuse(told, says);
             }
