@@ -3,13 +3,14 @@
 use crate::table::{Cell, Column, Table};
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
-use cosmic::geometry::Vector;
+use cosmic::geometry::{Ground, Vector};
 use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::GoalKind;
 use cosmic::simulator::{Guarded, Span};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// The trajectory of a walk has every 16th state.
 const EVERY: usize = 16;
@@ -27,8 +28,8 @@ pub struct Walk {
     pub trajectory: TrajectoryFile,
     /// A leg for each goal that begins before the end.
     pub legs: Vec<Leg>,
-    /// For each state, the time in seconds and the position along the ground in metres. The position is that of the body
-    /// whose displacement counts, counted from the payload at the start.
+    /// For each state, the time in seconds and the position along the ground in metres. The position is that of the
+    /// body whose displacement counts, counted from the payload at the start.
     pub path: Vec<[f64; 2]>,
 }
 
@@ -58,7 +59,7 @@ impl Leg {
 /// is that of the payload.
 pub fn place(case: &Case, along: f64) -> Vector<f64> {
     let payload = case.start.x[case.lattice.payload[0].node];
-    case.task().ground().vector_to_ground(payload) + Vector::upright(along, 0.0)
+    Ground::from(&case.physics).vector_to_ground(payload) + Vector::upright(along, 0.0)
 }
 
 /// Simulates a walk of `steps` steps, which may be more than the scene has.
@@ -89,7 +90,7 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
     }
     let start = place(&case, 0.0).forward();
     let along = |step: usize| task.ground().along(trajectory.position(step)) - start;
-    let leg = |(time, point): (std::ops::Range<usize>, Vector<f64>)| {
+    let leg = |(time, point): (Range<usize>, Vector<f64>)| {
         let goal = point.forward() - start;
         let [way, left] = [time.start, time.end].map(|step| (along(step) - goal).abs());
         let [from, until] = [time.start, time.end].map(|step| step as f64 * dt);
@@ -126,8 +127,8 @@ pub struct Way {
     pub path: Vec<[f64; 2]>,
 }
 
-/// Simulates nine walks, each to one goal, over the time of the scene. The goals are equally spaced from the first to the
-/// second number of `along` (`goals.along` of the scene).
+/// Simulates nine walks, each to one goal, over the time of the scene. The goals are equally spaced from the first to
+/// the second number of `along` (`goals.along` of the scene).
 ///
 /// # Errors
 /// Like [`walk`], but a robot that diverges is no error.

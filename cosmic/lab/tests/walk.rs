@@ -13,7 +13,7 @@ fn robot(speed_bound: Option<f64>) -> Case {
     small([3, 3], |scene| {
         (scene.controller.goals, scene.controller.goal_scale) = (GoalKind::Given, 3.0);
         (scene.physics.steps, scene.physics.incline_deg) = (STEPS, 10.0);
-        scene.physics.speed_bound = speed_bound.into();
+        scene.physics.speed_bound = speed_bound;
     })
 }
 

@@ -16,20 +16,20 @@ use std::path::PathBuf;
 
 /// Let a robot walk to goals, and show how near it gets
 ///
-/// Prints a row for each goal: its place, when it begins and ends, the way to it when it begins, the distance that is left
-/// when it ends, and the ratio of the two distances.
+/// Prints a row for each goal: its place, when it begins and ends, the way to it when it begins, the distance that is
+/// left when it ends, and the ratio of the two distances.
 ///
-/// The run's scene must have `controller.goals = "given"`, as `errand` has. A goal is a place along the ground in metres,
-/// counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and right: to the
-/// places that are a sixth of `goals.along` from its ends (1 m and -1 m in `errand`), for half of the scene's time each, in
-/// whole seconds (8 s in `errand`).
+/// The run's scene must have `controller.goals = "given"`, as `errand` has. A goal is a place along the ground in
+/// metres, counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and
+/// right: to the places that are a sixth of `goals.along` from its ends (1 m and -1 m in `errand`), for half of the
+/// scene's time each, in whole seconds (8 s in `errand`).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The folder of the run, or a design file with scene.toml beside it
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// A goal, and the time at which it begins; can be repeated, as in `--goal 1.2 --goal -1@5s`. The first goal begins at
-    /// 0 s and needs no time
+    /// A goal, and the time at which it begins; can be repeated, as in `--goal 1.2 --goal -1@5s`. The first goal begins
+    /// at 0 s and needs no time
     #[arg(long = "goal", value_name = "X[@TIME]", value_parser = told, allow_hyphen_values = true)]
     goals: Vec<Told>,
     /// How long the robot walks, s [default: the scene's time, or longer, until the last goal had half of that time]
@@ -137,8 +137,8 @@ impl<'a> Plan<'a> {
         plain(steps as f64 * self.dt, 6)
     }
 
-    /// Returns the goals and the number of steps of a walk. Without `told` goals, the robot walks to and fro within the range
-    /// `along`.
+    /// Returns the goals and the number of steps of a walk. Without `told` goals, the robot walks to and fro within the
+    /// range `along`.
     fn walk(&self, told: &[Told], along: [f64; 2], seconds: Option<f64>) -> Result<(Goals, usize)> {
         let goals = match told {
             [] => self.to_and_fro(along),

@@ -83,8 +83,8 @@ impl RobotFiles {
         ))
     }
 
-    /// Makes a case, which can be simulated. `path` is the file of the design, for messages. `what` describes what the case
-    /// is for: see [`left_out`](Self::left_out).
+    /// Makes a case, which can be simulated. `path` is the file of the design, for messages. `what` describes what the
+    /// case is for: see [`left_out`](Self::left_out).
     ///
     /// # Errors
     /// [`Error::Usage`] if this program lacks laws of the scene; the errors of [`DesignFile::case`].

@@ -1,9 +1,8 @@
 //! Reports on finished runs: pictures, an animation, one page of HTML, and tables of several runs.
 //!
-//! A report reads the files of a run's folder. It simulates only the ways to nine goals, for robots that take goals, with
-//! [`walk`](crate::walk). There are two renderers. `page/drawing.js`
-//! draws on the canvases of all pages, including the page in the folder `web`. `Picture` is a list of shapes that
-//! becomes an SVG file or a frame of an animation.
+//! A report reads the files of a run's folder. It simulates only the ways to nine goals, for robots that take goals,
+//! with [`walk`](crate::walk). There are two renderers. `page/drawing.js` draws on the canvases of all pages, including
+//! the page in the folder `web`. `Picture` is a list of shapes that becomes an SVG file or a frame of an animation.
 
 mod animation;
 mod bars;

@@ -23,8 +23,8 @@ pub struct Animations {
     pub gif: bool,
     /// Whether to write a film, `gait.mp4` or `walk.mp4`, which needs ffmpeg on the path.
     pub mp4: bool,
-    /// For a report, whether to also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first iteration to
-    /// the last.
+    /// For a report, whether to also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first
+    /// iteration to the last.
     pub evolution: bool,
 }
 
@@ -92,8 +92,8 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// Simulates the ways of a run's robot to nine goals. Returns an empty list if the robot does not take goals, or if this
-/// program lacks laws of the scene.
+/// Simulates the ways of a run's robot to nine goals. Returns an empty list if the robot does not take goals, or if
+/// this program lacks laws of the scene.
 fn ways(run: &RunFiles) -> Result<Vec<Way>> {
     let scene = &run.robot.scene;
     if scene.controller.goals == GoalKind::Fixed || !run.robot.lacks().is_empty() {
@@ -103,8 +103,8 @@ fn ways(run: &RunFiles) -> Result<Vec<Way>> {
     walk::to_nine_goals(&case, scene.goals.along)
 }
 
-/// Writes a robot's walk to goals into a folder, and returns the paths: the page `walk.html`, and `walk.gif`, `walk.mp4`
-/// or both. `title` is the heading of the page.
+/// Writes a robot's walk to goals into a folder, and returns the paths: the page `walk.html`, and `walk.gif`,
+/// `walk.mp4` or both. `title` is the heading of the page.
 ///
 /// # Errors
 /// [`Error::Read`] if a film is wanted and ffmpeg is missing or fails; [`Error::Write`].
