@@ -42,3 +42,4 @@ mod verify {
     mod gradients;
     mod stability;
 }
+mod walk;
