@@ -388,7 +388,7 @@ async function errand(browser, address) {
   await until(page, "an arrow key moves the goal", before => document.getElementById("status").textContent.startsWith("Told") && Number(document.getElementById("goal").value) < before, before);
   check((await text(page, "status")).includes(await text(page, "place")), await text(page, "status"));
   await set(page, "#speed", "4");
-  await until(page, "the walk to the goal stops at its end", () => document.getElementById("play").textContent === "Play walk" && Number(document.getElementById("time").value) === Number(document.getElementById("time").max));
+  await until(page, "the walk to the goal stops at its end", () => document.getElementById("play").textContent === "Play walk" && document.getElementById("time").max - document.getElementById("time").value < 1e-6);
   await press(page, "undo");
   await until(page, "the robot as designed walks again", () => document.getElementById("status").textContent.startsWith("Designed"));
   await page.select("#scene", "stability");
