@@ -50,8 +50,8 @@ if __name__ == "__main__":
     options.add_argument("--view", action="store_true", help="show the robot in MuJoCo's viewer")
     options.add_argument("--steps", type=int, help="number of control steps [default: that of the scene]")
     options.add_argument("--path", help="write qpos to this CSV file, one row before each step and one at the end")
-    options.add_argument("--goal", type=told, action="append", default=[], metavar="X@TIME", help="where the robot "
-                         "is to go: m along the ground from the world's origin; the first goal needs no time (s); repeatable")
+    options.add_argument("--goal", type=told, action="append", default=[], metavar="X@TIME", help="where the robot is to "
+                         "go (m along the ground from the world's origin), and from when on (s); can be repeated")
     # A goal may begin with a minus sign, as options do.
     words = "\0".join(sys.argv[1:]).replace("--goal\0", "--goal=").split("\0")
     given = options.parse_args([word for word in words if word])
