@@ -251,7 +251,9 @@ fn parts_of_another_lattice_are_refused() {
     shifted.v.insert(0, last);
     let numbers = [small.controller.numbers(), &[0.0; 2]].concat();
     let edges = small.lattice.edges.len();
-    let blocks = blocks_of(&small.observation, 4, edges).into_iter().take(3);
+    let blocks = blocks_of(&small.observation, &small.lattice)
+        .into_iter()
+        .take(3);
     let shapes: Vec<Block> = blocks.chain([Block::biases("b2", edges + 2)]).collect();
     let longer = Controller::new(&shapes, numbers);
     let sees = "numbers of the controller in `w1` of a robot of 4 nodes";

@@ -139,6 +139,8 @@ keys! {
     drop: f64 = lattice.drop,
     #[serde(default, skip_serializing_if = "is_default")]
     payload: usize = lattice.payload,
+    #[serde(default, skip_serializing_if = "is_default")]
+    mirror: bool = lattice.mirror,
     ground_height: f64 = physics.ground_height,
     alpha_deg: f64 = physics.incline_deg,
     #[serde(default, skip_serializing_if = "is_default")]

@@ -145,7 +145,7 @@ impl Shapes<'_> {
         if raw.truss.is_some() {
             scene.lattice.file = TrussFile::new("of this case", Arc::new(lattice.truss()));
         }
-        let blocks = blocks_of(&scene.controller, nodes, edges);
+        let blocks = blocks_of(&scene.controller, &lattice);
         Ok(Case {
             layout: scene.lattice,
             physics: scene.physics,
@@ -280,11 +280,14 @@ impl Shapes<'_> {
             };
             let marks = truss.check_marks();
             marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;
-            return Ok(Lattice {
-                rest_length: raw.l0.clone(),
-                scale: raw.scale,
-                ..Lattice::of_truss(&truss, positions)
-            });
+            return self.mirrored(
+                raw,
+                Lattice {
+                    rest_length: raw.l0.clone(),
+                    scale: raw.scale,
+                    ..Lattice::of_truss(&truss, positions)
+                },
+            );
         }
         let layout = LatticeSettings {
             kind,
@@ -292,14 +295,31 @@ impl Shapes<'_> {
             rows,
             ..LatticeSettings::default()
         };
-        Ok(Lattice {
-            rest_length: raw.l0.clone(),
-            places: places(&layout),
-            spacing: raw.scene.spacing,
-            scale: raw.scale,
-            payload: Payload::at(payload),
-            ..Lattice::between(positions, edges)
-        })
+        self.mirrored(
+            raw,
+            Lattice {
+                rest_length: raw.l0.clone(),
+                places: places(&layout),
+                spacing: raw.scene.spacing,
+                scale: raw.scale,
+                payload: Payload::at(payload),
+                ..Lattice::between(positions, edges)
+            },
+        )
+    }
+
+    /// The lattice as the case wants it: as it is, or as its own mirror image.
+    fn mirrored(&self, raw: &RawCase, lattice: Lattice) -> Result<Lattice> {
+        if !raw.scene.mirror {
+            return Ok(lattice);
+        }
+        let lattice = lattice.mirrored();
+        match lattice.mirror {
+            Some(_) => Ok(lattice),
+            None => {
+                self.refuse("`scene.mirror`: the lattice is not its own mirror image".to_owned())
+            }
+        }
     }
 
     /// Checks the edges. There must be at least one. Each edge must join two different existing nodes, in either order.

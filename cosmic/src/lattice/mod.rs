@@ -6,8 +6,10 @@ mod own;
 mod check;
 mod truss;
 mod body;
+mod mirror;
 
 pub use body::{Body, Marker};
+pub use mirror::Mirror;
 pub use own::{EdgeRules, Payload, Truss};
 pub use state::State;
 pub use truss::{EdgeVector, Lattice};

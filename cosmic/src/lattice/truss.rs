@@ -3,6 +3,7 @@
 use autodiff::Real;
 
 use super::State;
+use super::mirror::Mirror;
 use super::own::{EdgeRules, Payload, Truss, median};
 use crate::geometry::{Bounds, Range, Segment, Vector};
 
@@ -30,6 +31,8 @@ pub struct Lattice<const D: usize = 2> {
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
+    /// The mirror image of the lattice, for a robot that stays its own mirror image (`lattice.mirror`).
+    pub mirror: Option<Mirror>,
 }
 
 impl Lattice {
@@ -71,6 +74,7 @@ impl Lattice {
             scale: Self::SPACINGS * spacing,
             payload: truss.payload.clone(),
             rules: truss.rules.clone(),
+            mirror: None,
         }
     }
 

@@ -35,15 +35,16 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     }
 }
 
-/// The blocks of a controller for a robot with `nodes` nodes and `edges` edges: the blocks that the chosen policy
+/// The blocks of a controller for a robot on this lattice: the blocks that the chosen policy
 /// declares, and [`TEMPO`] if the clock is learned.
 ///
 /// # Panics
 /// If the clock is learned and the policy declares a block of that name.
-pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> Vec<Block> {
+pub fn blocks_of(settings: &ControllerSettings, lattice: &Lattice) -> Vec<Block> {
     let mut blocks = of_settings(settings).parameters(&Sizes {
-        nodes,
-        edges,
+        nodes: lattice.nodes(),
+        edges: lattice.edges.len(),
+        is_mirrored: lattice.mirror.is_some(),
         settings,
     });
     if settings.clock == ClockKind::Learned {
@@ -63,7 +64,7 @@ impl Controller<f64> {
     /// numbers are drawn. Random weights follow X. Glorot and Y. Bengio, "Understanding the difficulty of training deep
     /// feedforward neural networks", AISTATS 2010, equation 16. They are multiplied by the gain of the block.
     pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {
-        let blocks = blocks_of(settings, lattice.nodes(), lattice.edges.len());
+        let blocks = blocks_of(settings, lattice);
         let mut stream = random::stream(seed, Purpose::Weights);
         let mut numbers = Vec::new();
         for Block { shape, role, .. } in &blocks {

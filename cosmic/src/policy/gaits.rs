@@ -11,19 +11,44 @@ use super::step::PolicyStep;
 /// A network whose hidden units are in three groups: one for a goal ahead, one for a goal behind, and one for a goal
 /// that is reached. The observed goal `g` along the ground, from -1 to 1, multiplies them by `(g^2 + g) / 2`,
 /// `(g^2 - g) / 2` and `1 - g^2`.
+///
+/// A robot that is its own mirror image (`lattice.mirror`) has no weights for a goal behind: what it does then is the
+/// mirror image of what it does if the goal is ahead. So it walks back exactly as well as ahead.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gaits;
 
-/// The groups of hidden units: the names of their weights and biases, and what they are multiplied by.
-pub(super) const GAITS: [(&str, &str, Gate); 3] = [
+/// A group of hidden units: the names of its weights and biases, and what its units are multiplied by.
+type Group = (&'static str, &'static str, Gate);
+
+/// The groups of hidden units.
+pub(super) const GAITS: [Group; 3] = [
     ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
     ("w1_behind", "b1_behind", Gate([0.0, -0.5, 0.5])),
     ("w1_there", "b1_there", Gate([1.0, 0.0, -1.0])),
 ];
 
+/// The groups of a robot that is its own mirror image. Each is followed by its image, with the [turned](Gate::turned)
+/// gate.
+pub(super) const MIRRORED: [Group; 2] = [
+    ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
+    ("w1_there", "b1_there", Gate([0.5, 0.0, -0.5])),
+];
+
+fn groups(is_mirrored: bool) -> &'static [Group] {
+    if is_mirrored { &MIRRORED } else { &GAITS }
+}
+
 /// Multiplies a hidden unit by a polynomial of the observed goal, which has these coefficients, the constant first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gate(pub(super) [f64; 3]);
+
+impl Gate {
+    /// The gate for the goal of the mirror image.
+    pub(super) const fn turned(self) -> Self {
+        let Self([a, b, c]) = self;
+        Self([a, -b, c])
+    }
+}
 
 impl Kernel<2, 1> for Gate {
     #[inline(always)]
@@ -39,26 +64,43 @@ impl Policy for Gaits {
     fn parameters(&self, robot: &Sizes) -> Vec<Block> {
         let (hidden, [first, second]) = (robot.settings.hidden, robot.settings.gain);
         let inputs = robot.observation(Sight::Robot);
-        let of_gait = |(weights, biases, _)| {
+        let groups = groups(robot.is_mirrored);
+        let of_group = |&(weights, biases, _): &Group| {
             [
                 Block::weights(weights, hidden, inputs, first),
                 Block::biases(biases, hidden),
             ]
         };
-        let mut blocks = GAITS.map(of_gait).concat();
-        blocks.push(Block::weights("w2", robot.edges, 3 * hidden, second));
+        let mut blocks: Vec<Block> = groups.iter().flat_map(of_group).collect();
+        let units = groups.len() * hidden;
+        blocks.push(Block::weights("w2", robot.edges, units, second));
         blocks.push(Block::biases("b2", robot.edges));
         blocks
     }
 
     fn record(&self, step: &mut PolicyStep) -> Array {
-        let units = GAITS.map(|(weights, biases, gate)| {
-            let units = step.observed_layer(weights, biases);
-            let goal = step.observed_goal().expect("goals are given");
-            let goal = step.program().gather(goal, &vec![Some(0); units.len()]);
-            let [gated] = step.program().map(gate, [units, goal]);
-            gated
-        });
-        step.output_layer_of("w2", "b2", &units)
+        let is_mirrored = step.is_mirrored();
+        let mut units = Vec::new();
+        for &(weights, biases, gate) in groups(is_mirrored) {
+            let own = step.observed_layer(weights, biases);
+            units.push(gated(step, own, gate));
+            if is_mirrored {
+                let image = step.image_layer(weights, biases);
+                units.push(gated(step, image, gate.turned()));
+            }
+        }
+        if is_mirrored {
+            step.output_layer_with_images("w2", "b2", &units)
+        } else {
+            step.output_layer_of("w2", "b2", &units)
+        }
     }
+}
+
+/// Records the gate of a group of hidden units.
+fn gated(step: &mut PolicyStep, units: Array, gate: Gate) -> Array {
+    let goal = step.observed_goal().expect("goals are given");
+    let goal = step.program().gather(goal, &vec![Some(0); units.len()]);
+    let [gated] = step.program().map(gate, [units, goal]);
+    gated
 }

@@ -16,6 +16,8 @@ pub struct Sizes<'a> {
     pub nodes: usize,
     /// The number of edges. A policy computes one activation per edge.
     pub edges: usize,
+    /// True if the robot is its own mirror image, front and back (`lattice.mirror`).
+    pub is_mirrored: bool,
     /// The section `controller` of the scene.
     pub settings: &'a ControllerSettings,
 }

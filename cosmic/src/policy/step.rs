@@ -6,6 +6,7 @@ use super::block::{Block, Controller, Shape};
 use super::fold::Fold;
 use super::goals::{Offset, Towards};
 use super::sensing::Sight;
+use crate::lattice::Mirror;
 use crate::laws::Particle;
 use crate::scene::{ControllerSettings, Senses};
 
@@ -28,9 +29,25 @@ pub(crate) struct Outputs<'a> {
     pub(crate) graph: &'a Graph,
     /// The slots of the edges that have an actuator, ascending.
     pub(crate) actuated: &'a [usize],
+    /// The mirror image of the robot, if the robot is its own image.
+    pub(crate) mirror: Option<&'a Mirror>,
 }
 
 impl Outputs<'_> {
+    /// The mirror image of the robot.
+    ///
+    /// # Panics
+    /// If the robot is not its own image.
+    fn image(&self) -> &Mirror {
+        self.mirror.expect("the robot must be its own mirror image")
+    }
+
+    /// The rows of a block with one row per edge.
+    fn rows<'b, R>(&self, block: &'b [R]) -> impl Fn(usize) -> &'b [R] + use<'b, R> {
+        let length = block.len() / self.graph.slot_of_edge().len();
+        move |edge| &block[edge * length..][..length]
+    }
+
     /// The edges with an actuator, in the order of their slots. With this order, whole SIMD lanes of results can be
     /// moved to slots.
     pub(crate) fn edges(&self) -> Vec<usize> {
@@ -48,11 +65,20 @@ pub(crate) enum Given {
     /// The biases of a layer that reads the observation, plus the constant part of the observation. The two strings
     /// name the layer's weights and its biases.
     Biases(&'static str, &'static str),
+    /// Like `Weights`, for a layer that sees the mirror image of the robot and of its goal.
+    ImageWeights(&'static str),
+    /// Like `Biases`, for such a layer.
+    ImageBiases(&'static str, &'static str),
     /// A whole block.
     Whole(&'static str),
     /// Some rows of a block: the rows that belong to edges with an actuator. The block has one row, or one number, per
     /// edge.
     OfActuators(&'static str),
+    /// Like `OfActuators`, for a robot that is its own mirror image: behind each part of a row, of this length, comes the
+    /// same part of the row that belongs to the image of the edge.
+    WithImages(&'static str, usize),
+    /// Like `OfActuators`: for each edge the mean of its row and of the row that belongs to its image.
+    MeanWithImages(&'static str),
     /// A block with one number per edge. The parameter has each number in the slot of its edge.
     OfEdges(&'static str),
 }
@@ -70,14 +96,40 @@ impl Given {
             Self::Biases(weights, biases) => {
                 fold.biases(controller.block(weights), controller.block(biases))
             }
+            Self::ImageWeights(name) => {
+                fold.weights(&fold.image(controller.block(name), outputs.image()))
+            }
+            Self::ImageBiases(weights, biases) => {
+                let image = fold.image(controller.block(weights), outputs.image());
+                fold.biases(&image, controller.block(biases))
+            }
             Self::Whole(name) => controller.block(name).to_vec(),
             Self::OfEdges(name) => outputs.graph.to_slots(controller.block(name)),
             Self::OfActuators(name) => {
-                let block = controller.block(name);
-                let length = block.len() / outputs.graph.slot_of_edge().len();
-                let row = |&edge: &usize| &block[edge * length..][..length];
-                let rows: Vec<&[R]> = outputs.edges().iter().map(row).collect();
+                let row = outputs.rows(controller.block(name));
+                let rows: Vec<&[R]> = outputs.edges().into_iter().map(row).collect();
                 rows.concat()
+            }
+            Self::WithImages(name, length) => {
+                let row = outputs.rows(controller.block(name));
+                let image = &outputs.image().edges;
+                let of_edge = |edge: usize| {
+                    let parts = row(edge).chunks_exact(length);
+                    parts.zip(row(image[edge]).chunks_exact(length))
+                };
+                let parts = outputs.edges().into_iter().flat_map(of_edge);
+                parts
+                    .flat_map(|(own, other)| [own, other].concat())
+                    .collect()
+            }
+            Self::MeanWithImages(name) => {
+                let row = outputs.rows(controller.block(name));
+                let image = &outputs.image().edges;
+                let of_edge = |edge: usize| row(edge).iter().zip(row(image[edge]));
+                let pairs = outputs.edges().into_iter().flat_map(of_edge);
+                pairs
+                    .map(|(&own, &other)| R::lit(0.5) * (own + other))
+                    .collect()
             }
         }
     }
@@ -209,14 +261,36 @@ impl<'a> PolicyStep<'a> {
     /// # Panics
     /// If a block is unknown.
     pub fn observed_layer(&mut self, weights: &'static str, biases: &'static str) -> Array {
+        let given = [Given::Weights(weights), Given::Biases(weights, biases)];
+        self.layer_of_observation(weights, given)
+    }
+
+    /// Like [`observed_layer`](Self::observed_layer), for the observation of the robot's mirror image, front and back:
+    /// nodes change places with their images, and the components along the ground, also of the goal, change their signs.
+    ///
+    /// # Panics
+    /// If a block is unknown, or the robot is not its own mirror image (`lattice.mirror`).
+    pub fn image_layer(&mut self, weights: &'static str, biases: &'static str) -> Array {
+        let given = [
+            Given::ImageWeights(weights),
+            Given::ImageBiases(weights, biases),
+        ];
+        self.layer_of_observation(weights, given)
+    }
+
+    fn layer_of_observation(&mut self, weights: &str, given: [Given; 2]) -> Array {
         let observation = self.observation();
         let (rows, _) = self.matrix_of(weights);
         let columns = observation.iter().map(|array| array.len()).sum();
         let matrix = self.program.matrix(rows, columns);
-        self.given.push(Given::Weights(weights));
         let bias = self.program.parameter(rows);
-        self.given.push(Given::Biases(weights, biases));
+        self.given.extend(given);
         self.program.dense_tanh(matrix, &observation, bias)
+    }
+
+    /// True if the robot is its own mirror image (`lattice.mirror`).
+    pub fn is_mirrored(&self) -> bool {
+        self.outputs.mirror.is_some()
     }
 
     /// Records a layer that reads the array `x`: `tanh(W x + b)`. `weights` and `biases` are the names of the blocks
@@ -252,11 +326,36 @@ impl<'a> PolicyStep<'a> {
         x: &[Array],
     ) -> Array {
         let (_, columns) = self.matrix_of(weights);
+        let given = [weights, biases].map(Given::OfActuators);
+        self.layer_of_actuators(columns, given, x)
+    }
+
+    /// Like [`output_layer_of`](Self::output_layer_of), for arrays in pairs of equal length: of the robot, and of its mirror
+    /// image. The second array of a pair has the weights of the first one, but acts on the images of the edges. Each bias
+    /// is the mean of the biases of an edge and of its image.
+    ///
+    /// # Panics
+    /// The panics of [`layer`](Self::layer); if the robot is not its own mirror image (`lattice.mirror`).
+    pub fn output_layer_with_images(
+        &mut self,
+        weights: &'static str,
+        biases: &'static str,
+        x: &[Array],
+    ) -> Array {
+        let (_, columns) = self.matrix_of(weights);
+        let part = 2 * columns / x.len();
+        let given = [
+            Given::WithImages(weights, part),
+            Given::MeanWithImages(biases),
+        ];
+        self.layer_of_actuators(2 * columns, given, x)
+    }
+
+    fn layer_of_actuators(&mut self, columns: usize, given: [Given; 2], x: &[Array]) -> Array {
         let rows = self.outputs.actuated.len();
         let matrix = self.program.matrix(rows, columns);
-        self.given.push(Given::OfActuators(weights));
         let bias = self.program.parameter(rows);
-        self.given.push(Given::OfActuators(biases));
+        self.given.extend(given);
         let mut places = vec![false; self.outputs.graph.slots()];
         for &slot in self.outputs.actuated {
             places[slot] = true;

@@ -121,7 +121,7 @@ impl DesignFile {
             )));
         }
         self.controller.check_hidden(&scene.controller, file)?;
-        let blocks = blocks_of(&scene.controller, lattice.nodes(), edges);
+        let blocks = blocks_of(&scene.controller, &lattice);
         self.controller.controller(&blocks, file)
     }
 

@@ -9,6 +9,7 @@ use super::{
     ProfileKind, Scene, StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
+use crate::lattice::Lattice;
 
 impl Scene {
     /// Checks the values of all settings. A scene that was read from a file always passes. A scene whose fields were
@@ -50,7 +51,8 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, spans, searches, goals, terrain,
+        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, searches, goals,
+        terrain,
     ] {
         rule(scene, &mut found);
     }
@@ -233,6 +235,36 @@ fn payloads(scene: &Scene, found: &mut Conflicts) {
             ),
         );
     }
+}
+
+/// A robot that is its own mirror image needs a lattice that is its own image, with the payload in the middle.
+fn mirrors(scene: &Scene, found: &mut Conflicts) {
+    if !scene.lattice.mirror {
+        return;
+    }
+    let ties = scene
+        .lattice
+        .file
+        .truss()
+        .is_some_and(|truss| !truss.rules.tie.is_empty());
+    found.require(
+        !ties,
+        ["lattice.mirror", "lattice.file"],
+        "`mirror` ties edges, and so does the truss file: leave out one of them".to_owned(),
+    );
+    found.require(
+        Lattice::new(&scene.lattice, &scene.physics).mirror.is_some(),
+        ["lattice.mirror", if scene.lattice.is_truss() { "lattice.file" } else { "lattice.payload" }],
+        "the lattice is not its own mirror image: it needs nodes, edges and the payload at the same places seen from the \
+         front and from behind (an odd number of columns, and the payload in the middle column)"
+            .to_owned(),
+    );
+    found.require(
+        scene.physics.incline_deg == 0.0 || scene.controller.policy.name() != "gaits",
+        ["lattice.mirror", "physics.incline_deg"],
+        "on an incline the gait back is not the mirror image of the gait ahead: leave out `mirror`"
+            .to_owned(),
+    );
 }
 
 /// The first entry of a range must not exceed the second.

@@ -17,7 +17,7 @@ impl Lattice {
             let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
             let lattice = Self::of_truss(truss, positions.collect());
             let scale = settings.scale(lattice.spacing);
-            return Self { scale, ..lattice };
+            return settings.mirrored(Self { scale, ..lattice });
         }
         // The positions follow D1 without rounding errors: with `drop = 0` the lowest row is exactly on the ground.
         let places = places(settings);
@@ -26,12 +26,22 @@ impl Lattice {
             |&place: &Vector<f64>| ground.point_to_world(origin + place * settings.spacing);
         let positions: Vec<Vector<f64>> = places.iter().map(position).collect();
         let edges = edges_of(settings.kind, settings.columns, settings.rows);
-        Self {
+        settings.mirrored(Self {
             places,
             spacing: settings.spacing,
             scale: settings.scale(settings.spacing),
             payload: Payload::at(settings.payload),
             ..Self::between(positions, edges)
+        })
+    }
+}
+
+impl LatticeSettings {
+    /// The lattice as these settings want it: as it is, or as its own [mirror image](Lattice::mirrored).
+    pub(crate) fn mirrored(&self, lattice: Lattice) -> Lattice {
+        match self.mirror {
+            true => lattice.mirrored(),
+            false => lattice,
         }
     }
 }

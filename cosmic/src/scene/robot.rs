@@ -46,6 +46,9 @@ settings! {
         payload: usize = 0, allowed within(0.0, 4095.0), since 3,
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
+        /// Whether the robot is its own mirror image, front and back: bars that mirror one another have one design, and the
+        /// gait back of the policy "gaits" is the mirror image of the gait ahead. The payload must be in the middle.
+        mirror: bool = false, since 5, source "beyond the paper";
         /// Units of the small lengths and of the bounds that the method contains. `relative`: ten spacings count as 1 m
         /// (of a truss, ten median lengths of its edges), so that a lattice of any size is treated alike. `absolute`:
         /// metres, as in runs before version 3.

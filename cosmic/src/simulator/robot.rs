@@ -7,7 +7,7 @@ use autodiff::{Array, Graph, Model, Program, Real};
 use super::mechanics::Mechanics;
 use super::parameters::{Parameters, Road};
 use crate::geometry::{Ground, Vector};
-use crate::lattice::{Body, Lattice};
+use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Particle, StepInput};
 use crate::policy::{
     self, Block, Controller, Declared, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy,
@@ -24,6 +24,8 @@ use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
+    /// The mirror image of the robot, if the robot is its own image.
+    mirror: Option<Arc<Mirror>>,
     /// The slots of the graph whose edges get an activation from the policy, ascending.
     actuated: Vec<usize>,
     /// The rest length of the edge in every slot, m.
@@ -76,6 +78,7 @@ impl Robot {
         let mut robot = Self {
             rest_length: graph.to_slots(&lattice.rest_length),
             graph,
+            mirror: lattice.mirror.clone().map(Arc::new),
             actuated,
             drive: Drive::Held,
             settings: controller.clone(),
@@ -86,15 +89,13 @@ impl Robot {
             seen: None,
             mechanics: Mechanics::new(lattice, physics),
         };
-        robot.drive = Drive::Policy(robot.driver());
+        robot.drive = Drive::Policy(robot.driver(blocks_of(controller, lattice)));
         robot.with_inputs()
     }
 
-    /// The policy that the settings choose. It is recorded once here, to find out which parameters it declares.
-    fn driver(&self) -> Driver {
+    /// The policy that the settings choose, with its blocks. It is recorded once here, to find out which parameters it declares.
+    fn driver(&self, blocks: Vec<Block>) -> Driver {
         let settings = &self.settings;
-        let edges = self.graph.slot_of_edge().len();
-        let blocks = blocks_of(settings, self.graph.nodes(), edges);
         let mut driver = Driver {
             policy: policy::of_settings(settings),
             blocks: blocks.into(),
@@ -216,6 +217,7 @@ impl Robot {
         Outputs {
             graph: &self.graph,
             actuated: &self.actuated,
+            mirror: self.mirror.as_deref(),
         }
     }
 

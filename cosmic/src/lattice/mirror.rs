@@ -1,0 +1,60 @@
+//! Lattices that are their own mirror image, front and back.
+
+use super::{Lattice, Payload};
+use crate::geometry::{Range, Vector};
+
+/// Two places (in spacings) that are nearer than this are the same: places are written with at least nine digits.
+const SAME: f64 = 1e-6;
+
+/// For each node and each edge of a lattice, its mirror image: the node or the edge on the other side of the middle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mirror {
+    /// The image of each node.
+    pub nodes: Vec<usize>,
+    /// The image of each edge.
+    pub edges: Vec<usize>,
+}
+
+impl<const D: usize> Lattice<D> {
+    /// The mirror image of this lattice, front and back; `None` if that is another lattice, or has its payload elsewhere.
+    pub fn image(&self) -> Option<Mirror> {
+        let along = Range::of(self.places.iter().map(|place| place.forward()));
+        let turned = |place: &Vector<f64, D>| {
+            let forward = along.low + along.high - place.forward();
+            Vector::from_fn(|k| if k == 0 { forward } else { place[k] })
+        };
+        let node_at = |place: Vector<f64, D>| {
+            let mut nodes = self.places.iter();
+            nodes.position(|&other| other.distance(place) < SAME)
+        };
+        let nodes = self.places.iter().map(|place| node_at(turned(place)));
+        let nodes: Vec<usize> = nodes.collect::<Option<_>>()?;
+        let edge_between = |ends: [usize; 2]| {
+            let mut edges = self.edges.iter();
+            edges.position(|&[i, j]| ends == [i, j] || ends == [j, i])
+        };
+        let edges = self
+            .edges
+            .iter()
+            .map(|ends| edge_between(ends.map(|node| nodes[node])));
+        let edges = edges.collect::<Option<_>>()?;
+        let stays = self.payload.iter().all(|payload| {
+            let node = nodes.get(payload.node).copied();
+            node.is_some_and(|node| self.payload.contains(&Payload { node, ..*payload }))
+        });
+        stays.then_some(Mirror { nodes, edges })
+    }
+
+    /// This lattice as a robot that stays its own mirror image: edges that mirror one another are tied. Without an image
+    /// of its own, the lattice is returned as it is.
+    #[must_use]
+    pub fn mirrored(mut self) -> Self {
+        if let Some(mirror) = self.image() {
+            let pairs = mirror.edges.iter().enumerate();
+            let pairs = pairs.filter(|&(edge, &image)| edge < image);
+            self.rules.tie = pairs.map(|(edge, &image)| vec![edge, image]).collect();
+            self.mirror = Some(mirror);
+        }
+        self
+    }
+}
