@@ -20,19 +20,20 @@ class Goals(NamedTuple):
     changes: list[int]
     """The numbers of steps at which the goal changes."""
     points: Any
-    """The goals, shape ``(goals, 2)`` or ``(batch, goals, 2)``: along the ground and normal to it, m."""
+    """The goals, shape ``(goals, 2)`` or ``(batch, goals, 2)``: along the ground and normal to it, from the world's
+    origin, m."""
 
 
 def as_goals(
     goal: Any,
-    height: Optional[float],
+    origin: Optional[tuple[float, float]],
     dt: float,
     numbers: Callable[[Any], Any],
     of: Any = np,
 ) -> Goals:
-    """Converts an argument to goals. ``height`` is that of a goal without one; it is None if the scene's goal is
-    fixed. ``numbers`` makes arrays of the module ``of``."""
-    if height is None:
+    """Converts an argument to goals. It counts from ``origin``, the payload at the start, which is None if the
+    scene's goal is fixed. ``numbers`` makes arrays of the module ``of``."""
+    if origin is None:
         raise InputError(
             'goal: the goal of this scene is fixed; set `controller.goals` to "given", as in the scene "errand"'
         )
@@ -49,7 +50,7 @@ def as_goals(
             f"goal: the times are {[seconds for seconds, _ in legs]} s; they must begin with 0 and ascend by "
             f"a time step ({dt} s) or more (for several robots, give an array)"
         )
-    points = [_point(numbers(point), height, of) for _, point in legs]
+    points = [_point(numbers(point), origin, of) for _, point in legs]
     try:
         shape = np.broadcast_shapes(*(tuple(point.shape) for point in points))
     except ValueError:
@@ -68,14 +69,13 @@ def _step(seconds: Any, dt: float) -> int:
     return round(time / dt)
 
 
-def _point(numbers: Any, height: float, of: Any) -> Any:
-    """The components of a goal, on the last axis."""
+def _point(numbers: Any, origin: tuple[float, float], of: Any) -> Any:
+    """The components of a goal from the world's origin, on the last axis."""
     point = numbers[None] if numbers.ndim == 0 else numbers
     if point.ndim > 2 or point.shape[-1] not in (1, 2):
         raise InputError(
             "goal: expected a number, a pair (along, above), or for several robots the shape (batch, 1) or "
             f"(batch, 2), found the shape {list(point.shape)}"
         )
-    if point.shape[-1] == 2:
-        return point
-    return of.stack([point[..., 0], 0.0 * point[..., 0] + height], -1)
+    above = point[..., 1] if point.shape[-1] == 2 else 0.0 * point[..., 0]
+    return of.stack([point[..., 0] + origin[0], above + origin[1]], -1)

@@ -27,7 +27,7 @@ class Loss:
     loss and its gradients with respect to both, which have the same shapes. :func:`cosmic.jax.loss`
     and :func:`cosmic.torch.loss` need only a function that returns the loss. In a scene with given
     goals it is ``function(x, v, goal)``: ``goal`` has the goal at the time of each state, shape
-    ``(states, 2)``, along the ground and above it.
+    ``(states, 2)``, along the ground and normal to it, from the world's origin.
 
     ``observed`` chooses the states that the loss sees. It is an interval in steps, or a function that takes
     the number of steps of a rollout and returns a list of steps in ascending order, as in

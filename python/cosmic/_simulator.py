@@ -135,11 +135,11 @@ class Simulator:
         """Simulates one robot or several from their starts.
 
         ``goal`` is where the robot should go, in a scene with ``controller.goals = "given"``; by default
-        ``controller.goal``. It is a position along the ground in metres, measured like
-        ``controller.goal`` from the world's origin, or a pair ``(along, above)``. A goal without a
-        height is as high as the payload at the start. An array of shape ``(batch, 1)`` or ``(batch, 2)``
-        has a goal for each robot. A list of pairs ``(seconds, goal)`` is a goal that changes at these
-        times of the clock, of which the first is 0.
+        ``controller.goal``. It is a distance along the ground in metres, positive ahead, or a pair
+        ``(along, above)``. Both count from the payload in the scene's start, like ``[goals]`` of a scene
+        and ``cosmic walk --goal``. An array of shape ``(batch, 1)`` or ``(batch, 2)`` has a goal for each
+        robot. A list of pairs ``(seconds, goal)`` is a goal that changes at these times of the clock; the
+        first time is 0.
 
         ``first`` is the number of earlier steps, for a rollout that continues another one. A rollout
         that diverges raises :class:`DivergedError` with the place and the reason. With
@@ -250,7 +250,7 @@ class Simulator:
             return self._core, arrays
         dtype = arrays[0].dtype
         changes, points = as_goals(
-            goal, self._core.goal_height, self.dt, lambda point: _floats(["goal"], [point], dtype)[0]
+            goal, self._core.goal_origin, self.dt, lambda point: _floats(["goal"], [point], dtype)[0]
         )
         core = self._core.with_changes(changes) if changes else self._core
         return core, [*arrays, ordered(points, dtype)]

@@ -96,7 +96,7 @@ class _Walk:
         self.x[robot] = rest + random.uniform(-self.scatter, self.scatter, rest.shape)
         self.v[robot] = 0.0
         self.done[robot] = 0
-        if self.core.goal_height is not None and goals is None:
+        if self.core.goal_origin is not None and goals is None:
             goals = Goals(*self.core.draw_goals(int(random.integers(2**63))))
         self.goals[robot] = goals
 
@@ -105,7 +105,7 @@ class _Walk:
         robots = len(self.done)
         if options is None or options.get("goal") is None:
             return [None] * robots
-        changes, points = as_goals(options["goal"], self.core.goal_height, self.core.dt, _finite)
+        changes, points = as_goals(options["goal"], self.core.goal_origin, self.core.dt, _finite)
         if points.ndim == 2:
             points = np.broadcast_to(points, (robots, *points.shape))
         if len(points) != robots:
@@ -202,7 +202,7 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
       much the robot came nearer to its goal along the ground, m. ``reset`` draws the goals as
       ``[goals]`` of the scene says, or takes them from ``options={"goal": ...}``, as
       :meth:`cosmic.Simulator.rollout` does. A goal that changes within a frame counts from the next
-      frame. The info ``goal`` is its position along the ground, m.
+      frame. The info ``goal`` is its position along the ground, measured like ``along``, m.
     - ``scatter``: at the start, every coordinate moves at random by at most this distance, m.
     """
 

@@ -249,7 +249,7 @@ def _goals(simulator: Simulator, goal: Goal) -> Goals:
             )
         return array
 
-    return as_goals(goal, simulator._core.goal_height, simulator.dt, numbers, jnp)
+    return as_goals(goal, simulator._core.goal_origin, simulator.dt, numbers, jnp)
 
 
 def loss(

@@ -98,8 +98,8 @@ def rollout(
         def numbers(point: Any) -> Any:
             return torch.as_tensor(point, dtype=torch.float64, device=given[0].device)
 
-        height = simulator._core.goal_height
-        options["changes"], points = as_goals(goal, height, simulator.dt, numbers, torch)
+        origin = simulator._core.goal_origin
+        options["changes"], points = as_goals(goal, origin, simulator.dt, numbers, torch)
         given.append(points)
     return Trajectory(*_Rollout.apply(simulator, options, *given))
 

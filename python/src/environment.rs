@@ -5,7 +5,7 @@ use crate::asked::{Stop, in_groups, in_pool, whole};
 use crate::errors::{caught, raised, refused};
 use crate::memory::simulator_fits;
 use crate::scene::Scene;
-use crate::simulator::goal_height;
+use crate::simulator::goal_origin;
 use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::domain::draw_goals;
@@ -125,10 +125,10 @@ impl Driven {
         array(py, flat(&self.rest.x), &[self.sizes.nodes, 2])
     }
 
-    /// As [`Simulator::goal_height`](crate::simulator::Simulator::goal_height).
+    /// As [`Simulator::goal_origin`](crate::simulator::Simulator::goal_origin).
     #[getter]
-    fn goal_height(&self) -> Option<f64> {
-        goal_height(&self.task, &self.sizes)
+    fn goal_origin(&self) -> Option<[f64; 2]> {
+        goal_origin(&self.task, &self.sizes)
     }
 
     /// Draws a sequence of goals as the scene's `[goals]` say. The first one is ahead or behind with equal probability,

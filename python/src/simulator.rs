@@ -243,12 +243,12 @@ impl Simulator {
     }
 }
 
-/// The height above the ground's frame of the payload at the start, m; `None` if goals are not inputs of a rollout.
-pub(crate) fn goal_height(task: &Task, sizes: &Sizes) -> Option<f64> {
+/// The payload at the start, in the frame of goals, m; `None` if goals are not inputs of a rollout.
+pub(crate) fn goal_origin(task: &Task, sizes: &Sizes) -> Option<[f64; 2]> {
     let lattice = &task.lattice;
     let payload = lattice.state_at_rest().x[lattice.payload[0].node];
-    let height = task.ground().vector_to_ground(payload).up();
-    sizes.changes.is_some().then_some(height)
+    let origin = task.ground().vector_to_ground(payload).array();
+    sizes.changes.is_some().then_some(origin)
 }
 
 /// Converts an error about a robot to an exception. In a batch the message contains the number of the robot.
@@ -321,11 +321,11 @@ impl Simulator {
         })
     }
 
-    /// The height of a goal if only its position along the ground is given: the payload's height at the start, in
+    /// The point from which Python counts goals: the payload at the start, along the ground and normal to it, in
     /// metres. `None` if goals are not inputs of a rollout.
     #[getter]
-    fn goal_height(&self) -> Option<f64> {
-        goal_height(&self.task, &self.sizes)
+    fn goal_origin(&self) -> Option<[f64; 2]> {
+        goal_origin(&self.task, &self.sizes)
     }
 
     /// The length of a time step, in seconds.
