@@ -101,13 +101,19 @@ impl<R: Number> Asked<R> {
 
     /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
-        let bodies = robots.clone().map(|robot| task.body(&self.design(task, robot)));
+        let bodies = robots
+            .clone()
+            .map(|robot| task.body(&self.design(task, robot)));
         let bodies: Vec<Body<R>> = bodies.collect();
         let controller = self.batch.controller(robots.start);
         let starts: Vec<&State<R>> = (robots.clone())
             .map(|robot| self.batch.start(robot))
             .collect();
-        let differ = if self.batch.shares_goals() { 1 } else { robots.len() };
+        let differ = if self.batch.shares_goals() {
+            1
+        } else {
+            robots.len()
+        };
         let surroundings = robots.take(differ).map(|robot| {
             let goals = self.batch.goals(robot).map(Goals::points);
             surroundings(task, goals.into_iter().flatten())

@@ -231,13 +231,7 @@ impl Driven {
             };
             // A robot without a controller has a clock of the scene's frequency.
             let phase = settings.omega * (done as f64 * self.physics.dt);
-            observation(
-                &settings,
-                phase,
-                state,
-                &self.body.presence,
-                &self.ground,
-            )
+            observation(&settings, phase, state, &self.body.presence, &self.ground)
         });
         array(py, seen.collect(), &[states.len(), self.sizes.inputs])
     }

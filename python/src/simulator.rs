@@ -281,7 +281,9 @@ fn cotangent<R: Number>(name: &str, object: &Bound<PyAny>, shape: &[usize]) -> P
 /// an eighth array.
 fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
     match arrays {
-        [first, ..] if [7, 8].contains(&arrays.len()) => Ok(first.cast::<PyArrayDyn<f32>>().is_ok()),
+        [first, ..] if [7, 8].contains(&arrays.len()) => {
+            Ok(first.cast::<PyArrayDyn<f32>>().is_ok())
+        }
         _ => Err(refused(format!(
             "expected the {} arrays of Inputs",
             NAMES.len()
