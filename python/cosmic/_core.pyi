@@ -43,7 +43,7 @@ class Simulator:
     edges: npt.NDArray[np.int64]
     rest_length: _Floats
     along: list[float]
-    goal_origin: Optional[tuple[float, float]]
+    goal_origin: Optional[list[float]]
     def with_changes(self, changes: list[int]) -> Simulator: ...
     def initial(self, seed: int) -> list[_Floats]: ...
     def check_span(self, observed: list[int], first: int) -> None: ...
@@ -89,7 +89,7 @@ class Driven:
     dt: float
     steps: int
     rest: _Floats
-    goal_origin: Optional[tuple[float, float]]
+    goal_origin: Optional[list[float]]
     def draw_goals(self, seed: int) -> tuple[list[int], _Floats]: ...
     def along(self, x: _Floats) -> _Floats: ...
     def advance(

@@ -26,7 +26,7 @@ class Goals(NamedTuple):
 
 def as_goals(
     goal: Any,
-    origin: Optional[tuple[float, float]],
+    origin: Optional[Sequence[float]],
     dt: float,
     numbers: Callable[[Any], Any],
     of: Any = np,
@@ -69,7 +69,7 @@ def _step(seconds: Any, dt: float) -> int:
     return round(time / dt)
 
 
-def _point(numbers: Any, origin: tuple[float, float], of: Any) -> Any:
+def _point(numbers: Any, origin: Sequence[float], of: Any) -> Any:
     """The components of a goal from the world's origin, on the last axis."""
     point = numbers[None] if numbers.ndim == 0 else numbers
     if point.ndim > 2 or point.shape[-1] not in (1, 2):

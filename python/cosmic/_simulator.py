@@ -217,9 +217,10 @@ class Simulator:
             raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
         x_bar, v_bar = _floats(("x_bar", "v_bar"), cotangents, arrays[0].dtype)
         arrays, lost = (arrays, None) if check else self._finite(arrays)
-        gradient = core.vjp(arrays, x_bar, v_bar, seen, first, self.projection, bounded, check)
-        *of_inputs, last = _without(lost, gradient)
-        return Inputs(*of_inputs, last) if goal is None else (Inputs(*of_inputs), last)
+        pulled = core.vjp(arrays, x_bar, v_bar, seen, first, self.projection, bounded, check)
+        gradient, count = _without(lost, pulled), len(Inputs._fields)
+        of_inputs = Inputs(*gradient[:count])
+        return of_inputs if goal is None else (of_inputs, gradient[count])
 
     def jvp(
         self,

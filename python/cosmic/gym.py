@@ -114,12 +114,14 @@ class _Walk:
 
     def towards(self) -> Optional[_Floats]:
         """The goal of each robot in its next step, or None if the scene's goal is fixed."""
+        if self.core.goal_origin is None:
+            return None
         rows = [
             goals.points[sum(change <= done for change in goals.changes)]
             for goals, done in zip(self.goals, self.done)
             if goals is not None
         ]
-        return np.array(rows) if rows else None
+        return np.array(rows)
 
     def held(self, actions: npt.ArrayLike) -> _Floats:
         """Converts actions to the activations of all edges, one row for each robot."""

@@ -217,18 +217,16 @@ impl Driven {
     ) -> PyResult<Floats<'py>> {
         let states = self.states(x, v)?;
         let goals = goals.unwrap_or_else(|| vec![self.settings.goal; states.len()]);
-        if done.len() != states.len() {
+        if [done.len(), goals.len()] != [states.len(); 2] {
             return Err(refused(format!(
-                "done: expected {} numbers of steps, one per robot",
+                "done, goals: expected {} numbers of steps and as many goals, one per robot",
                 states.len()
             )));
         }
+        let mut settings = self.settings.clone();
         let robots = states.iter().zip(done).zip(goals);
         let seen = robots.flat_map(|((state, done), goal)| {
-            let settings = ControllerSettings {
-                goal,
-                ..self.settings.clone()
-            };
+            settings.goal = goal;
             // A robot without a controller has a clock of the scene's frequency.
             let phase = settings.omega * (done as f64 * self.physics.dt);
             observation(&settings, phase, state, &self.body.presence, &self.ground)
