@@ -136,8 +136,16 @@ impl Driven {
     /// shape `(goals, 2)`.
     fn draw_goals<'py>(&self, py: Python<'py>, seed: u64) -> PyResult<(Vec<usize>, Floats<'py>)> {
         let (settings, ahead) = (&self.goals, seed.is_multiple_of(2));
-        let mut stream = stream(seed, Purpose::Errands);
-        let goals = draw_goals(&self.task, settings, settings.count, ahead, &mut stream);
+        let goals = caught(|| {
+            let mut stream = stream(seed, Purpose::Errands);
+            Ok(draw_goals(
+                &self.task,
+                settings,
+                settings.count,
+                ahead,
+                &mut stream,
+            ))
+        })?;
         let points: Vec<f64> = goals.points().flatten().collect();
         let shape = [settings.count, 2];
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
