@@ -77,6 +77,17 @@ impl Sizes {
             .chain([5, 6].map(|array| (array, 2 * self.nodes)))
     }
 
+    /// Returns the controller whose numbers are in these arrays.
+    fn controller<R: Number>(&self, mut arrays: Vec<&[R]>) -> Controller<R> {
+        let own = self.pieces().filter(|(k, _)| (1..=CONTROLLER).contains(k));
+        let numbers = own.flat_map(|(k, length)| {
+            let (block, rest) = arrays[k - 1].split_at(length);
+            arrays[k - 1] = rest;
+            block
+        });
+        Controller::new(&self.blocks, numbers.copied().collect())
+    }
+
     /// Splits the flat list of the numbers of [`Inputs`] into the numbers of the seven arrays.
     pub(crate) fn split<R: Number>(&self, numbers: &[R]) -> [Vec<R>; 7] {
         let mut arrays = [const { Vec::new() }; 7];
@@ -273,14 +284,8 @@ impl<R: Number> Batch<R> {
         let pairs = |k: usize, robot: usize| from_flat(part(k, robot));
         let own: Vec<usize> = (1..=CONTROLLER).collect();
         let controller = |robot: usize| {
-            let mut rest = own.iter().map(|&k| part(k, robot)).collect::<Vec<_>>();
-            let pieces = sizes.pieces().filter(|(k, _)| own.contains(k));
-            let numbers = pieces.flat_map(|(k, length)| {
-                let (block, after) = rest[k - 1].split_at(length);
-                rest[k - 1] = after;
-                block
-            });
-            Controller::new(&sizes.blocks, numbers.copied().collect())
+            let arrays = own.iter().map(|&k| part(k, robot));
+            sizes.controller(arrays.collect())
         };
         let with_goals = arrays.len() > NAMES.len();
         let start = |robot: usize| State {

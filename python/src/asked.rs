@@ -6,10 +6,9 @@ use crate::pool;
 use autodiff::Real;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
-use cosmic::geometry::{Vector, flat, from_flat};
+use cosmic::geometry::{flat, from_flat};
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Body, State};
-use cosmic::policy::Goals;
 use cosmic::projection::Projection;
 use cosmic::simulator::{Span, Surroundings, Trajectory};
 use cosmic::task::{Task, together};
@@ -114,10 +113,9 @@ impl<R: Number> Asked<R> {
         } else {
             robots.len()
         };
-        let surroundings = robots.take(differ).map(|robot| {
-            let goals = self.batch.goals(robot).map(Goals::points);
-            surroundings(task, goals.into_iter().flatten())
-        });
+        let surroundings = robots.take(differ);
+        let surroundings =
+            surroundings.map(|robot| surroundings_of(task, &self.batch.components(robot)));
         let surroundings: Vec<_> = surroundings.collect();
         (task.simulator).rollout_many_in(&surroundings, &bodies, controller, &starts, &self.span)
     }
@@ -230,16 +228,12 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     })
 }
 
-/// Returns the scene's surroundings with these goals in place of the first ones.
-fn surroundings<R: Real>(
-    task: &Task,
-    goals: impl IntoIterator<Item = Vector<R>>,
-) -> Surroundings<R> {
+/// Returns the surroundings of a robot with these components of its goals. If there are none, it has the scene's goal.
+fn surroundings_of<R: Real>(task: &Task, goals: &[R]) -> Surroundings<R> {
     let scene = task.simulator.surroundings();
-    (goals.into_iter().enumerate()).fold(scene, |surroundings, (k, goal)| {
-        let [along, above] = ["along", "above"].map(|axis| format!("goal.{k}.{axis}"));
-        let surroundings = surroundings.with(&along, goal.forward());
-        surroundings.with(&above, goal.up())
+    (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
+        let axis = ["along", "above"][k % 2];
+        surroundings.with(&format!("goal.{}.{axis}", k / 2), number)
     })
 }
 
@@ -253,11 +247,9 @@ pub(crate) fn seen<R: Real>(
     span: &Span,
 ) -> Vec<R> {
     let body = task.body(&mixing.design(task, &inputs.z));
-    let (surroundings, simulator) = (surroundings(task, from_flat(goals)), &task.simulator);
-    let Inputs {
-        controller, start, ..
-    } = inputs;
-    let seen = simulator.rollout_in(&surroundings, &body, controller, start, span);
+    let (controller, start) = (&inputs.controller, &inputs.start);
+    let surroundings = surroundings_of(task, goals);
+    let seen = (task.simulator).rollout_in(&surroundings, &body, controller, start, span);
     let seen = flattened(&[seen]);
     [seen.x, seen.v].concat()
 }

@@ -140,6 +140,13 @@ def test_a_goal_that_is_not_finite_affects_only_its_robot(sim: cosmic.Simulator)
     assert np.all(np.isfinite(seen.x[0])) and np.all(np.isnan(seen.x[1]))
 
 
+def test_a_robot_with_a_goal_that_diverges_is_named(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    starts = np.stack([inputs.v0, inputs.v0 + 1e9])
+    with pytest.raises(cosmic.DivergedError, match="robot 1: diverged in step 0"):
+        sim.rollout(inputs._replace(v0=starts), *SPAN, goal=CHANGES)
+
+
 WRONG: dict[str, tuple[Any, list[str]]] = {
     "NaN": (np.nan, ["goal[0, 0] is NaN", "finite"]),
     "text": ("ahead", ["goal", "expected float"]),
