@@ -122,9 +122,37 @@ pub fn draw_goals(
     ahead: bool,
     stream: &mut ChaCha8Rng,
 ) -> Goals {
-    let lattice = &task.lattice;
-    let payload = lattice.state_at_rest().x[lattice.payload[0].node];
-    let start = task.ground().vector_to_ground(payload);
+    let places = draw_places(settings, count, ahead, stream);
+    let rest = task.lattice.state_at_rest();
+    let goal = |place: f64| from_payload(task, &rest, place);
+    let changes = settings.changes(task.physics.steps);
+    let later = changes.zip(&places[1..]);
+    later.fold(Goals::at(goal(places[0])), |goals, (steps, &place)| {
+        goals.then(steps, goal(place))
+    })
+}
+
+/// Draws a single goal for a robot in the state `start`, ahead of its payload or behind it, as `ahead` says. The goal is
+/// as far from the payload as a goal of a [sequence](draw_goals) is from the goal before it.
+pub fn draw_goal(
+    task: &Task,
+    start: &State<f64>,
+    settings: &GoalsSettings,
+    ahead: bool,
+    stream: &mut ChaCha8Rng,
+) -> Goals {
+    let places = draw_places(settings, 2, ahead, stream);
+    let way = (places[1] - places[0]).abs();
+    Goals::at(from_payload(task, start, if ahead { way } else { -way }))
+}
+
+/// Draws the places of a sequence of goals along the ground, in metres from the payload at the start.
+fn draw_places(
+    settings: &GoalsSettings,
+    count: usize,
+    ahead: bool,
+    stream: &mut ChaCha8Rng,
+) -> Vec<f64> {
     let mut last = 0.0;
     let mut draw = |side: Option<bool>| {
         let [low, high] = settings.along;
@@ -140,14 +168,20 @@ pub fn draw_goals(
         };
         let [from, to] = if is_beyond { beyond } else { behind };
         last = from + (to - from) * place;
-        Vector::upright(start.forward() + last, start.up())
+        last
     };
-    let mut goals = Goals::at(draw(Some(ahead)));
-    let changes = settings.changes(task.physics.steps);
-    for steps in changes.take(count - 1) {
-        goals = goals.then(steps, draw(None));
-    }
-    goals
+    (0..count)
+        .map(|k| draw((k == 0).then_some(ahead)))
+        .collect()
+}
+
+/// The point in the ground's frame that is `along` metres along the ground from the payload in the state `start`. It is as
+/// high as the payload is at rest.
+fn from_payload(task: &Task, start: &State<f64>, along: f64) -> Vector<f64> {
+    let node = task.lattice.payload[0].node;
+    let in_ground = |state: &State<f64>| task.ground().vector_to_ground(state.x[node]);
+    let up = in_ground(&task.lattice.state_at_rest()).up();
+    Vector::upright(in_ground(start).forward() + along, up)
 }
 
 /// Draws several [variations](draw) of `task`, one after the other.

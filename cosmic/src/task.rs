@@ -21,6 +21,8 @@ use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Traject
 /// The steps of a rollout that carry the gradient (D11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
+    /// The number of steps on the clock at the start of the rollout.
+    pub first: usize,
     /// The number of steps that carry the gradient.
     pub steps: usize,
     /// The part of a rollout that carries the gradient: its first steps or its last steps.
@@ -33,6 +35,7 @@ impl Horizon {
     /// A horizon of the first `steps` steps of a rollout. The gradient is exact.
     pub fn head(steps: usize) -> Self {
         Self {
+            first: 0,
             steps,
             mode: HorizonMode::Head,
             cotangent_bound: None,
@@ -303,6 +306,7 @@ impl Task {
     ) -> Vec<Trajectory<R>> {
         let steps = horizon.steps.min(self.physics.steps);
         let seen = Span {
+            first: horizon.first,
             nodes: loss.nodes().max(self.nodes_of_marker()),
             cotangent_bound: horizon.cotangent_bound,
             ..Span::from_start(loss.observed(steps))

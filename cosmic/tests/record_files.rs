@@ -128,7 +128,7 @@ fn links_and_pipes_are_kept() {
     assert_eq!(mode().mode() & 0o777, 0o600);
     let made = process::Command::new("mkfifo").arg(&pipe).status();
     assert!(made.unwrap().success());
-    let reader = std::thread::spawn({
+    let reader = thread::spawn({
         let pipe = pipe.clone();
         move || fs::read(pipe).unwrap()
     });

@@ -124,25 +124,40 @@ fn a_policy_cannot_have_the_block_of_a_learned_clock() {
 /// present.
 #[test]
 fn a_step_uses_the_observation() {
-    for settings in [
-        "goal_relative = true",
-        "offset_scale = 0.7\ngoal_scale = 0.3",
-        "[design]\none_piece = false",
-        "goal_relative = true\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
-        "goals = \"given\"\ngoal = [0.3, 0.2]\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"",
-        "goals = \"given\"\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"\n[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
+    for (policy, settings) in [
+        ("mlp", "goal_relative = true"),
+        ("mlp", "offset_scale = 0.7\ngoal_scale = 0.3"),
+        ("mlp", "[design]\none_piece = false"),
+        (
+            "mlp",
+            "goal_relative = true\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
+        ),
+        (
+            "mlp",
+            "goals = \"given\"\ngoal = [0.3, 0.2]\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"",
+        ),
+        (
+            "mlp",
+            "goals = \"given\"\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"\n[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
+        ),
+        ("gaits", ""),
+        (
+            "gaits",
+            "[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
+        ),
     ] {
-        let case = robot("mlp", settings);
+        let case = robot(policy, settings);
         let (body, ground) = (case.body(), case.task().ground());
         let seen = observation(&case.observation, 0.0, &case.start, &body.presence, &ground);
-        let expected = Network::of(&case.controller).unwrap().activation(&seen);
+        let network = Network::of(&case.controller).unwrap();
+        let expected = network.activation(&seen, seen[case.observation.clocks]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let task = case.task();
         let moments = task.moments(&case.own_design(), &case.controller, &start);
         let found = &moments[0].activation;
         for (a, b) in found.iter().zip(&expected) {
             // The tolerance is for sums of some forty terms of order one.
-            assert!((a - b).abs() < 1e-13, "{settings}: {a} {b}");
+            assert!((a - b).abs() < 1e-13, "{policy}, {settings}: {a} {b}");
         }
     }
 }

@@ -111,6 +111,7 @@ fn the_tail_of_a_rollout() {
     let task = case.task();
     let at_end = || Displacement::at_end(Ground::from(&case.physics));
     let horizon = Horizon {
+        first: 0,
         steps: TAIL,
         mode: HorizonMode::Tail,
         cotangent_bound: None,

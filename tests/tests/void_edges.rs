@@ -123,6 +123,7 @@ fn task_loss<R: Real>(
     mode: HorizonMode,
 ) -> R {
     let horizon = Horizon {
+        first: 0,
         steps: STEPS / 2,
         mode,
         cotangent_bound: None,

@@ -29,6 +29,9 @@ export class Design {
   robots = [];
   /** The delivered robot with the user's edits, and its measurements. */
   delivered = null;
+  /** The walk to the goal that the robot was told, the goal (m along the ground, from the payload at the start), and its
+   * distance at the end of the walk (m); null if the robot has not been told a goal. */
+  told = null;
   seconds = 0;
 
   /**
@@ -58,7 +61,7 @@ export class Design {
     if (run !== this.#run) return;
     this.world = world;
     this.robots = [{ walk: new Walk(world, first), record: null }];
-    this.delivered = null;
+    this.delivered = this.told = null;
     this.seconds = 0;
     this.#change("ready");
   }
@@ -104,6 +107,7 @@ export class Design {
     if (run !== this.#run) return false;
     this.seconds += (performance.now() - begun) / 1000;
     this.robots.push({ walk: new Walk(this.world, robot), record });
+    this.told = null;
     this.onchange(this.state);
     return done;
   }
@@ -114,6 +118,7 @@ export class Design {
     if (run !== this.#run) return;
     const walk = new Walk(this.world, measured.robot);
     this.delivered = { walk, asDesigned: walk, measured };
+    this.told = null;
     this.#change("finished");
   }
 
@@ -123,6 +128,20 @@ export class Design {
     const { robot } = await this.#client.ask({ do: "edit", materials });
     if (run !== this.#run) return;
     this.delivered.walk = materials === null ? this.delivered.asDesigned : new Walk(this.world, robot);
+    this.told = null;
+    this.onchange(this.state);
+  }
+
+  /**
+   * Lets the latest robot walk on to a goal, from a frame of its walk.
+   * @param ontold is called before the walk is shown.
+   */
+  async tell(along, frame, ontold) {
+    const run = this.#run;
+    const { robot, left } = await this.#client.ask({ do: "tell", along, frame });
+    if (run !== this.#run) return;
+    this.told = { walk: new Walk(this.world, robot), along, left };
+    ontold();
     this.onchange(this.state);
   }
 

@@ -27,8 +27,8 @@ export async function film({ canvas, player, label, colours, onprogress, signal 
   recorder.start();
   for (let last = 0; ; last = player.time) {
     await new Promise(requestAnimationFrame);
-    // Stop if the walk has begun again or another robot is shown.
-    if (player.time < last || signal.aborted) break;
+    // Stop if the walk has begun again or is at its end, or another robot is shown.
+    if (player.time < last || player.time >= player.walk.duration || signal.aborted) break;
     copyFrame(pen, canvas, colours, label(player.time));
     onprogress(player.time / player.walk.duration);
   }

@@ -4,6 +4,7 @@
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
 import { Editor } from "./editor.js";
+import { Errand } from "./errand.js";
 import { film, filmKind, save } from "./film.js";
 import { GroundEditor } from "./ground.js";
 import { Player } from "./player.js";
@@ -20,7 +21,7 @@ const panicAfter = new URLSearchParams(location.search).get("panic");
 const stage = new Stage($("stage"), { width: 2, ground: [[-9, 0], [9, 0]], cos: 1, limit: 1 });
 const ternary = new Ternary($("ternary"));
 const curve = new Curve($("curve"), x => look(Math.round(x)));
-const player = new Player(stage, tellTime);
+const player = new Player(stage, tellTime, tellPlay);
 const client = new Client(stopped);
 const design = new Design(client, changed, panicAfter === null ? null : Number(panicAfter));
 const scene = new Scene(client, $("settings"), sceneKnown);
@@ -31,6 +32,10 @@ const editor = new Editor({
     fieldset: $("editor"), legend: $("bar"), previous: $("previous"), next: $("next"), undo: $("undo"),
     materials: [...document.getElementsByName("material")],
   },
+});
+const errand = new Errand({
+  canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: fail,
+  parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
@@ -70,6 +75,7 @@ async function sceneKnown(error) {
   }
   history.replaceState(null, "", scene.link);
   const { settings, profile } = scene.checked;
+  errand.open(settings);
   const columns = settings["lattice.columns"] - 1;
   ground.show(profile, settings["lattice.origin_x"] + columns * settings["lattice.spacing"]);
   await prepare();
@@ -108,7 +114,7 @@ function stopped(message) {
 /** Returns the robot that is shown, and the record of its iteration. */
 function shown() {
   if (looked !== null) return design.robots[looked];
-  return design.delivered ?? design.robots.at(-1);
+  return design.told ?? design.delivered ?? design.robots.at(-1);
 }
 
 /** Whether the page can only wait for the worker. */
@@ -130,6 +136,7 @@ function changed(state) {
   $("save-scene").disabled = scene.checked === null;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
   tellStatus(state);
+  player.goal = errand.show();
   if (design.world === null || ["stopped", "empty", "preparing", "cancelled"].includes(state)) return;
   if (state === "finished" && !$("stage").classList.contains("editable")) {
     looked = null;
@@ -142,7 +149,9 @@ function changed(state) {
 function show(how = {}) {
   const { walk } = shown();
   const isDelivered = looked === null && design.delivered !== null;
-  if (player.walk !== walk) player.show(walk, { ...how, withVoid: isDelivered });
+  const goesOn = walk === design.told?.walk;
+  if (player.walk !== walk) player.show(walk, { ...how, withVoid: isDelivered, goesOn });
+  tellPlay();
   $("time").max = walk.duration;
   $("along").textContent = walk.along === null ? "diverged" : `${decimals(walk.along, 2)} m`;
   const number = looked ?? design.iteration;
@@ -213,6 +222,7 @@ function tellStatus(state) {
     measuring: "Measuring the robot from other starts …",
     stopped: "The computation stopped.",
   };
+  if (design.told !== null && ["ready", "paused", "finished"].includes(state)) about[state] = told();
   // Screen readers do not read texts that change with every iteration.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   $("status").textContent = about[state] ?? (state === "finished" ? finished() : working());
@@ -236,6 +246,12 @@ function finished() {
   if (walk === asDesigned) return `Designed in ${Math.round(design.seconds)} s: ${far}.${doubt}`;
   if (walk.along === null) return `Edited: ${walk.diverged}.`;
   return `Edited: ${decimals(walk.along, 2)} m; as designed ${decimals(asDesigned.along, 2)} m.`;
+}
+
+function told() {
+  const { walk, along, left } = design.told;
+  if (left === null) return `Told to go to ${decimals(along, 2)} m: ${walk.diverged}.`;
+  return `Told to go to ${decimals(along, 2)} m. After ${walk.duration.toFixed(1)} s the robot is ${decimals(left, 2)} m away from it.`;
 }
 
 function tellTime(time) {

@@ -19,13 +19,21 @@ export class Player {
   withVoid = false;
   playing;
   highlight = null;
+  /** The foot [x, y] of the flag at the robot's goal; null if there is none. */
+  goal = null;
+  /** Whether the walk stops at its end, and does not begin again. */
+  #stops = false;
   /** For tests: the number of frames, and the total and the longest time of their scripts in milliseconds. */
   cost = { frames: 0, total: 0, longest: 0 };
 
-  /** @param ontime is called after every frame with the time of the walk. */
-  constructor(stage, ontime) {
+  /**
+   * @param ontime is called after every frame with the time of the walk.
+   * @param onstop is called when a walk stops at its end.
+   */
+  constructor(stage, ontime, onstop) {
     this.#stage = stage;
     this.ontime = ontime;
+    this.onstop = onstop;
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
     this.playing = !this.still.matches;
     everyFrame(passed => this.#tick(passed));
@@ -35,16 +43,30 @@ export class Player {
     return this.#walk;
   }
 
-  /** Shows another robot from now on, at the current time. */
-  show(walk, { withVoid = false, restart = false } = {}) {
+  /** The number of the frame of the walk that is shown. */
+  get frame() {
+    return this.#walk?.at(this.time).frame ?? 0;
+  }
+
+  /** The x in the middle of the stage, m. */
+  get middle() {
+    return this.#shown.camera[0];
+  }
+
+  /**
+   * Shows another robot from now on, at the current time. If it `goesOn`, its walk begins where the last one was left,
+   * and stops at its end.
+   */
+  show(walk, { withVoid = false, restart = false, goesOn = false } = {}) {
     const same = this.#walk?.world === walk.world;
     if (!same) this.#stage.world = { ...walk.world, payloads: walk.robot.payloads };
-    if (!same || restart) this.time = 0;
+    if (!same || restart || goesOn) this.time = 0;
+    this.#stops = goesOn;
     // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk.
     if (this.still.matches && !this.playing && !restart) this.time = walk.duration;
     this.#walk = walk;
     this.withVoid = withVoid;
-    const blends = same && !restart && this.playing;
+    const blends = same && (goesOn || !restart) && this.playing;
     this.#blend = blends ? 1 : 0;
     if (blends) {
       const { positions, camera } = walk.at(this.time);
@@ -83,7 +105,7 @@ export class Player {
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
     const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
-    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight });
+    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal });
     this.ontime(this.time);
   }
 
@@ -92,8 +114,12 @@ export class Player {
     const begun = performance.now();
     this.time += passed * this.speed;
     if (this.time > this.#walk.duration) {
-      this.time = 0;
+      this.time = this.#stops ? this.#walk.duration : 0;
       this.#blend = 0;
+      if (this.#stops) {
+        this.playing = false;
+        this.onstop();
+      }
     }
     this.#blend *= Math.exp(-passed / BLEND);
     this.paint();

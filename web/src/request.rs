@@ -24,6 +24,9 @@ enum Request {
     Deliver,
     /// Gives the delivered robot other materials. Without `materials`, restores those of the design.
     Edit { materials: Option<Vec<Material>> },
+    /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. `along` is the place of the goal
+    /// along the ground (m), counted from the payload at the start.
+    Tell { along: f64, frame: usize },
     /// Returns the text of `design.json`.
     Design,
     /// Panics, for tests.
@@ -73,6 +76,7 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Iterate { shown } => session.iterate(shown),
         Request::Deliver => session.deliver(),
         Request::Edit { materials } => session.edit(materials),
+        Request::Tell { along, frame } => session.tell(along, frame),
         Request::Design => session.design(),
         Request::Panic => panic!("a panic for tests"),
     }

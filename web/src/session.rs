@@ -4,10 +4,13 @@ use crate::view;
 use cosmic::codesign::{CoDesign, Delivery, Progress};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
-use cosmic::policy::Controller;
+use cosmic::geometry::Vector;
+use cosmic::lattice::State;
+use cosmic::policy::{Controller, Goals};
 use cosmic::record::DesignFile;
-use cosmic::scene::Scene;
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::scene::{GoalKind, Scene};
+use cosmic::simulator::{Simulator, Span, Trajectory};
+use cosmic::task::Task;
 use serde_json::{Value, json};
 
 type Answer = cosmic::Result<Value>;
@@ -23,6 +26,17 @@ struct Work {
     delivered: Option<Robot>,
     /// The delivered robot with the materials that the user has edited, if any.
     edited: Option<Robot>,
+    /// The walk that was shown last; `None` if it diverged.
+    walk: Option<Walk>,
+}
+
+/// A walk that can go on from any of its frames.
+struct Walk {
+    robot: Robot,
+    /// The number of steps on the clock at the start of the walk.
+    first: usize,
+    /// The states in the frames.
+    frames: Vec<State<f64>>,
 }
 
 #[derive(Clone)]
@@ -38,11 +52,12 @@ impl Session {
     pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Answer {
         let codesign = CoDesign::new(scene)?;
         let progress = codesign.begin(seed)?;
-        let begun = Work {
+        let mut begun = Work {
             codesign,
             progress,
             delivered: None,
             edited: None,
+            walk: None,
         };
         let first = begun.present();
         let answer = json!({ "world": view::world(&begun.codesign), "first": first });
@@ -111,6 +126,28 @@ impl Session {
         Ok(json!({ "robot": shown }))
     }
 
+    /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. Its clock goes on, too. `along` is
+    /// the place of the goal along the ground (m), counted from the payload at the start.
+    pub(crate) fn tell(&mut self, along: f64, frame: usize) -> Answer {
+        let work = self.work()?;
+        let refused = |says: String| Err(Error::Usage(says));
+        if work.codesign.scene().controller.goals == GoalKind::Fixed {
+            return refused(
+                "`controller.goals` of the scene is \"fixed\"; only robots with \"given\" goals can be told where to go"
+                    .to_owned(),
+            );
+        }
+        let Some(walk) = &work.walk else {
+            return refused("the walk of the robot diverges, so it cannot go on".to_owned());
+        };
+        let Some(start) = walk.frames.get(frame).cloned() else {
+            let frames = walk.frames.len();
+            return refused(format!("`frame` is {frame}; the walk has {frames} frames"));
+        };
+        let first = walk.first + frame * view::every(&work.codesign);
+        Ok(work.go_on(walk.robot.clone(), first, &start, along))
+    }
+
     /// Returns the text of `design.json` for the delivered robot, including edits.
     pub(crate) fn design(&mut self) -> Answer {
         let work = self.work()?;
@@ -137,7 +174,7 @@ fn nothing() -> Error {
 
 impl Work {
     /// Returns the robot after the last iteration and its rollout, in the precision in which gradients are computed.
-    fn present(&self) -> Value {
+    fn present(&mut self) -> Value {
         let robot = Robot {
             design: self.progress.design.clone(),
             projected: self.codesign.evaluator().design(&self.progress),
@@ -147,19 +184,39 @@ impl Work {
             .codesign
             .evaluator()
             .watch(&self.progress, self.steps());
-        self.answer(&robot, seen.ok_or("its walk diverges".to_owned()))
+        self.answer(&robot, 0, seen.ok_or("its walk diverges".to_owned()))
     }
 
     /// Returns a robot and its rollout in double precision.
-    fn show(&self, robot: &Robot) -> Value {
+    fn show(&mut self, robot: &Robot) -> Value {
         let task = self.codesign.task();
         let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
-        let guarded = task.guarded(&robot.projected, &robot.controller, &start, &span);
-        let seen = match &guarded.divergence {
-            None => Ok(guarded.trajectory),
-            Some(divergence) => Err(Error::from(divergence).to_string()),
+        let seen = rollout(task, robot, &start, &span);
+        self.answer(robot, 0, seen)
+    }
+
+    /// Returns a robot and its rollout from the state `start` to a goal `along` metres from the payload at the start of the
+    /// first walk. The clock has done `first` steps in the state `start`.
+    fn go_on(&mut self, robot: Robot, first: usize, start: &State<f64>, along: f64) -> Value {
+        let (scene, mut task) = (self.codesign.scene(), self.codesign.task().clone());
+        let payload = task.lattice.state_at_rest().x[task.lattice.payload[0].node];
+        let goal = task.ground().vector_to_ground(payload) + Vector::upright(along, 0.0);
+        // The clock of the task ends with the steps of the scene.
+        let mut physics = task.physics.clone();
+        physics.steps += first;
+        let simulator = Simulator::new(&task.lattice, &physics, &scene.controller);
+        task.simulator = simulator.with_goals(&Goals::at(goal));
+        let span = Span {
+            first,
+            ..Span::from_start(self.steps())
         };
-        self.answer(robot, seen)
+        let seen = rollout(&task, &robot, start, &span);
+        let place = |seen: &Trajectory<f64>| task.ground().along(seen.position(seen.last_step()));
+        let left = seen
+            .as_ref()
+            .ok()
+            .map(|seen| (goal.forward() - place(seen)).abs());
+        json!({ "robot": self.answer(&robot, first, seen), "left": left })
     }
 
     /// Returns the steps whose states are needed: those that are drawn, and the last one for the displacement.
@@ -172,8 +229,14 @@ impl Work {
         steps
     }
 
-    /// Returns the data of a robot for an answer: its design, and its rollout or the reason why there is none.
-    fn answer(&self, robot: &Robot, seen: Result<Trajectory<f64>, String>) -> Value {
+    /// Returns the data of a robot for an answer: its design, and its rollout or the reason why there is none. Keeps the
+    /// rollout, so that the robot can walk on. It began after `first` steps of the clock.
+    fn answer(
+        &mut self,
+        robot: &Robot,
+        first: usize,
+        seen: Result<Trajectory<f64>, String>,
+    ) -> Value {
         let ground = self.codesign.task().ground();
         let along = |seen: &Trajectory<f64>| {
             let from = seen.states[0].x[seen.marker.payload];
@@ -182,6 +245,11 @@ impl Work {
         let thousandths = |share: f64| (1e3 * share).round() as i64;
         let mixtures = robot.projected.mixtures();
         let mixtures = mixtures.iter().map(|mixture| mixture.0.map(thousandths));
+        self.walk = seen.as_ref().ok().map(|seen| Walk {
+            robot: robot.clone(),
+            first,
+            frames: seen.states[..view::drawn_steps(&self.codesign).len()].to_vec(),
+        });
         json!({
             "materials": robot.projected.materials(),
             "mixtures": mixtures.collect::<Vec<_>>(),
@@ -189,5 +257,19 @@ impl Work {
             "along": seen.as_ref().ok().map(along),
             "diverged": seen.err(),
         })
+    }
+}
+
+/// Simulates a robot and checks every state. Returns its states, or the reason why it diverged.
+fn rollout(
+    task: &Task,
+    robot: &Robot,
+    start: &State<f64>,
+    span: &Span,
+) -> Result<Trajectory<f64>, String> {
+    let guarded = task.guarded(&robot.projected, &robot.controller, start, span);
+    match &guarded.divergence {
+        None => Ok(guarded.trajectory),
+        Some(divergence) => Err(Error::from(divergence).to_string()),
     }
 }

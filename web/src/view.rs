@@ -19,7 +19,7 @@ pub(crate) fn drawn_steps(codesign: &CoDesign) -> Vec<usize> {
 }
 
 /// Returns the number of time steps between two frames.
-fn every(codesign: &CoDesign) -> usize {
+pub(crate) fn every(codesign: &CoDesign) -> usize {
     let physics = &codesign.scene().physics;
     ((INTERVAL / physics.dt) as usize).clamp(1, physics.steps)
 }

@@ -7,16 +7,20 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { fileURLToPath } from "node:url";
+import { Engine } from "../page/engine.js";
 import { installed, launch, open, ready, says, text } from "./browsers.mjs";
 import { serve } from "./serve.mjs";
 
 const here = path => fileURLToPath(new URL(path, import.meta.url));
 const { values: given } = parseArgs({ options: { shots: { type: "string" }, program: { type: "string", default: here("../../target/release/cosmic") } } });
+const linkTo = (scene, settings) => `#scene=${scene}&seed=1&${settings.map(setting => `set=${encodeURIComponent(setting)}`).join("&")}`;
 /** The link to a scene whose design takes only a few seconds. */
-const SMALL = "#scene=stability&seed=1&" + [
+const SMALL = linkTo("stability", [
   "lattice.columns=3", "lattice.rows=3", "physics.steps=512", "schedule.iterations=120", "schedule.attraction_from=40",
   "schedule.snap_at=80", "schedule.horizon=[128, 256]", "loss.window=64",
-].map(setting => `set=${encodeURIComponent(setting)}`).join("&");
+]);
+/** The settings of a small robot that goes where it is told. */
+const TOLD = ["lattice.columns=3", "lattice.rows=3", "controller.hidden=4", "physics.steps=2048", "schedule.iterations=12", "schedule.horizon=[128, 256]", "loss.window=64"];
 /** The most milliseconds that the script of a frame should take on average. */
 const FRAME = 4;
 
@@ -318,6 +322,80 @@ async function cancelled(browser, address) {
   return close(page, faults);
 }
 
+/** The positions of all nodes in the frames of a walk, in units. */
+function framesOf({ counts }) {
+  let at = counts[0].map(() => 0);
+  return counts.map(moved => (at = at.map((count, k) => count + moved[k])));
+}
+
+/** A robot that is told the same goal again walks on as if nothing had happened: its state and its clock go on. */
+function goingOn() {
+  const engine = new Engine(new WebAssembly.Module(readFileSync(here("../dist/cosmic.wasm"))));
+  engine.ask({ do: "begin", scene: { scene: "errand", settings: TOLD }, seed: 1 });
+  const tell = (along, frame) => framesOf(engine.ask({ do: "tell", along, frame }).robot.walk);
+  const apart = (walk, other) => Math.max(...walk.flatMap((frame, k) => frame.map((x, i) => Math.abs(x - other[k][i]))));
+  const whole = tell(1, 4).slice(6, 16);
+  const again = tell(1, 6).slice(0, 10);
+  tell(1, 0);
+  const other = tell(-1, 0).slice(0, 10);
+  // Positions are rounded to units.
+  check(apart(whole, again) <= 1, `a walk that is told the same goal goes on: ${apart(whole, again)} units apart`);
+  check(apart(again, other) > 1, `with the goal behind, it does not: ${apart(again, other)} units apart`);
+  for (const [request, reason] of [
+    [{ do: "tell", along: 1, frame: 9999 }, /`frame` is 9999; the walk has \d+ frames/],
+    [{ do: "begin", scene: { scene: "stability", settings: TOLD.slice(0, 2) }, seed: 1 }, null],
+    [{ do: "tell", along: 1, frame: 0 }, /`controller.goals` of the scene is "fixed"/],
+  ]) {
+    let refusal = null;
+    try {
+      engine.ask(request);
+    } catch (error) {
+      refusal = error.message;
+    }
+    check(reason === null ? refusal === null : reason.test(refusal), `${JSON.stringify(request.do)}: ${refusal}`);
+  }
+}
+
+/** The robot goes where one clicks on the ground, and where the slider is moved by keys. */
+async function errand(browser, address) {
+  const { page, faults } = await open(browser, address + linkTo("errand", TOLD));
+  await ready(page);
+  check(await page.$eval("#errand", row => row.getBoundingClientRect().height > 0), "a robot with given goals has the controls for its goal");
+  const box = await (await page.$("#stage")).boundingBox();
+  const toldTo = async (says, is) => {
+    await until(page, says, is => /^Told to go to /.test(document.getElementById("status").textContent) && Number(document.getElementById("goal").value) * is > 0, is);
+    console.log(`     ${await text(page, "status")}`);
+  };
+  await page.mouse.click(box.x + 0.9 * box.width, box.y + 0.9 * box.height);
+  await toldTo("a click ahead of the robot", 1);
+  await page.mouse.click(box.x + 0.1 * box.width, box.y + 0.9 * box.height);
+  await toldTo("a click behind it", -1);
+  check(await page.$eval("#stage", canvas => {
+    const { width, height } = canvas;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, Math.floor(0.25 * width), Math.floor(0.6 * height));
+    return data.some((x, k) => k % 4 === 3 && x > 200);
+  }), "a flag is there");
+  await press(page, "design");
+  await says(page, "Pause");
+  await page.mouse.click(box.x + 0.9 * box.width, box.y + 0.9 * box.height);
+  await says(page, "Resume");
+  await toldTo("a click while the robot is designed pauses the design", 1);
+  await press(page, "design");
+  await says(page, "Design again");
+  await page.focus("#goal");
+  const before = Number(await value(page, "goal"));
+  await page.keyboard.press("ArrowLeft");
+  await until(page, "an arrow key moves the goal", before => document.getElementById("status").textContent.startsWith("Told") && Number(document.getElementById("goal").value) < before, before);
+  check((await text(page, "status")).includes(await text(page, "place")), await text(page, "status"));
+  await set(page, "#speed", "4");
+  await until(page, "the walk to the goal stops at its end", () => document.getElementById("play").textContent === "Play walk" && document.getElementById("time").max - document.getElementById("time").value < 1e-6);
+  await press(page, "undo");
+  await until(page, "the robot as designed walks again", () => document.getElementById("status").textContent.startsWith("Designed"));
+  await page.select("#scene", "stability");
+  await until(page, "other scenes have no such controls", () => document.getElementById("errand").getBoundingClientRect().height === 0);
+  await close(page, faults);
+}
+
 async function shots(browser, address, folder) {
   mkdirSync(folder, { recursive: true });
   for (const scheme of ["light", "dark"]) {
@@ -370,12 +448,14 @@ async function inChromium(address) {
     await unreliable(browser, address);
     await refusedLinks(browser, address);
     await cancelled(browser, address);
+    await errand(browser, address);
     if (given.shots) await shots(browser, address, given.shots);
   } finally {
     await browser.close();
   }
 }
 
+goingOn();
 const server = await serve(here("../dist"));
 for (const [browser, test] of [["chrome", inChromium], ["firefox", inFirefox]]) {
   if (installed(browser)) await test(server.address);

@@ -6,6 +6,7 @@
 //! - [`statistics`]: statistics of a sample with their standard errors.
 //! - [`table`]: tables, and how they are written.
 //! - [`robustness`]: designs in randomly drawn worlds.
+//! - [`walk`]: robots that walk to the goals that they are given.
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`export`]: files of a robot for other programs: MuJoCo and the workshop.
 //! - [`measure`]: measurements of finished runs, in changed scenes and in MuJoCo.
@@ -18,6 +19,7 @@ pub mod child;
 pub mod statistics;
 pub mod table;
 pub mod robustness;
+pub mod walk;
 pub mod report;
 pub mod export;
 pub mod measure;

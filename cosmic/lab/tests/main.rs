@@ -5,6 +5,7 @@ mod export {
     mod joint;
     mod layers;
     mod member;
+    mod mujoco;
     mod stl;
 }
 mod measure {
@@ -42,3 +43,4 @@ mod verify {
     mod gradients;
     mod stability;
 }
+mod walk;

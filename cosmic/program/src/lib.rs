@@ -15,6 +15,7 @@ mod gradcheck;
 mod verify;
 mod explain;
 mod report;
+mod walk;
 mod compare;
 mod robustness;
 mod mujoco;
@@ -52,6 +53,7 @@ enum Command {
     Verify(verify::Arguments),
     Explain(explain::Arguments),
     Report(report::Arguments),
+    Walk(walk::Arguments),
     Compare(compare::Arguments),
     Robustness(robustness::Arguments),
     Export(export::Arguments),
@@ -71,6 +73,7 @@ impl Command {
             Command::Verify(arguments) => arguments.run(registry),
             Command::Explain(arguments) => arguments.run(registry),
             Command::Report(arguments) => arguments.run(registry),
+            Command::Walk(arguments) => arguments.run(registry),
             Command::Compare(arguments) => arguments.run(registry),
             Command::Robustness(arguments) => arguments.run(registry),
             Command::Export(arguments) => arguments.run(registry),

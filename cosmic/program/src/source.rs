@@ -185,13 +185,20 @@ pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Con
 
 /// Reads a design file, or the design in a run's folder. Returns the path and the content.
 fn read_design(path: &Path) -> Result<(PathBuf, Vec<u8>)> {
-    let design = if path.is_dir() {
-        result_of(path, DESIGN)?
-    } else {
-        path.to_owned()
-    };
+    let design = design_path(path)?;
     let bytes = read_whole(&design)?;
     Ok((design, bytes))
+}
+
+/// Finds the design in a run's folder, or returns `path` itself if it is not a folder.
+///
+/// # Errors
+/// [`Error::Read`] if the folder has no design, with the reason and a remedy.
+pub(super) fn design_path(path: &Path) -> Result<PathBuf> {
+    if path.is_dir() {
+        return result_of(path, DESIGN);
+    }
+    Ok(path.to_owned())
 }
 
 /// The path of the design in a run's folder, or `path` itself if it is not a folder.

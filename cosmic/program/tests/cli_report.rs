@@ -65,7 +65,7 @@ fn a_report_is_a_page_two_pictures_and_an_animation() {
 }
 
 /// Asserts that no element and no script of a page loads another file.
-fn fetches_nothing(page: &str) {
+pub(crate) fn fetches_nothing(page: &str) {
     let page = page.replace("href=\"data:,\"", "");
     for reference in ["src=", "href=", "url(", "@import", "fetch("] {
         assert!(!page.contains(reference), "the page has {reference}");
@@ -73,7 +73,7 @@ fn fetches_nothing(page: &str) {
 }
 
 /// Returns the number of frames of an animation. Asserts that each shows a robot on its ground.
-fn pictures(bench: &Bench, name: &str) -> usize {
+pub(crate) fn pictures(bench: &Bench, name: &str) -> usize {
     let animation = fs::File::open(bench.path(name)).unwrap();
     let mut animation = gif::DecodeOptions::new().read_info(animation).unwrap();
     let mut count = 0;
@@ -403,7 +403,7 @@ fn compare_has_a_row_for_every_run() {
 }
 
 /// Finds a browser of the Chromium family; `None` if none is installed.
-fn browser() -> Option<&'static str> {
+pub(crate) fn browser() -> Option<&'static str> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
     names.into_iter().find(runs)
@@ -415,7 +415,7 @@ const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no
     --virtual-time-budget=1000 --dump-dom";
 
 /// Opens a file in the browser. Returns the document after its scripts have run for a second of virtual time.
-fn document(browser: &str, file: &str) -> String {
+pub(crate) fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
     let page = profile.path().join("page.html");
     let mut child = Command::new(browser)

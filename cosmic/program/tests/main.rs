@@ -34,4 +34,5 @@ mod cli_study;
 mod cli_sweep;
 mod cli_two;
 mod cli_verify;
+mod cli_walk;
 mod cli_workshop;

@@ -2,14 +2,18 @@
 
 use std::borrow::Cow;
 
+use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
+use super::reach::watched;
 use super::schedule::Schedule;
-use crate::domain::{Domain, draw_goals, draw_many, perturbed};
+use crate::domain::{Domain, draw_goal, draw_goals, draw_many, perturbed};
 use crate::random::{Purpose, stream, stream_of};
 use crate::scene::{GoalKind, RobustSettings, SelectionKind};
+use crate::task::together;
 
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
 /// controllers: 1 % of a spacing in the start (with `lattice.units = "absolute"` 1 mm), 5 % of the friction, and 5 % of
@@ -28,10 +32,10 @@ impl Evaluator {
         Domain::of(&self.task, self.start.clone())
     }
 
-    /// The domains over which an iteration averages its gradients; empty for a scene without domain randomisation. They
-    /// depend only on the seed and the iteration, so that a resumed run draws the same domains. If goals are given, each
-    /// domain has a goal of its own.
-    pub fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
+    /// The domains over which an iteration averages its gradients, and the number of steps on the clock at their starts.
+    /// Empty for a scene without domain randomisation and without given goals. They depend only on the robot, the seed and
+    /// the iteration, so that a resumed run draws the same domains.
+    pub fn domains(&self, progress: &Progress, now: &Schedule) -> (usize, Vec<Domain<'_>>) {
         let (robust, goals) = (&self.scene.robust, self.scene.controller.goals);
         let number = now.iteration as u64;
         let stream = |purpose| stream_of(progress.seed, purpose, number);
@@ -47,24 +51,52 @@ impl Evaluator {
             }
         };
         match goals {
-            GoalKind::Fixed => domains,
-            GoalKind::Given => self.with_goals(domains, 1, stream(Purpose::Goals)),
+            GoalKind::Fixed => (0, domains),
+            GoalKind::Given => self.with_a_goal(domains, progress, stream(Purpose::Goals)),
         }
     }
 
-    /// These domains, each with `count` goals of its own. Half of the first goals are ahead, half behind.
-    fn with_goals<'a>(
+    /// These domains, each with one goal: half of the goals are ahead, half behind. In one of `goals.count` iterations,
+    /// robots begin at rest, as in a sequence of goals. In the others they are on their way to a goal before, for the
+    /// number of steps that is returned.
+    fn with_a_goal<'a>(
         &self,
-        mut domains: Vec<Domain<'a>>,
-        count: usize,
+        domains: Vec<Domain<'a>>,
+        progress: &Progress,
         mut stream: ChaCha8Rng,
-    ) -> Vec<Domain<'a>> {
-        for (k, domain) in domains.iter_mut().enumerate() {
-            let ahead = k.is_multiple_of(2);
-            let goals = draw_goals(&self.task, &self.scene.goals, count, ahead, &mut stream);
-            domain.task = Cow::Owned(domain.task.with_goals(&goals));
+    ) -> (usize, Vec<Domain<'a>>) {
+        let goals = &self.scene.goals;
+        let whole = self.scene.physics.steps / goals.count;
+        let steps = match progress.iteration % goals.count {
+            0 => 0,
+            _ => stream.random_range(whole / 2..=whole),
+        };
+        let mut with_goals = |domains: Vec<Domain<'a>>, in_turn: usize| -> Vec<Domain<'a>> {
+            let draw = |(k, mut domain): (usize, Domain<'a>)| {
+                let ahead = (k / in_turn).is_multiple_of(2);
+                let goal = draw_goal(&self.task, &domain.start, goals, ahead, &mut stream);
+                domain.task = Cow::Owned(domain.task.with_goals(&goal));
+                domain
+            };
+            domains.into_iter().enumerate().map(draw).collect()
+        };
+        let mut domains = with_goals(domains, 1);
+        if steps == 0 {
+            return (0, domains);
         }
-        domains
+        let (designs, controller) = ([self.design(progress)], &progress.controller);
+        let precision = self.scene.gradient.precision;
+        let walk =
+            |domains: &[Domain]| watched(&designs, controller, domains, vec![steps], precision);
+        let chunks = domains.par_chunks(together(domains.len()));
+        let walked: Vec<_> = chunks.flat_map_iter(walk).collect();
+        for (domain, walked) in domains.iter_mut().zip(walked) {
+            if let Some(mut walked) = walked {
+                domain.start = walked.states.remove(0);
+            }
+        }
+        // The goals ahead and behind follow goals ahead and behind equally often.
+        (steps, with_goals(domains, 2))
     }
 
     /// The domains in which robots are ranked during an optimisation: the robot as designed, and robots that
@@ -108,8 +140,15 @@ impl Evaluator {
         match self.scene.controller.goals {
             GoalKind::Fixed => domains,
             GoalKind::Given => {
-                let stream = stream_of(seed, Purpose::Errands, purpose as u64);
-                self.with_goals(domains, self.scene.goals.count, stream)
+                let goals = &self.scene.goals;
+                let mut stream = stream_of(seed, Purpose::Errands, purpose as u64);
+                let draw = |(k, mut domain): (usize, Domain<'a>)| {
+                    let ahead = k.is_multiple_of(2);
+                    let drawn = draw_goals(&self.task, goals, goals.count, ahead, &mut stream);
+                    domain.task = Cow::Owned(domain.task.with_goals(&drawn));
+                    domain
+                };
+                domains.into_iter().enumerate().map(draw).collect()
             }
         }
     }

@@ -267,7 +267,7 @@ impl Evaluator {
 
 /// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps
 /// in `steps`; `None` for a robot that diverges. `designs` has one design for all domains, or one for each.
-fn watched(
+pub(super) fn watched(
     designs: &[impl Borrow<Design<Mixture<f64>>>],
     controller: &Controller<f64>,
     domains: &[Domain],

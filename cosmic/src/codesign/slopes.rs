@@ -61,10 +61,14 @@ const WALKS: f64 = 0.01;
 impl Evaluator {
     /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
     pub fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
+        let (first, domains) = self.domains(progress, now);
         At {
-            domains: self.domains(progress, now),
+            domains,
             inputs: self.inputs(progress),
-            horizon: self.horizon(now),
+            horizon: Horizon {
+                first,
+                ..self.horizon(now)
+            },
             sticks: progress.flat >= PATIENCE,
         }
     }
@@ -89,6 +93,7 @@ impl Evaluator {
             every,
         };
         Horizon {
+            first: 0,
             steps: now.horizon(),
             mode: self.scene.schedule.horizon_mode,
             cotangent_bound: gradient.cotangent_bound.map(bound),

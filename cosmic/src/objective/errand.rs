@@ -7,7 +7,6 @@ use autodiff::Real;
 
 use super::Loss;
 use crate::geometry::Ground;
-use crate::lattice::Lattice;
 use crate::scene::{LossSettings, Scene};
 use crate::simulator::Trajectory;
 
@@ -15,7 +14,8 @@ use crate::simulator::Trajectory;
 /// time ends, as a mean over the goals of a rollout. 0 means that the robot is at its goal and stays there, 1 that it
 /// came no nearer.
 ///
-/// The way to a goal is its distance along the ground from the goal before it, or from the payload at the start. What is
+/// The way to a goal is its distance along the ground from the goal before it; the way to the first goal is its distance
+/// from the payload at the start of the rollout. What is
 /// left is the distance of the payload from the goal, plus its speed along the ground multiplied by a time; both are
 /// means over the last part of the goal's time, for which `loss.window` and `loss.every` hold. At most half of the time
 /// counts.
@@ -25,8 +25,6 @@ pub struct Errand {
     settings: LossSettings,
     /// The time by which a speed is multiplied, s.
     settle: f64,
-    /// The place of the payload at the start, along the ground, m.
-    start: f64,
     /// The numbers of steps at which goals may change.
     changes: Vec<usize>,
 }
@@ -34,12 +32,8 @@ pub struct Errand {
 impl Errand {
     /// The loss of a scene with the task "reach" and given goals.
     pub fn of_scene(scene: &Scene) -> Self {
-        let ground = Ground::from(&scene.physics);
-        let lattice = Lattice::new(&scene.lattice, ground);
-        let payload = lattice.state_at_rest().x[lattice.payload[0].node];
         Self {
-            start: ground.along(payload),
-            ground,
+            ground: Ground::from(&scene.physics),
             settings: scene.loss.clone(),
             settle: scene.objective.settle,
             changes: scene.goals.changes(scene.physics.steps).collect(),
@@ -55,7 +49,7 @@ impl Errand {
 }
 
 impl Loss for Errand {
-    /// The states that are needed for a single goal, and for goals that change where those of the scene do.
+    /// The start, and the states that are needed for a single goal, and for goals that change where those of the scene do.
     fn observed(&self, steps: usize) -> Vec<usize> {
         let changes = self.changes.iter().copied().filter(|&step| step < steps);
         let changes: Vec<usize> = changes.collect();
@@ -65,7 +59,8 @@ impl Loss for Errand {
             .zip(to)
             .map(|(from, to)| from..to)
             .chain(std::iter::once(0..steps));
-        let observed: BTreeSet<usize> = times.flat_map(|time| self.read(time)).collect();
+        let read = times.flat_map(|time| self.read(time));
+        let observed: BTreeSet<usize> = read.chain([0]).collect();
         observed.into_iter().collect()
     }
 
@@ -76,7 +71,7 @@ impl Loss for Errand {
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let goals = trajectory.goals.as_ref();
         let goals = goals.expect("the task `reach` with given goals needs rollouts with goals");
-        let mut before = R::lit(self.start);
+        let mut before = self.ground.along(trajectory.position(0));
         let mut left = Vec::new();
         for (time, goal) in goals.times(trajectory.last_step()) {
             let goal = goal.forward();

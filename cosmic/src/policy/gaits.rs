@@ -14,15 +14,16 @@ use super::step::PolicyStep;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gaits;
 
-const GAITS: [(&str, &str, Gate); 3] = [
+/// The groups of hidden units: the names of their weights and biases, and what they are multiplied by.
+pub(super) const GAITS: [(&str, &str, Gate); 3] = [
     ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
     ("w1_behind", "b1_behind", Gate([0.0, -0.5, 0.5])),
     ("w1_there", "b1_there", Gate([1.0, 0.0, -1.0])),
 ];
 
-/// Multiplies a hidden unit by a polynomial of the observed goal.
+/// Multiplies a hidden unit by a polynomial of the observed goal, which has these coefficients, the constant first.
 #[derive(Clone, Copy, Debug)]
-struct Gate([f64; 3]);
+pub(super) struct Gate(pub(super) [f64; 3]);
 
 impl Kernel<2, 1> for Gate {
     #[inline(always)]

@@ -65,6 +65,17 @@ impl<R: Copy> Goals<R> {
         1 + self.later.len()
     }
 
+    /// These goals as they are after this number of steps: the first one is the goal that holds then.
+    pub(crate) fn after(&self, steps: usize) -> Self {
+        let place = self.place(steps);
+        let first = self.points().nth(place).expect("a goal holds at any time");
+        let later = self.later[place..].iter();
+        Self {
+            first,
+            later: later.map(|&(from, point)| (from - steps, point)).collect(),
+        }
+    }
+
     /// The place, among the points, of the goal that holds in the step after `steps` steps.
     pub fn place(&self, steps: usize) -> usize {
         self.later.iter().filter(|(from, _)| *from <= steps).count()

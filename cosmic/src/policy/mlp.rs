@@ -1,9 +1,11 @@
 //! The paper's policy: a network with one hidden layer.
 
+use autodiff::arrays::Kernel;
 use autodiff::{Array, Real};
 
 use super::block::{Block, Controller};
 use super::fold::{Fold, Mean};
+use super::gaits::{GAITS, Gate};
 use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
 use super::step::PolicyStep;
@@ -59,11 +61,16 @@ pub struct Layer<R> {
     pub biases: Vec<R>,
 }
 
-/// The two layers of a network with one hidden layer.
+/// The two layers of a network with one hidden layer: of the policy [`Mlp`], [`Clock`](super::Clock) or
+/// [`Gaits`](super::Gaits).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network<R> {
-    /// The layer from the inputs to the hidden units.
+    /// The layer from the inputs to the hidden units. The groups of units of [`Gaits`](super::Gaits) come one after the
+    /// other.
     pub first: Layer<R>,
+    /// For each hidden unit of [`Gaits`](super::Gaits), the coefficients `a, b, c` of the factor `a + b g + c g^2` on it,
+    /// where `g` is the observed goal along the ground; empty for other policies.
+    pub gates: Vec<[f64; 3]>,
     /// The layer from the hidden units to the activations.
     pub second: Layer<R>,
 }
@@ -73,19 +80,37 @@ impl<R: Real> Network<R> {
     /// a learned clock is not a part of the network.
     pub fn of(controller: &Controller<R>) -> Option<Self> {
         let names = controller.blocks().map(|(name, ..)| name);
-        let is_network = names.filter(|name| *name != TEMPO).eq(NETWORK);
-        let layer = |[weights, biases]: [&str; 2]| Layer {
-            weights: controller.block(weights).to_vec(),
-            biases: controller.block(biases).to_vec(),
+        let names: Vec<&str> = names.filter(|name| *name != TEMPO).collect();
+        let (first, second) = names.split_at(names.len().checked_sub(2)?);
+        let of_gaits = GAITS.map(|(weights, biases, _)| [weights, biases]).concat();
+        let is_gaits = first == of_gaits;
+        let is_network = (is_gaits || first == [W1, B1]) && second == [W2, B2];
+        let layer = |names: &[&str]| {
+            let blocks = |k: usize| {
+                names[k..]
+                    .iter()
+                    .step_by(2)
+                    .map(|name| controller.block(name))
+            };
+            Layer {
+                weights: blocks(0).flatten().copied().collect(),
+                biases: blocks(1).flatten().copied().collect(),
+            }
         };
+        let gate = |(_, biases, Gate(gate))| vec![gate; controller.block(biases).len()];
         is_network.then(|| Self {
-            first: layer([W1, B1]),
-            second: layer([W2, B2]),
+            first: layer(first),
+            gates: GAITS
+                .into_iter()
+                .filter(|_| is_gaits)
+                .flat_map(gate)
+                .collect(),
+            second: layer(second),
         })
     }
 
-    /// This network with a [folded](Fold) first layer, which takes the state in the ground's frame. If `presence` is
-    /// empty, all nodes are present.
+    /// This network with a [folded](Fold) first layer, which takes the state in the ground's frame. `sight` is what its
+    /// policy observes. If `presence` is empty, all nodes are present.
     ///
     /// # Panics
     /// If the network does not fit the observation of these settings.
@@ -93,6 +118,7 @@ impl<R: Real> Network<R> {
         &self,
         settings: &ControllerSettings,
         nodes: usize,
+        sight: Sight,
         presence: &[R],
         ground: &Ground,
     ) -> Self {
@@ -100,20 +126,26 @@ impl<R: Real> Network<R> {
             [] => Mean::OfAll,
             presence => Mean::Folded(presence),
         };
-        let fold = Fold::new(settings, ground, nodes, Sight::Robot, mean);
+        let fold = Fold::new(settings, ground, nodes, sight, mean);
         let Layer { weights, biases } = &self.first;
         Self {
             first: Layer {
                 biases: fold.biases(weights, biases),
                 weights: fold.weights(weights),
             },
+            gates: self.gates.clone(),
             second: self.second.clone(),
         }
     }
 
-    /// The activations that the network computes from `inputs`.
-    pub fn activation(&self, inputs: &[R]) -> Vec<R> {
-        self.second.outputs(&self.first.outputs(inputs))
+    /// The activations that the network computes from `inputs`. `goal` is the observed goal along the ground, which only
+    /// the gates read.
+    pub fn activation(&self, inputs: &[R], goal: R) -> Vec<R> {
+        let mut hidden = self.first.outputs(inputs);
+        for (unit, &gate) in hidden.iter_mut().zip(&self.gates) {
+            [*unit] = Gate(gate).eval([*unit, goal]);
+        }
+        self.second.outputs(&hidden)
     }
 }
 

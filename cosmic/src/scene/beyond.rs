@@ -100,7 +100,7 @@ settings! {
     /// The goals for which a controller is trained and by which robots are ranked, if goals are inputs of a rollout.
     struct GoalsSettings {
         /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration. Half of the goals are
-        /// ahead and half behind, if both are allowed.
+        /// ahead of the payload and half behind it, as far as a goal of a sequence is from the goal before it.
         samples: usize = 8, allowed within(1.0, 1e4), since 5, source "beyond the paper";
         /// Number of goals, one after the other, of a rollout in which robots are ranked. Each holds for the same time.
         count: usize = 3, allowed within(1.0, 64.0), since 5, source "beyond the paper";

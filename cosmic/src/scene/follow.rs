@@ -139,7 +139,12 @@ const RULES: [Rule; 25] = [
         scene.search.rungs = [60, 200, 260].map(|of_300| iteration(scene, of_300));
     }),
     ("schedule.horizon", |scene, _| {
-        scene.schedule.horizon = [4, 2].map(|part| (scene.physics.steps / part).max(1));
+        // A goal should be reached within its time.
+        let parts = match scene.controller.goals {
+            GoalKind::Fixed => [4, 2],
+            GoalKind::Given => [2 * scene.goals.count, scene.goals.count],
+        };
+        scene.schedule.horizon = parts.map(|part| (scene.physics.steps / part).max(1));
     }),
     ("loss.window", |scene, _| {
         scene.loss.window = (scene.physics.steps / 4)

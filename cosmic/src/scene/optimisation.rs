@@ -14,7 +14,7 @@ settings! {
         iterations: usize = 300, allowed within(1.0, 1e5),
             source "paper: 300, and 200 for the baseline";
         /// Number of steps that carry the gradient, at the start and at the end of the run.
-        horizon: [usize; 2] = [2048, 4096], allowed STEPS, auto "a quarter and a half of `physics.steps`", source "paper: 2048 to 4096";
+        horizon: [usize; 2] = [2048, 4096], allowed STEPS, auto "a quarter and a half of `physics.steps`; for given goals, a half and all of the time of one goal", source "paper: 2048 to 4096";
         /// First and last iteration in which the horizon grows.
         horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS, auto "80 and 150 for 300 iterations, and in proportion",
             read "with two horizons that differ" if |s: &Scene| s.schedule.horizon[0] != s.schedule.horizon[1],

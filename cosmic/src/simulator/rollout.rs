@@ -489,7 +489,7 @@ impl Simulator {
             states: states.map(|s| still.held(self.unflatten(s))).collect(),
             marker: body.marker.clone(),
             start: (body.marker.weights.first()).map_or(Vec::new(), |_| start.x.clone()),
-            goals: self.goals_in(surroundings),
+            goals: (self.goals_in(surroundings)).map(|goals| goals.after(span.first)),
         }
     }
 

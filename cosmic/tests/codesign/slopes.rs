@@ -229,7 +229,7 @@ fn time_steps_are_checked_for_the_robots_that_are_drawn() {
     let drawing = CoDesign::new(&scene).unwrap();
     let progress = drawing.begin(0).unwrap();
     let check = drawing.step_check(&progress);
-    let drawn = drawing
+    let (_, drawn) = drawing
         .evaluator()
         .domains(&progress, &Schedule::at(&scene, 1));
     let drawn = drawn

@@ -1,9 +1,9 @@
 use crate::small::lattice;
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::{Lattice, State};
-use cosmic::policy::{Controller, Network, clock, observation};
+use cosmic::policy::{Controller, Network, Sight, clock, observation};
 use cosmic::random::{Purpose, stream, symmetric};
-use cosmic::scene::{ControllerSettings, Scene};
+use cosmic::scene::{ControllerSettings, GoalKind, Scene};
 
 /// The inputs of the folded network: the state in the ground's frame and the clock.
 fn sensed(state: &State<f64>, clock: &[f64]) -> Vec<f64> {
@@ -29,10 +29,15 @@ fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
     network.first.biases.fill(0.2);
     network.second.biases.fill(-0.1);
     let phase = settings.omega * (4096.0 * 0.002);
-    let plain = network.activation(&observation(settings, phase, &state, presence, ground));
-    let sensed = sensed(&state.to_ground(ground), &clock(phase));
-    let folded = network.folded(settings, lattice.nodes(), presence, ground);
-    let got = folded.activation(&sensed);
+    let observed = observation(settings, phase, &state, presence, ground);
+    let goal = &observed[settings.clocks..][..2];
+    let plain = network.activation(&observed, goal[0]);
+    let mut sensed = sensed(&state.to_ground(ground), &clock(phase));
+    if settings.goals == GoalKind::Given {
+        sensed.extend(goal);
+    }
+    let folded = network.folded(settings, lattice.nodes(), Sight::Robot, presence, ground);
+    let got = folded.activation(&sensed, goal[0]);
     assert_eq!(got.len(), plain.len());
     for (a, b) in got.iter().zip(&plain) {
         // Each sum has about thirty terms of order one, each with a rounding error of 1e-16. The phase of a clock
@@ -58,8 +63,11 @@ fn folding_changes_nothing_but_the_rounding() {
                 height: 0.3,
                 incline_deg,
             };
-            check(&settings, &[], &ground);
-            check(&settings, &[1.0, 0.3, 0.0, 0.9, 1e-3, 1.0], &ground);
+            let errand = Scene::load("errand").unwrap().controller;
+            for settings in [settings, errand] {
+                check(&settings, &[], &ground);
+                check(&settings, &[1.0, 0.3, 0.0, 0.9, 1e-3, 1.0], &ground);
+            }
         }
     }
 }
@@ -70,7 +78,7 @@ fn the_network_has_the_paper_s_shapes_and_glorot_weights() {
     scene.controller.gain = [2.0, 1.0];
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let controller = Controller::xavier(&scene.controller, &lattice, 0);
-    let Network { first, second } = Network::of(&controller).unwrap();
+    let Network { first, second, .. } = Network::of(&controller).unwrap();
     let lengths = [
         &first.weights,
         &first.biases,

@@ -14,6 +14,7 @@ mod dxf;
 pub mod stl;
 pub mod joint;
 mod frame;
+mod controller;
 pub mod mujoco;
 
 use crate::report::RunFiles;

@@ -4,15 +4,16 @@
 //! above the ground. Bars are tendons. Both programs take semi-implicit Euler steps. In contact they differ: MuJoCo's
 //! contact is soft and frictional, while this program finds the time of each impact.
 
+use super::controller::{Folded, Seen};
 use crate::files::write_text;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector, flat};
 use cosmic::lattice::{Body, Marker};
 use cosmic::laws::{Damper, Law, Stops};
-use cosmic::policy::{Layer, Network, Weights, frequency};
+use cosmic::policy::{Weights, frequency};
 use cosmic::record::files::{Format, make_folder, write_json};
-use cosmic::scene::{GoalKind, Integrator};
+use cosmic::scene::Integrator;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -100,15 +101,10 @@ fn check(case: &Case) -> Result<()> {
         (has_other_contact, "physics.contact=coulomb"),
         (!physics.ground.resolved().is_flat(), "ground.profile=flat"),
         (
-            !case.observation.policy.is_default(),
+            !["mlp", "clock", "gaits"].contains(&case.observation.policy.name()),
             "controller.policy=mlp",
         ),
     ];
-    if case.observation.goals == GoalKind::Given {
-        return Err(Error::Usage(
-            "robots whose goals are inputs (`controller.goals` = \"given\") cannot be exported to MuJoCo yet".into(),
-        ));
-    }
     match refusals.iter().find(|(is_refused, _)| *is_refused) {
         None => Ok(()),
         Some((_, setting)) => Err(Error::Usage(format!(
@@ -126,8 +122,7 @@ struct Robot<'c> {
     body: Body<f64>,
     damper: Option<Damper>,
     stops: Option<Stops>,
-    /// The network whose inputs are `qpos`, `qvel`, and the sine and cosine of the clock.
-    controller: Network<f64>,
+    controller: Folded<'c>,
     /// The nodes of the model, ascending.
     nodes: Vec<usize>,
     /// The edges of the model, ascending.
@@ -140,9 +135,8 @@ impl<'c> Robot<'c> {
     fn new(case: &'c Case, settings: &'c MujocoSettings) -> Self {
         let ground = Ground::from(&case.physics);
         let body = case.body();
-        let count = case.lattice.nodes();
-        let network = Network::of(&case.controller).expect("`check` accepts only networks");
-        let folded = network.folded(&case.observation, count, &body.presence, &ground);
+        let controller = Folded::new(case, &body, &ground);
+        let controller = controller.expect("`check` accepts only networks");
         let layout = case.design.layout();
         let is_bar = |edge: &usize| layout.is_none_or(|layout| layout[*edge].is_solid());
         let bars = (0..case.lattice.edges.len()).filter(is_bar);
@@ -156,16 +150,13 @@ impl<'c> Robot<'c> {
             bars.iter()
                 .any(|&edge| case.lattice.edges[edge].contains(&node))
         };
-        let is_observed = |node| {
-            let mut rows = folded.first.weights.chunks_exact(4 * count + 2);
-            rows.any(|row| (0..4).any(|part| row[part * count + node] != 0.0))
-        };
         // The payload always stays in the model, because its displacement is measured.
         let payload = body.marker.payload;
-        let is_there = |&node: &usize| node == payload || is_joined(node) || is_observed(node);
-        let nodes: Vec<usize> = (0..count).filter(is_there).collect();
+        let is_there =
+            |&node: &usize| node == payload || is_joined(node) || controller.observes(node);
+        let nodes: Vec<usize> = (0..case.lattice.nodes()).filter(is_there).collect();
         Self {
-            controller: reordered(&folded, &nodes, &actuators, count),
+            controller,
             case,
             settings,
             ground,
@@ -388,7 +379,8 @@ impl<'c> Robot<'c> {
             nodes: self.nodes.clone(),
             weights: self.weights_of_marker(),
             actuators: self.actuators.clone(),
-            network: Weights::from(&self.controller),
+            network: Weights::from(&self.controller.reordered(&self.nodes, &self.actuators)),
+            seen: self.controller.seen(&self.ground, &self.nodes),
             strain: self.strain(),
             omega: frequency(&self.case.observation, &self.case.controller),
             dt: self.case.physics.dt,
@@ -399,8 +391,8 @@ impl<'c> Robot<'c> {
 }
 
 /// The content of `controller.json`. `weights` has the weight of each node in the displacement that counts. The target
-/// strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is `qpos`, `qvel`, `sin(omega t)` and `cos(omega
-/// t)`.
+/// strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is `qpos`, `qvel`, `sin(omega t)`, `cos(omega t)`, and
+/// a given goal as it is observed.
 #[derive(Serialize)]
 struct ControllerFile {
     nodes: Vec<usize>,
@@ -408,45 +400,13 @@ struct ControllerFile {
     actuators: Vec<usize>,
     #[serde(flatten)]
     network: Weights,
+    #[serde(flatten)]
+    seen: Option<Seen>,
     strain: Vec<f64>,
     omega: f64,
     dt: f64,
     substeps: usize,
     steps: usize,
-}
-
-/// Converts a controller for the model. The inputs of `folded` are the raw state of all `count` nodes and the clock.
-/// The inputs of the result are the positions of `nodes`, node by node, then their velocities, then the clock. The
-/// outputs of the result are the outputs for `actuators`.
-fn reordered(
-    folded: &Network<f64>,
-    nodes: &[usize],
-    actuators: &[usize],
-    count: usize,
-) -> Network<f64> {
-    let inputs = 4 * count + 2;
-    let pairs = |part: usize| {
-        let pair = move |&node| [part * count + node, (part + 1) * count + node];
-        nodes.iter().flat_map(pair)
-    };
-    let clock = 4 * count..inputs;
-    let columns: Vec<usize> = pairs(0).chain(pairs(2)).chain(clock).collect();
-    let Network { first, second } = folded;
-    let rows = first.weights.chunks_exact(inputs);
-    let hidden = first.biases.len();
-    let of_edge = |&edge: &usize| &second.weights[edge * hidden..][..hidden];
-    Network {
-        first: Layer {
-            weights: rows
-                .flat_map(|row| columns.iter().map(|&k| row[k]))
-                .collect(),
-            biases: first.biases.clone(),
-        },
-        second: Layer {
-            weights: actuators.iter().flat_map(of_edge).copied().collect(),
-            biases: actuators.iter().map(|&edge| second.biases[edge]).collect(),
-        },
-    }
 }
 
 /// Returns a vector of the robot's plane as a vector of MuJoCo's three-dimensional space, in text.

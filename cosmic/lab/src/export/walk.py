@@ -1,5 +1,5 @@
 """Lets the robot of this folder walk in MuJoCo (pip install mujoco numpy). Option --view shows it in MuJoCo's viewer."""
-import argparse, importlib, json, mujoco, pathlib, time, numpy as np
+import argparse, importlib, json, mujoco, pathlib, sys, time, numpy as np
 
 
 def load(folder):
@@ -8,14 +8,41 @@ def load(folder):
     return model, {name: np.array(value) for name, value in net.items()}
 
 
-def step(model, robots, net, n):
-    """Does control step n for each robot: sets the target strains, and holds them for all substeps."""
+def observed(net, data, goal):
+    """How a robot observes a goal (along the ground and above it, from the world's origin, m): as a bounded offset."""
+    offset = net["goal_scale"] * (goal - net["origin"] - net["mean"] @ data.qpos.reshape(-1, 2))
+    return offset / np.sqrt(1 + offset @ offset)
+
+
+def step(model, robots, net, n, goal=None):
+    """Does control step n for each robot: sets the target strains, and holds them for all substeps.
+
+    Robots whose goals are given go to `goal`; without it, to the goal of controller.json."""
     clock = [np.sin(net["omega"] * (n * net["dt"])), np.cos(net["omega"] * (n * net["dt"]))]
     sensed = np.array([np.concatenate([data.qpos, data.qvel, clock]) for data in robots])
+    if "goal" in net:
+        sensed = np.hstack([sensed, [observed(net, data, net["goal"] if goal is None else goal) for data in robots]])
     hidden = np.tanh(sensed @ net["w1"].T + net["b1"])
+    if "gates" in net:
+        hidden *= np.vander(sensed[:, -2], 3, increasing=True) @ net["gates"].T
     for data, target in zip(robots, net["strain"] * np.tanh(hidden @ net["w2"].T + net["b2"])):
         data.ctrl = target
         mujoco.mj_step(model, data, int(net["substeps"]))
+
+
+def told(text):
+    """A goal of --goal, such as 1.2 or -1@5: when it begins (s), and its place (m from the payload at the start)."""
+    place, _, begin = text.removesuffix("s").partition("@")
+    return float(begin or 0), float(place)
+
+
+def ways(net, goals, path):
+    """For each goal: its place (m), when it begins and ends (s), and how far away the robot is then (m)."""
+    last = len(path) - 1
+    ends = [min(begin, last) for begin, _ in goals[1:]] + [last]
+    away = lambda goal, n: abs(goal[0] - net["start"] - (path[n] - path[0])[::2] @ net["weights"])
+    spans = [(goal, n, end) for (n, goal), end in zip(goals, ends) if n < last]
+    return [(goal[0] - net["start"], n * net["dt"], end * net["dt"], away(goal, n), away(goal, end)) for goal, n, end in spans]
 
 
 if __name__ == "__main__":
@@ -23,14 +50,25 @@ if __name__ == "__main__":
     options.add_argument("--view", action="store_true", help="show the robot in MuJoCo's viewer")
     options.add_argument("--steps", type=int, help="number of control steps [default: that of the scene]")
     options.add_argument("--path", help="write qpos to this CSV file, one row before each step and one at the end")
-    given = options.parse_args()
+    options.add_argument("--goal", type=told, action="append", default=[], metavar="X@TIME", help="where the robot is to "
+                         "go (m along the ground from where it starts), and from when on (s); can be repeated")
+    # A goal may begin with a minus sign, as options do.
+    words = "\0".join(sys.argv[1:]).replace("--goal\0", "--goal=").split("\0")
+    given = options.parse_args([word for word in words if word])
     model, net = load(pathlib.Path(__file__).parent)
+    if given.goal and "goal" not in net:
+        options.error("--goal: the goal of this robot is a number of its controller")
+    goals = [(round(begin / net["dt"]), np.array([net["start"] + place, net["goal"][1]])) for begin, place in given.goal]
+    goals = goals or [(0, net.get("goal"))]
+    if goals[0][0] != 0 or any(after <= before for (before, _), (after, _) in zip(goals, goals[1:])):
+        options.error("--goal: the first goal must begin at 0 s, and every other one after the goal before it")
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     viewer = given.view and importlib.import_module("mujoco.viewer").launch_passive(model, data)
     path, began = [data.qpos.copy()], time.time()
     while len(path) <= (net["steps"] if given.steps is None else given.steps) and (not viewer or viewer.is_running()):
-        step(model, [data], net, len(path) - 1)
+        n = len(path) - 1
+        step(model, [data], net, n, [goal for begin, goal in goals if begin <= n][-1])
         path.append(data.qpos.copy())
         if viewer:
             viewer.sync()
@@ -38,3 +76,5 @@ if __name__ == "__main__":
     if given.path:
         np.savetxt(given.path, path, delimiter=",", fmt="%.17g")
     print(f"{(path[-1] - path[0])[::2] @ net['weights']:.4f} m along the ground in {data.time:.3f} s")
+    for place, begin, end, way, left in ways(net, goals, path) if "goal" in net else []:
+        print(f"goal {place:.4f} m, {begin:.3f} to {end:.3f} s: {way:.4f} m away at first, {left:.4f} m at the end")

@@ -14,7 +14,7 @@ use tiny_skia::{Pixmap, PremultipliedColorU8};
 use super::files::RobotFiles;
 use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained};
 use super::picture::{Colour, PAPER, Picture};
-use super::view::{EARTH, MARK, View, label};
+use super::view::{EARTH, GOAL, MARK, View, label};
 use crate::child;
 use crate::table::decimals;
 
@@ -58,7 +58,7 @@ pub(super) struct Shot<'m> {
 }
 
 /// Returns the frames of the first `seconds` seconds of a rollout. The label of each frame is the text `says`, then the
-/// time, then the distance travelled in metres.
+/// time, the distance travelled in metres and, for robots that take goals, the place of the goal in metres.
 pub(super) fn shots<'m>(
     motion: &'m Motion<'m>,
     pace: Pace,
@@ -74,7 +74,10 @@ pub(super) fn shots<'m>(
     let shot = |index: usize| {
         let [time, metres] = [(motion.time(index), 1), (along(index) - along(0), 2)]
             .map(|(x, digits)| decimals(x, digits));
-        let label = format!("{says}{time} s   {metres} m").replace('\u{2212}', "-");
+        let goal = motion.flag(index).map_or(String::new(), |flag| {
+            format!("   to {} m", decimals(flag.along, 2))
+        });
+        let label = format!("{says}{time} s   {metres} m{goal}").replace('\u{2212}', "-");
         Shot {
             motion,
             index,
@@ -105,6 +108,9 @@ impl Shot<'_> {
         let across = Range::new(x, x).widened(0.5 * width / view.scale);
         view.draw_ground(&mut picture, across);
         view.draw_marks(&mut picture, across);
+        if let Some(flag) = motion.flag(self.index) {
+            view.draw_flag(&mut picture, flag.foot, width);
+        }
         view.draw_path(&mut picture, &motion.path()[..=self.index]);
         view.draw_robot(&mut picture, &motion.bars(state), motion.payload(state));
         picture.text([12.0, 24.0], &self.label[..], label(14.0));
@@ -221,7 +227,7 @@ struct Palette {
 impl Palette {
     fn new() -> Self {
         let strains = (-6..=6).map(|k| strained(f64::from(k) / 6.0));
-        let colours = strains.chain([SKELETON, PAYLOAD, MARK, BEYOND]);
+        let colours = strains.chain([SKELETON, PAYLOAD, MARK, BEYOND, GOAL]);
         let shade = |colour: Colour, k: u16| PAPER.mixed(colour, f64::from(k) / f64::from(SHADES));
         let shades = colours.flat_map(|colour| (1..=SHADES).map(move |k| shade(colour, k)));
         let shades = shades.chain([PAPER, EARTH]);

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
-use super::motion::Motion;
+use super::motion::{Flag, Motion};
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Walk};
@@ -52,7 +52,14 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
         "robot": of_robot(robot, &motion.states()[0].x),
         "world": world(motion, walks),
         "walk": walks[0],
+        "goals": motion.flags().iter().map(goal).collect::<Vec<_>>(),
     })
+}
+
+/// Returns the data of a goal: its time, the point of the ground below it, and its place along the ground.
+fn goal(flag: &Flag) -> [f64; 4] {
+    let [x, y] = flag.foot.array();
+    [flag.from, x, y, flag.along]
 }
 
 /// Returns the data of one run, for a page on which several runs share one ground. Distances are measured along the

@@ -1,6 +1,7 @@
 //! Reads the files of a run, or of a design alone, for reports.
 
 use cosmic::Registry;
+use cosmic::case::Case;
 use cosmic::codesign::Record;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
@@ -80,6 +81,18 @@ impl RobotFiles {
             "{what} are left out, because this program does not have {laws} of the scene; use a program \
              that has all laws of the scene"
         ))
+    }
+
+    /// Makes a case, which can be simulated. `path` is the file of the design, for messages. `what` describes what the
+    /// case is for: see [`left_out`](Self::left_out).
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if this program lacks laws of the scene; the errors of [`DesignFile::case`].
+    pub fn case(&self, path: &Path, what: &str) -> Result<Case> {
+        if let Some(says) = self.left_out(what) {
+            return Err(Error::Usage(says));
+        }
+        self.design.case(&self.scene, &path.display().to_string())
     }
 
     /// Returns the text of the scene.

@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 
 use super::files::RunFiles;
 use super::motion::Motion;
+use cosmic::Result;
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::geometry::Range;
 use cosmic::lattice::State;
 use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
-use cosmic::{Error, Result};
 
 /// How many periods of the clock a page shows: the last ones of the rollout.
 const PERIODS: f64 = 3.0;
@@ -41,11 +41,8 @@ impl<'r> Gait<'r> {
     /// # Errors
     /// If the design does not fit its scene, or if this program does not have a law of the scene.
     pub fn new(run: &'r RunFiles) -> Result<Self> {
-        if let Some(says) = run.robot.left_out("the forces in bars") {
-            return Err(Error::Usage(says));
-        }
-        let file = run.folder.join(DESIGN).display().to_string();
-        let case = run.robot.design.case(&run.robot.scene, &file)?;
+        let path = run.folder.join(DESIGN);
+        let case = run.robot.case(&path, "the forces in bars")?;
         let kept = &run.trajectory;
         let trajectory = Trajectory::new(kept.steps.clone(), kept.states.clone());
         let (task, design) = (case.task(), case.own_design());

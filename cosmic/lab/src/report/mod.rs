@@ -1,8 +1,8 @@
 //! Reports on finished runs: pictures, an animation, one page of HTML, and tables of several runs.
 //!
-//! A report only reads the files of a run's folder; it does not simulate. There are two renderers. `page/drawing.js`
-//! draws on the canvases of all pages, including the page in the folder `web`. `Picture` is a list of shapes that
-//! becomes an SVG file or a frame of an animation.
+//! A report reads the files of a run's folder. It simulates only the ways to nine goals, for robots that take goals,
+//! with [`walk`](crate::walk). There are two renderers. `page/drawing.js` draws on the canvases of all pages, including
+//! the page in the folder `web`. `Picture` is a list of shapes that becomes an SVG file or a frame of an animation.
 
 mod animation;
 mod bars;
@@ -27,6 +27,7 @@ pub mod sheet;
 mod svg;
 mod ternary;
 mod view;
+mod ways;
 mod work;
 
 pub use animation::{FRAME_WIDTH, frame};
@@ -36,7 +37,7 @@ pub use files::{ForeignScene, RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub use numbers::departures;
 pub use page::player_page;
-pub use work::{Animations, write};
+pub use work::{Animations, write, write_walk};
 
 /// A kind of picture of a run: the name of its files, and the function that draws it as SVG.
 pub(crate) type RunPicture = (&'static str, fn(&RunFiles) -> String);

@@ -7,8 +7,9 @@ use super::picture::{Colour, PAPER};
 use cosmic::design::{Material, joined_to_payload};
 use cosmic::geometry::{Bounds, Ground, Profile, Range, Segment, Vector, mean};
 use cosmic::lattice::State;
+use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
-use cosmic::scene::Scene;
+use cosmic::scene::{GoalKind, Scene};
 
 /// The colour of skeleton bars.
 pub const SKELETON: Colour = Colour::hex(0x262b33);
@@ -42,6 +43,17 @@ pub struct DrawnEdge {
     pub faint: bool,
 }
 
+/// A goal of a robot, ready to be drawn as a flag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flag {
+    /// When the goal begins, in seconds.
+    pub from: f64,
+    /// The point of the ground below the goal, in the world.
+    pub foot: Vector<f64>,
+    /// The place of the goal along the ground, in metres from the payload at the start.
+    pub along: f64,
+}
+
 /// A robot's rollout, prepared for drawing.
 pub struct Motion<'r> {
     pub(super) robot: &'r RobotFiles,
@@ -56,12 +68,15 @@ pub struct Motion<'r> {
     pub limit: f64,
     /// The terrain, as heights above the ground's line.
     pub(super) profile: Profile,
+    /// The goals of the robot; `None` if its goal is a number of its controller.
+    goals: Option<Goals>,
 }
 
 impl<'r> Motion<'r> {
-    /// Prepares the rollout of a robot.
+    /// Prepares the rollout of a robot. If the robot takes goals, its goal is the one of the scene.
     pub fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
         let largest = Material::Actuator.of(&robot.scene.materials.max_strain);
+        let controller = &robot.scene.controller;
         let joined = joined_to_payload(&robot.lattice, &robot.design.materials);
         Self {
             robot,
@@ -75,7 +90,45 @@ impl<'r> Motion<'r> {
                 .collect(),
             limit: if largest > 0.0 { largest } else { 1.0 },
             profile: robot.scene.physics.ground.resolved(),
+            goals: (controller.goals == GoalKind::Given)
+                .then(|| Goals::at(Vector::new(controller.goal))),
         }
+    }
+
+    /// This rollout with other goals.
+    #[must_use]
+    pub fn with_goals(self, goals: &Goals) -> Self {
+        Self {
+            goals: Some(goals.clone()),
+            ..self
+        }
+    }
+
+    /// Returns a flag for each goal that begins before the end of the rollout, in the order of time.
+    pub fn flags(&self) -> Vec<Flag> {
+        let ground = self.ground();
+        let start = self.payload(&self.states()[0]);
+        let last = self.trajectory.steps[self.states().len() - 1];
+        let flag = |(time, goal): (std::ops::Range<usize>, Vector<f64>)| {
+            let along = goal.forward() - ground.along(start);
+            let x = start.forward() + along * ground.tangent().forward();
+            Flag {
+                from: time.start as f64 * self.trajectory.dt,
+                foot: Vector::new([x, self.ground_height(x)]),
+                along,
+            }
+        };
+        let goals = self.goals.iter();
+        goals
+            .flat_map(|goals| goals.times(last))
+            .map(flag)
+            .collect()
+    }
+
+    /// Returns the flag of the goal that holds at the state `index`.
+    pub(super) fn flag(&self, index: usize) -> Option<Flag> {
+        let time = self.time(index);
+        self.flags().into_iter().rfind(|flag| flag.from <= time)
     }
 
     pub(super) fn scene(&self) -> &'r Scene {

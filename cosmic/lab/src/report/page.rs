@@ -6,8 +6,9 @@ use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
 use super::numbers::with_numbers;
-use super::{data, loads};
+use super::{data, loads, ways};
 use crate::table::{Table, decimals, escape};
+use crate::walk::{self, Walk, Way};
 use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
@@ -33,8 +34,8 @@ pub(super) fn html(title: &str, body: &str) -> String {
 }
 
 /// Returns the page of a run: the robot in motion, its design, gait and energies, and the convergence if the run has a
-/// history.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
+/// history. A robot that takes goals also has its `ways` to several goals.
+pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
     let summary = &run.summary;
     let about = format!(
         "; {} iterations in {:.1} s; controller of iteration {}",
@@ -70,12 +71,26 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         include_str!("page/design.html"),
         &walks,
         "</div>\n",
+        &ways::section(ways),
         convergence,
         &numbers(summary, motion.deepest_cut()),
         &scene(&run.robot),
         &script(&data::of_run(run, motion, gait.as_ref()), ONE_ROBOT),
     ];
     html(&run.title(), &body.concat())
+}
+
+/// Returns the page of a robot's walk to goals. `motion` is the motion of the walk.
+pub(super) fn of_walk(walk: &Walk, motion: &Motion, title: &str) -> String {
+    let table = walk::table(&walk.legs).to_html();
+    let body = [
+        &head(motion.robot, title, ""),
+        include_str!("page/player.html"),
+        &format!(include_str!("page/walk.html"), table = table),
+        &scene(motion.robot),
+        &script(&data::of_motion(motion), ONE_ROBOT),
+    ];
+    html(title, &body.concat())
 }
 
 /// Returns the page that a notebook shows: the four most important numbers of a run and the robot in motion.

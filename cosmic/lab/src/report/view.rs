@@ -8,6 +8,10 @@ use cosmic::geometry::{Range, Vector};
 pub(super) const EARTH: Colour = Colour::hex(0xe4e6e9);
 /// The colour of the marks along the ground's line.
 pub(super) const MARK: Colour = Colour::hex(0x999999);
+/// The colour of the flag at a goal.
+pub(super) const GOAL: Colour = Colour::hex(0x1a7f4b);
+/// The height of a flag, in pixels.
+const POLE: f64 = 80.0;
 /// The largest number of marks across a picture.
 const MOST_MARKS: f64 = 100.0;
 
@@ -73,6 +77,25 @@ impl View<'_> {
         let points = path.iter().step_by(every).chain(path.last());
         let points: Vec<Vector<f64>> = points.copied().collect();
         self.line(picture, &points, Pen::new(PAYLOAD, 1.4));
+    }
+
+    /// Draws a flag at a point of the world. If the point is beyond the left or the right edge of the picture, draws an
+    /// arrow at that edge. `width` is the width of the picture in pixels.
+    pub(super) fn draw_flag(&self, picture: &mut Picture, foot: Vector<f64>, width: f64) {
+        let foot = self.place(foot);
+        let top = foot - Vector::new([0.0, POLE]);
+        if (0.0..=width).contains(&foot[0]) {
+            picture.line([foot, top], Pen::new(MARK, 1.5));
+            return picture.rectangle(top, Vector::new([18.0, 12.0]), GOAL);
+        }
+        let [tip, back] = if foot[0] < 0.0 {
+            [8.0, 10.0]
+        } else {
+            [width - 8.0, -10.0]
+        };
+        let arrow = [[back, -10.0], [0.0, 0.0], [back, 10.0]];
+        let arrow = arrow.map(|off| Vector::new([tip, top[1]]) + Vector::new(off));
+        picture.line(arrow, Pen::new(GOAL, 3.5));
     }
 
     pub(super) fn draw_robot(

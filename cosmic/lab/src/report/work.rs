@@ -5,24 +5,26 @@ use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use super::{convergence, evolution, layout, page, robot};
 use crate::files::write_texts;
+use crate::walk::{self, Walk, Way};
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic::record::files::write_atomic;
+use cosmic::record::files::{make_folder, write_atomic};
 use cosmic::record::run::DESIGN;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::trajectory_file::TRAJECTORY;
+use cosmic::scene::GoalKind;
 use std::path::{Path, PathBuf};
 
-/// The animations of a report. If neither `gif` nor `mp4` is true, the report of a run has a GIF.
+/// The animations of a report or of a walk. If neither `gif` nor `mp4` is true, there is a GIF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Animations {
-    /// Whether to write `gait.gif`.
+    /// Whether to write a GIF: `gait.gif` or `walk.gif`.
     pub gif: bool,
-    /// Whether to write `gait.mp4`, which needs ffmpeg on the path.
+    /// Whether to write a film, `gait.mp4` or `walk.mp4`, which needs ffmpeg on the path.
     pub mp4: bool,
-    /// Whether to also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first iteration to
-    /// the last.
+    /// For a report, whether to also write `evolution.gif`, `evolution.mp4` or both, which show robots from the first
+    /// iteration to the last.
     pub evolution: bool,
 }
 
@@ -31,6 +33,8 @@ pub struct Animations {
 /// The report of a run is `report.html`, `robot.svg`, animations, and `convergence.svg` if the run has a history. The
 /// report of a design alone is `report.html` and `robot.svg`. A design alone is a `.json` file, or a folder with a
 /// design but without a run. Its scene is the file `scene.toml` beside it.
+///
+/// The page of a run whose robot takes goals shows its ways to nine goals, which are simulated.
 ///
 /// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Usage`] if animations are wanted of a design
 /// alone, or an evolution of a run without recorded walks; [`Error::Read`] if a film is wanted and ffmpeg is missing or
@@ -71,31 +75,63 @@ pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Resul
 fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     let robot = run.robot.drawn_as(&run.robot.design.z);
     let motion = Motion::new(&robot, &run.trajectory);
-    let page = page::of_run(run, &motion);
+    let page = page::of_run(run, &motion, &ways(run)?);
     let mut texts = vec![("report.html", page), ("robot.svg", robot::draw(&motion))];
     if !run.history.is_empty() {
         texts.push(("convergence.svg", convergence::draw(run)));
     }
     let mut written = write_texts(&run.folder, texts)?;
     let whole = |pace| animation::shots(&motion, pace, f64::INFINITY, "");
-    written.extend(animate(run, animations, "gait", whole)?);
+    written.extend(animate(&run.folder, animations, "gait", whole)?);
     if animations.evolution {
         let walkers = evolution::walkers(run)?;
         let motions = evolution::motions(&walkers);
         let in_turn = |pace| evolution::in_turn(&walkers, &motions, pace);
-        written.extend(animate(run, animations, "evolution", in_turn)?);
+        written.extend(animate(&run.folder, animations, "evolution", in_turn)?);
     }
+    Ok(written)
+}
+
+/// Simulates the ways of a run's robot to nine goals. Returns an empty list if the robot does not take goals, or if
+/// this program lacks laws of the scene.
+fn ways(run: &RunFiles) -> Result<Vec<Way>> {
+    let scene = &run.robot.scene;
+    if scene.controller.goals == GoalKind::Fixed || !run.robot.lacks().is_empty() {
+        return Ok(Vec::new());
+    }
+    let case = (run.robot).case(&run.folder.join(DESIGN), "the ways to goals")?;
+    walk::to_nine_goals(&case, scene.goals.along)
+}
+
+/// Writes a robot's walk to goals into a folder, and returns the paths: the page `walk.html`, and `walk.gif`,
+/// `walk.mp4` or both. `title` is the heading of the page.
+///
+/// # Errors
+/// [`Error::Read`] if a film is wanted and ffmpeg is missing or fails; [`Error::Write`].
+pub fn write_walk(
+    folder: &Path,
+    (robot, walk): (&RobotFiles, &Walk),
+    title: &str,
+    animations: &Animations,
+) -> Result<Vec<PathBuf>> {
+    make_folder(folder)?;
+    let robot = robot.drawn_as(&robot.design.z);
+    let motion = Motion::new(&robot, &walk.trajectory).with_goals(&walk.goals);
+    let page = page::of_walk(walk, &motion, title);
+    let mut written = write_texts(folder, [("walk.html", page)])?;
+    let whole = |pace| animation::shots(&motion, pace, f64::INFINITY, "");
+    written.extend(animate(folder, animations, "walk", whole)?);
     Ok(written)
 }
 
 /// Writes an animation as GIF, MP4 or both. `shots` returns the frames, for the pace of the format.
 fn animate<'m>(
-    run: &RunFiles,
+    folder: &Path,
     animations: &Animations,
     name: &str,
     shots: impl Fn(Pace) -> Vec<Shot<'m>>,
 ) -> Result<Vec<PathBuf>> {
-    let path = |extension: &str| run.folder.join(format!("{name}.{extension}"));
+    let path = |extension: &str| folder.join(format!("{name}.{extension}"));
     let mut written = Vec::new();
     if animations.gif || !animations.mp4 {
         written.push(path("gif"));

@@ -1,6 +1,7 @@
 use crate::small::short_run;
 use cosmic::design::Material;
 use cosmic::geometry::{Bounds, Profile, Range, Vector};
+use cosmic::policy::Goals;
 use cosmic::scene::GroundSettings;
 use cosmic_lab::report::RunFiles;
 use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
@@ -85,4 +86,32 @@ fn times_find_their_states_and_bounds_are_those_of_the_payload_s_body() {
     assert_eq!(motion.bounds(state), bounds);
     // The expected width is 0.6 - 0.1, with one rounding error.
     assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
+}
+
+/// A flag is on the ground, as far from the payload's start along the ground as its goal. A goal that begins after the
+/// end has no flag.
+#[test]
+fn flags_are_where_and_when_their_goals_are() {
+    let results = short_run(|scene| {
+        (scene.physics.steps, scene.physics.incline_deg) = (64, 20.0);
+    });
+    let motion = Motion::new(&results.robot, &results.trajectory);
+    assert_eq!(motion.flags(), []);
+    let start = motion.states()[0].x[0];
+    let tangent = Vector::new([20_f64.to_radians().cos(), 20_f64.to_radians().sin()]);
+    let goal = |along: f64| Vector::upright(start.dot(tangent) + along, 0.0);
+    let goals = Goals::at(goal(1.5))
+        .then(10, goal(-0.5))
+        .then(64, goal(0.0));
+    let motion = motion.with_goals(&goals);
+    let flags = motion.flags();
+    assert_eq!(flags.len(), 2);
+    for (flag, along, from) in [(flags[0], 1.5, 0.0), (flags[1], -0.5, 0.02)] {
+        assert_eq!(flag.from, from);
+        let [x, y] = flag.foot.array();
+        assert_eq!(y, motion.ground_height(x));
+        // A place in the world is a few operations away from the place along the ground.
+        assert!((flag.along - along).abs() < 1e-14);
+        assert!((x - (start + tangent * along).forward()).abs() < 1e-14);
+    }
 }

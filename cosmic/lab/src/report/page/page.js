@@ -5,7 +5,7 @@ addEventListener("error", event => { document.body.dataset.error = event.message
 
 const data = JSON.parse(document.getElementById("data").textContent);
 const part = id => document.getElementById(id);
-const { robot, world, gait, energies, forces, history } = data;
+const { robot, world, gait, energies, forces, history, goals } = data;
 const walkers = [...(data.designs ?? []), { iteration: data.iteration, mixtures: robot.mixtures, walk: data.walk }]
   .map(({ iteration, mixtures, walk }) => Object.assign(new Walker(robot, world, mixtures, walk), { iteration }));
 const last = walkers.length - 1;
@@ -73,6 +73,7 @@ function player() {
   const strongest = forces ? Math.max(0, ...gait.peaks.flatMap(peak => peak.slice(2))) : 0;
   part("strongest").textContent = newton(strongest);
   part("by").hidden = !forces;
+  part("of-goal").hidden = goals.length === 0;
   const byForce = () => Boolean(forces) && view.shown === last && part("colours").value === "force";
   part("colours").onchange = drawStill;
   still.push(() => {
@@ -86,13 +87,18 @@ function player() {
     if (colours) gait.bars.forEach((edge, k) => { colours[edge] = stage.shade(Math.max(-1, Math.min(1, forceAt(moment.frame, k) / strongest))); });
     const { iteration } = walker();
     const which = view.shown === last ? "" : `   iteration ${iteration}`;
-    const label = `${decimals(view.now, 1)} s   ${decimals(moment.metres, 2)} m${which}`;
-    stage.draw({ ...moment, highlight: highlight(), label, colours });
+    const goal = goalAt(view.now);
+    const to = goal ? `   goal ${decimals(goal[3], 2)} m` : "";
+    const label = `${decimals(view.now, 1)} s   ${decimals(moment.metres, 2)} m${to}${which}`;
+    stage.draw({ ...moment, highlight: highlight(), label, colours, goal: goal?.slice(1, 3) });
     time.value = view.now;
     time.setAttribute("aria-valuetext", label);
   });
   return stage;
 }
+
+// The goal at a time: [its beginning, the x and y of the ground below it, its place along the ground].
+const goalAt = time => goals.filter(([from]) => from <= time).pop() ?? null;
 
 const forceAt = (frame, bar) => forces.counts[frame][bar] * forces.unit;
 

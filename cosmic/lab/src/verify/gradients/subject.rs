@@ -140,6 +140,7 @@ impl<'a> Subject<'a> {
         case.physics.steps = steps;
         let task = case.task();
         let horizon = Horizon {
+            first: 0,
             steps: carried,
             mode: HorizonMode::Tail,
             cotangent_bound: None,

@@ -1,0 +1,191 @@
+//! Robots that walk to the goals that they are given.
+
+use crate::table::{Cell, Column, Table};
+use cosmic::case::Case;
+use cosmic::error::{Error, Result};
+use cosmic::geometry::{Ground, Vector};
+use cosmic::policy::Goals;
+use cosmic::record::TrajectoryFile;
+use cosmic::scene::GoalKind;
+use cosmic::simulator::{Guarded, Span};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// The trajectory of a walk has every 16th state.
+const EVERY: usize = 16;
+/// A robot whose distance from a new goal, in metres, is below this is already there.
+const ARRIVED: f64 = 1e-9;
+/// The number of goals in [`to_nine_goals`].
+const NINE: u8 = 9;
+
+/// A robot's walk to one goal or to several goals, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Walk {
+    /// The goals.
+    pub goals: Goals,
+    /// The states of the robot.
+    pub trajectory: TrajectoryFile,
+    /// A leg for each goal that begins before the end.
+    pub legs: Vec<Leg>,
+    /// For each state, the time in seconds and the position along the ground in metres. The position is that of the
+    /// body whose displacement counts, counted from the payload at the start.
+    pub path: Vec<[f64; 2]>,
+}
+
+/// The part of a walk in which one goal holds. Positions and distances are along the ground, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// The goal, counted from the payload at the start.
+    pub goal: f64,
+    /// When the goal begins, in seconds.
+    pub from: f64,
+    /// When the goal ends, in seconds.
+    pub until: f64,
+    /// The distance from the goal when it begins.
+    pub way: f64,
+    /// The distance from the goal when it ends. NaN if the robot diverged.
+    pub left: f64,
+}
+
+impl Leg {
+    /// Returns the distance that is left divided by the way; `None` if the robot was at the goal when the goal began.
+    pub fn ratio(&self) -> Option<f64> {
+        (self.way > ARRIVED).then(|| self.left / self.way)
+    }
+}
+
+/// Returns the point to which a robot walks if its goal is `along` metres ahead of the payload at the start. Its height
+/// is that of the payload.
+pub fn place(case: &Case, along: f64) -> Vector<f64> {
+    let payload = case.start.x[case.lattice.payload[0].node];
+    Ground::from(&case.physics).vector_to_ground(payload) + Vector::upright(along, 0.0)
+}
+
+/// Simulates a walk of `steps` steps, which may be more than the scene has.
+///
+/// # Errors
+/// [`Error::Usage`] if the goal of the robot is a number of its controller; [`Error::Diverged`].
+pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
+    if case.observation.goals == GoalKind::Fixed {
+        return Err(Error::Usage(
+            "this robot has one fixed goal, which is a number of its controller; to walk to other goals, a robot \
+             needs a scene with `controller.goals = \"given\"`, such as `errand`"
+                .into(),
+        ));
+    }
+    let mut case = case.clone();
+    case.physics.steps = steps;
+    let (task, dt) = (case.task().with_goals(goals), case.physics.dt);
+    let mut observed: BTreeSet<usize> = (0..steps).step_by(EVERY).chain([steps]).collect();
+    observed.extend(goals.times(steps).map(|(time, _)| time.start));
+    let span = Span::from_start(observed.into_iter().collect());
+    let (design, controller) = (case.own_design(), &case.controller);
+    let Guarded {
+        trajectory,
+        divergence,
+    } = task.guarded(&design, controller, &case.start, &span);
+    if let Some(divergence) = &divergence {
+        return Err(divergence.into());
+    }
+    let start = place(&case, 0.0).forward();
+    let along = |step: usize| task.ground().along(trajectory.position(step)) - start;
+    let leg = |(time, point): (Range<usize>, Vector<f64>)| {
+        let goal = point.forward() - start;
+        let [way, left] = [time.start, time.end].map(|step| (along(step) - goal).abs());
+        let [from, until] = [time.start, time.end].map(|step| step as f64 * dt);
+        Leg {
+            goal,
+            from,
+            until,
+            way,
+            left,
+        }
+    };
+    let legs = goals.times(steps).map(leg).collect();
+    let path = trajectory.steps.iter();
+    let path = path.map(|&step| [step as f64 * dt, along(step)]).collect();
+    Ok(Walk {
+        goals: goals.clone(),
+        trajectory: TrajectoryFile {
+            dt,
+            steps: trajectory.steps,
+            states: trajectory.states,
+            bars: Vec::new(),
+        },
+        legs,
+        path,
+    })
+}
+
+/// A robot's way to a single goal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Way {
+    /// The walk from its start to its end.
+    pub leg: Leg,
+    /// The [path](Walk::path); empty if the robot diverged.
+    pub path: Vec<[f64; 2]>,
+}
+
+/// Simulates nine walks, each to one goal, over the time of the scene. The goals are equally spaced from the first to
+/// the second number of `along` (`goals.along` of the scene).
+///
+/// # Errors
+/// Like [`walk`], but a robot that diverges is no error.
+pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
+    let goals = (0..NINE).into_par_iter();
+    let goals = goals.map(|k| low + (high - low) * f64::from(k) / f64::from(NINE - 1));
+    let way = |goal: f64| match walk(case, &Goals::at(place(case, goal)), case.physics.steps) {
+        Ok(walk) => Ok(Way {
+            leg: walk.legs[0],
+            path: walk.path,
+        }),
+        Err(Error::Diverged { .. }) => Ok(Way {
+            leg: Leg {
+                goal,
+                from: 0.0,
+                until: case.physics.steps as f64 * case.physics.dt,
+                way: goal.abs(),
+                left: f64::NAN,
+            },
+            path: Vec::new(),
+        }),
+        Err(error) => Err(error),
+    };
+    goals.map(way).collect()
+}
+
+/// Returns the table of legs, with a row for each.
+pub fn table(legs: &[Leg]) -> Table {
+    let column = |name, says, unit, digits| {
+        Column::new(name, says)
+            .unit(unit)
+            .decimals(digits, "\u{2013}")
+    };
+    let unless_diverged = |number: Option<f64>| match number {
+        Some(x) if x.is_nan() => "diverged".into(),
+        number => Cell::from(number),
+    };
+    let place = "place of the goal along the ground, counted from the payload at the start";
+    let left = "distance from the goal when it ends";
+    let ratio = "`left` divided by `way`: 0 at the goal, 1 if the robot came no nearer";
+    Table::of("goals", "", legs)
+        .add(column("goal", place, "m", 3), |leg| leg.goal)
+        .add(column("from", "when the goal begins", "s", 1), |leg| {
+            leg.from
+        })
+        .add(column("until", "when the goal ends", "s", 1), |leg| {
+            leg.until
+        })
+        .add(
+            column("way", "distance from the goal when it begins", "m", 3),
+            |leg| leg.way,
+        )
+        .add(column("left", left, "m", 3), move |leg| {
+            unless_diverged(Some(leg.left))
+        })
+        .add(column("ratio", ratio, "", 2), move |leg| {
+            unless_diverged(leg.ratio())
+        })
+        .done()
+}

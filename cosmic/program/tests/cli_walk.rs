@@ -1,0 +1,274 @@
+//! `cosmic walk`, and the ways to goals in reports: numbers, files, errors.
+
+use crate::cli_report::{browser, document, fetches_nothing, pictures};
+use crate::common::Bench;
+use crate::program::has;
+use cosmic::case::Case;
+use cosmic::policy::Goals;
+use cosmic::record::DesignFile;
+use cosmic::scene::Scene;
+use cosmic::simulator::Span;
+use cosmic_lab::walk::place;
+use serde_json::Value;
+use std::fs;
+use std::sync::LazyLock;
+
+/// A scene whose robot takes goals, and whose run takes a second.
+const SCENE: &str = "
+base = 'errand'
+[lattice]
+columns = 3
+rows = 3
+[physics]
+dt = 0.00125
+steps = 512
+[schedule]
+iterations = 12
+";
+
+/// A test folder with a finished run in the folder `run`. Tests share it, so each writes into other folders.
+static BENCH: LazyLock<Bench> = LazyLock::new(|| {
+    let bench = Bench::with(SCENE);
+    bench.run("run", "--quiet");
+    bench
+});
+
+fn case() -> Case {
+    let scene = Scene::read(&BENCH.path("run/scene.toml")).unwrap();
+    let design = DesignFile::read(&BENCH.path("run/design.json")).unwrap();
+    design.case(&scene, "design.json").unwrap()
+}
+
+/// The rows of the table of a walk, as JSON.
+fn walked(options: &str) -> Vec<Value> {
+    let told = BENCH.cosmic(&format!("walk run --json {options}")).json();
+    told["goals"].as_array().unwrap().clone()
+}
+
+#[track_caller]
+fn near(number: &Value, expected: f64) {
+    let number = number.as_f64().unwrap();
+    // Numbers of about 1 after a few operations.
+    assert!(
+        (number - expected).abs() < 1e-14,
+        "{number} is not {expected}"
+    );
+}
+
+/// The data for the scripts of a page.
+fn data(page: &str) -> Value {
+    let (_, data) = page.split_once("id=\"data\">").unwrap();
+    serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn the_table_has_the_numbers_of_a_rollout() {
+    let mut case = case();
+    // 0.4 s are 320 steps, and 1 s is longer than the 512 steps of the scene.
+    case.physics.steps = 800;
+    let goals = Goals::at(place(&case, 0.3)).then(320, place(&case, -0.2));
+    let task = case.task().with_goals(&goals);
+    let span = Span::from_start(vec![320, 800]);
+    let seen = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+    let start = case.start.x[0].forward();
+    let [middle, end] = [320, 800].map(|step| seen.position(step).forward() - start);
+
+    let rows = walked("--goal 0.3 --goal -0.2@0.4s --seconds 1");
+    assert_eq!(rows.len(), 2);
+    let [first, second] = [&rows[0], &rows[1]];
+    for (row, keys) in [
+        (first, [0.3, 0.0, 0.4, 0.3, (middle - 0.3).abs()]),
+        (
+            second,
+            [-0.2, 0.4, 1.0, (middle + 0.2).abs(), (end + 0.2).abs()],
+        ),
+    ] {
+        for (key, expected) in ["goal", "from", "until", "way", "left"]
+            .into_iter()
+            .zip(keys)
+        {
+            near(&row[key], expected);
+        }
+        near(&row["ratio"], keys[4] / keys[3]);
+    }
+    let told = BENCH
+        .ok("walk run/design.json --goal 0.3@0 --goal=-0.2@0.4 --seconds 1")
+        .out;
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines.len(), 3);
+    assert!(
+        lines[1].starts_with("0.300 ") && lines[2].starts_with("\u{2212}0.200 "),
+        "{told}"
+    );
+    has(lines[2], &[&format!("  {:.3}  ", (end + 0.2).abs())]);
+    assert_eq!(BENCH.ok("walk run --goal 0.3 --quiet").out, "");
+}
+
+/// Without goals, the robot walks to and fro. A walk takes the time of the scene, or longer.
+#[test]
+fn a_walk_without_goals_and_without_a_time_follows_the_scene() {
+    let rows = walked("");
+    assert_eq!(rows.len(), 3);
+    // In this scene, the goals are within 0.6 m, and a half of the time is 256 steps of 1.25 ms.
+    for (k, row) in rows.iter().enumerate() {
+        near(&row["goal"], [0.4, -0.4, 0.4][k]);
+        near(&row["from"], 0.32 * k as f64);
+        near(&row["until"], 0.32 * (k + 1) as f64);
+    }
+    near(&walked("--goal 1")[0]["until"], 0.64);
+    near(&walked("--goal 1 --goal 0@0.1")[1]["until"], 0.64);
+    near(&walked("--goal 1 --goal 0@0.5")[1]["until"], 0.82);
+}
+
+#[test]
+fn wrong_goals_and_times_are_refused() {
+    for (options, says) in [
+        ("--goal x", "expected a place from -1000 to 1000 m"),
+        ("--goal 1001", "expected a place from -1000 to 1000 m"),
+        ("--goal 1,5", "use a decimal point: 1.5"),
+        ("--goal 1@", "expected a time from 0 to 1e6 s"),
+        ("--goal 1@-2s", "expected a time from 0 to 1e6 s"),
+        (
+            "--goal 1@2s",
+            "--goal 1@2s: the first goal must begin at 0 s",
+        ),
+        (
+            "--goal 1 --goal 2",
+            "--goal 2: only the first goal can be without a time",
+        ),
+        (
+            "--goal 1 --goal -2@0.0001s",
+            "--goal -2@0.0001s: it begins at 0.0001 s, but",
+        ),
+        (
+            "--goal 1 --goal 2@5 --goal 0@4",
+            "the goal before it begins at 5 s",
+        ),
+        (
+            "--goal 1 --goal 2@5 --seconds 5",
+            "--seconds is 5, but it must be more than 5",
+        ),
+        (
+            "--seconds 0 --goal 1",
+            "--seconds is 0, but it must be more than 0",
+        ),
+        ("--seconds 2000", "it must take at most 1250 s"),
+        ("--gif", "--out <DIR>"),
+    ] {
+        BENCH.fails(&format!("walk run {options}"), 2, &[says]);
+    }
+    BENCH.fails("walk none", 4, &["none"]);
+    let fixed = Bench::finished();
+    fixed.fails(
+        "walk a",
+        2,
+        &["one fixed goal", "`controller.goals = \"given\"`"],
+    );
+    fixed.remove("a/design.json");
+    fixed.remove("a/summary.json");
+    fixed.fails("walk a", 4, &["cosmic resume a"]);
+}
+
+#[test]
+fn a_robot_that_diverges_exits_with_3() {
+    fs::create_dir(BENCH.path("fast")).unwrap();
+    BENCH.write("fast/design.json", BENCH.read("run/design.json"));
+    let scene = BENCH.read("run/scene.toml");
+    let (before, after) = scene.split_once("\nspeed_bound = ").unwrap();
+    let (_, after) = after.split_once('\n').unwrap();
+    BENCH.write(
+        "fast/scene.toml",
+        format!("{before}\nspeed_bound = 0.001\n{after}"),
+    );
+    BENCH.fails("walk fast", 3, &["error: diverged in step ", ": node "]);
+}
+
+/// The page and the animation show the goal of each moment.
+#[test]
+fn a_walk_is_drawn_with_its_goals() {
+    let told = BENCH
+        .ok("walk run --goal 0.05 --goal 0.1@0.4s --out walk")
+        .out;
+    assert!(
+        told.ends_with("\nwalk/walk.html\nwalk/walk.gif\n"),
+        "{told}"
+    );
+    let page = BENCH.read("walk/walk.html");
+    fetches_nothing(&page);
+    has(
+        &page,
+        &[
+            "run walks to goals",
+            "id=\"stage\"",
+            "<td class=\"number\">0.050</td>",
+        ],
+    );
+    let data = data(&page);
+    let (start, ground) = (case().start.x[0].forward(), case().physics.ground_height);
+    let goals = data["goals"].as_array().unwrap();
+    assert_eq!(goals.len(), 2);
+    for (goal, expected) in goals.iter().zip([
+        [0.0, start + 0.05, ground, 0.05],
+        [0.4, start + 0.1, ground, 0.1],
+    ]) {
+        (0..4).for_each(|k| near(&goal[k], expected[k]));
+    }
+    // The walk takes 0.72 s: 0.4 s, and then half of the time of the scene. A frame is shown every 0.08 s.
+    assert_eq!(pictures(&BENCH, "walk/walk.gif"), 10);
+    assert!(shows_a_flag("walk/walk.gif"));
+    if let Some(browser) = browser() {
+        let page = document(browser, &BENCH.path("walk/walk.html").display().to_string());
+        assert!(page.contains("data-ready=\"true\"") && !page.contains("data-error"));
+    }
+}
+
+/// True if the first frame of an animation has the colour of the flag at a goal.
+fn shows_a_flag(name: &str) -> bool {
+    let file = fs::File::open(BENCH.path(name)).unwrap();
+    let mut animation = gif::DecodeOptions::new().read_info(file).unwrap();
+    let colours = animation.global_palette().unwrap().to_vec();
+    let flag = colours
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .position(|rgb| *rgb == [0x1a, 0x7f, 0x4b]);
+    let flag = u8::try_from(flag.unwrap()).unwrap();
+    animation
+        .read_next_frame()
+        .unwrap()
+        .unwrap()
+        .buffer
+        .contains(&flag)
+}
+
+/// The report of a run whose robot takes goals shows the goal, and the ways to nine goals.
+#[test]
+fn a_report_shows_the_ways_to_nine_goals() {
+    BENCH.ok("report run");
+    let page = BENCH.read("run/report.html");
+    fetches_nothing(&page);
+    let (_, ways) = page.split_once("<h2>Ways to nine goals</h2>").unwrap();
+    let (ways, _) = ways.split_once("<h2>").unwrap();
+    assert_eq!(ways.matches("stroke-dasharray").count(), 9);
+    assert_eq!(ways.matches("<tr>").count(), 1 + 9);
+    // The goal in the middle is at the start, so there is no way to it.
+    has(
+        ways,
+        &[
+            "\u{2212}0.600",
+            "\u{2212}0.450",
+            "<td class=\"number\">\u{2013}</td>",
+        ],
+    );
+    let left = walked("--goal 0.6")[0]["left"].as_f64().unwrap();
+    has(ways, &[&format!(">{left:.3}</td>")]);
+    let goal = case().observation.goal[0];
+    let goals = data(&page)["goals"].clone();
+    near(&goals[0][1], goal);
+    assert!(shows_a_flag("run/gait.gif"));
+
+    let fixed = Bench::finished();
+    fixed.ok("report a");
+    let page = fixed.read("a/report.html");
+    assert!(!page.contains("nine goals") && data(&page)["goals"] == Value::Array(Vec::new()));
+}

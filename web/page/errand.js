@@ -1,0 +1,104 @@
+// Tells the robot where to go: by a click on the ground of the stage, or by the slider below it.
+/* global decimals, levelAt: of drawing.js */
+
+/** Goals may be this many times as far away as those that the robot is trained for. */
+const BEYOND = 2;
+/** The number of steps of the slider to each side. */
+const STEPS = 30;
+/** The states of a design in which a robot can be told where to go. */
+const LISTENS = ["ready", "working", "paused", "finished"];
+
+export class Errand {
+  #canvas;
+  #player;
+  #design;
+  #parts;
+  /** The goal that the robot has before it is told another one, along the ground from the world's origin, m. */
+  #own = 0;
+  /** The goal that the user chose last, while the library still computes the walk to an earlier one. */
+  #next = null;
+  #asks = false;
+
+  /**
+   * @param ontell is called when the user has chosen a goal.
+   * @param onerror is called with the error of a walk that failed.
+   */
+  constructor({ canvas, stage, player, design, parts, ontell, onerror }) {
+    [this.#canvas, this.#player, this.#design, this.#parts] = [canvas, player, design, parts];
+    Object.assign(this, { ontell, onerror });
+    parts.slider.addEventListener("input", () => this.#name(Number(parts.slider.value)));
+    parts.slider.addEventListener("change", () => this.#tell(Number(parts.slider.value)));
+    canvas.addEventListener("click", event => {
+      // While the robot can be edited, a click on a bar changes the bar.
+      const edits = canvas.classList.contains("editable") && stage.edgeAt(event.clientX, event.clientY) !== null;
+      if (this.#listens && !edits) this.#tell(this.#alongAt(event.clientX));
+    });
+  }
+
+  get #listens() {
+    return !this.#parts.row.hidden && LISTENS.includes(this.#design.state);
+  }
+
+  /** Shows the controls if the goals of a scene with these settings are given. */
+  open(settings) {
+    const { row, slider } = this.#parts;
+    row.hidden = settings["controller.goals"] !== "given";
+    const most = BEYOND * Math.max(...settings["goals.along"].map(Math.abs));
+    Object.assign(slider, { min: -most, max: most, step: most / STEPS });
+    this.#own = settings["controller.goal"][0];
+  }
+
+  /** Shows the goal in the controls. Returns the foot [x, y] of its flag; null if goals are not given. */
+  show() {
+    const { row, slider } = this.#parts;
+    slider.disabled = !this.#listens;
+    if (row.hidden || this.#design.world === null) return null;
+    const { world, robot: { start, payloads: [payload] } } = this.#design.world;
+    const [x, y] = start.slice(2 * payload);
+    const along = this.#design.told?.along ?? this.#own - (x * world.cos + y * world.sin);
+    slider.value = along;
+    this.#name(along);
+    const foot = world.origin + along * world.cos;
+    return [foot, levelAt(world.ground, foot)];
+  }
+
+  #name(along) {
+    this.#parts.place.textContent = `${decimals(along, 2)} m`;
+    this.#parts.slider.setAttribute("aria-valuetext", this.#parts.place.textContent);
+  }
+
+  /** The place along the ground at a point of the window, m from the payload at the start. */
+  #alongAt(clientX) {
+    const { left, width, height } = this.#canvas.getBoundingClientRect();
+    const { world } = this.#design.world;
+    const scale = Math.min(2.4 * height, 2 * width) / world.width;
+    const along = (this.#player.middle + (clientX - left - width / 2) / scale - world.origin) / world.cos;
+    const { min, max } = this.#parts.slider;
+    return Math.min(Number(max), Math.max(Number(min), along));
+  }
+
+  async #tell(along) {
+    this.#next = along;
+    if (this.#asks) return;
+    this.#asks = true;
+    const player = this.#player;
+    const { playing } = player;
+    this.ontell();
+    if (this.#design.state === "working") this.#design.pause();
+    try {
+      while (this.#next !== null) {
+        const along = this.#next;
+        this.#next = null;
+        // The robot waits in the state from which it will go on.
+        player.playing = false;
+        await this.#design.tell(along, player.frame, () => { player.playing = !player.still.matches; });
+      }
+    } catch (error) {
+      player.playing = playing;
+      this.onerror(error);
+    } finally {
+      this.#next = null;
+      this.#asks = false;
+    }
+  }
+}
