@@ -180,20 +180,23 @@ impl<R: Real> Inputs<R> {
     }
 
     /// The values of a function with several results, and its vector-Jacobian product: the gradient of `sum_k
-    /// cotangent_k value_k` with respect to the numbers of `blocks`.
+    /// cotangent_k value_k` with respect to the numbers of `blocks` and then to `others`, which are further numbers that
+    /// the function depends on, such as goals.
     ///
     /// # Panics
     /// If the number of cotangents is not the number of results.
     pub fn vjp(
         &self,
         blocks: &[Block],
-        function: impl FnOnce(&Inputs<Var<R>>) -> Vec<Var<R>>,
+        others: &[R],
+        function: impl FnOnce(&Inputs<Var<R>>, &[Var<R>]) -> Vec<Var<R>>,
         cotangents: &[R],
     ) -> (Vec<R>, Vec<R>) {
-        let numbers = self.get(blocks);
+        let own = self.get(blocks);
         let mut tape = Tape::new();
-        let values = tape.record(&numbers, |variables| {
-            function(&self.with_variables(blocks, variables))
+        let values = tape.record(&[&own, others].concat(), |variables| {
+            let (own, others) = variables.split_at(own.len());
+            function(&self.with_variables(blocks, own), others)
         });
         let gradient = tape.pullback(&values, cotangents).to_vec();
         (values.iter().map(|value| value.value()).collect(), gradient)

@@ -31,8 +31,8 @@ fn both_products_are_of_one_jacobian() {
     tangents.set(ALL, &tangent);
     let (values, slopes) = inputs.jvp(&tangents, |inputs| seen(&case, &task, inputs));
     let cotangent = wave(values.len(), f64::sin);
-    let recorded = |inputs: &Inputs<_>| seen(&case, &task, inputs);
-    let (same, gradient) = inputs.vjp(ALL, recorded, &cotangent);
+    let recorded = |inputs: &Inputs<_>, _: &[_]| seen(&case, &task, inputs);
+    let (same, gradient) = inputs.vjp(ALL, &[], recorded, &cotangent);
     // Dual numbers add the products of a layer in another order. So numbers of order one differ in their last bits.
     assert!(values.iter().zip(&same).all(|(a, b)| (a - b).abs() < 1e-12));
     let [forward, reverse] = [f64::dot(&cotangent, &slopes), f64::dot(&gradient, &tangent)];

@@ -13,8 +13,9 @@ from ._checks import whole
 from ._errors import InputError
 
 Floats = npt.NDArray[np.float64]
-#: From ``x`` and ``v`` to the value and its gradients with respect to positions and velocities.
-ValueAndGradient = Callable[[Floats, Floats], tuple[float, Floats, Floats]]
+#: From ``x`` and ``v``, and ``goal`` if goals are given, to the value and its gradients with respect to positions
+#: and velocities.
+ValueAndGradient = Callable[..., tuple[float, Floats, Floats]]
 #: Steps to observe: an interval, or a function from the number of steps of a rollout to a list of steps.
 Steps = Union[int, Callable[[int], Sequence[int]]]
 
@@ -24,7 +25,9 @@ class Loss:
 
     ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, 2)``. It returns the
     loss and its gradients with respect to both, which have the same shapes. :func:`cosmic.jax.loss`
-    and :func:`cosmic.torch.loss` need only a function that returns the loss.
+    and :func:`cosmic.torch.loss` need only a function that returns the loss. In a scene with given
+    goals it is ``function(x, v, goal)``: ``goal`` has the goal at the time of each state, shape
+    ``(states, 2)``, along the ground and normal to it, from the world's origin.
 
     ``observed`` chooses the states that the loss sees. It is an interval in steps, or a function that takes
     the number of steps of a rollout and returns a list of steps in ascending order, as in
@@ -68,9 +71,11 @@ class Loss:
             )
         return observed
 
-    def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
+    def value_and_gradient(
+        self, _: Sequence[int], x: Floats, v: Floats, *goal: Floats
+    ) -> tuple[float, Floats]:
         """The loss, and its gradient as one vector: with respect to positions, then velocities."""
-        answer = self.function(x, v)
+        answer = self.function(x, v, *goal)
         if not isinstance(answer, (tuple, list)) or len(answer) != 3:
             raise InputError(
                 "the loss must return three things, its value and its gradients with respect to "

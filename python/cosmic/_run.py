@@ -49,7 +49,8 @@ class Design:
 
 @dataclass(frozen=True)
 class Controller:
-    """A network of one hidden layer, ``tanh(w2 tanh(w1 o + b1) + b2)``."""
+    """A network of one hidden layer, ``tanh(w2 tanh(w1 o + b1) + b2)``. With the policy ``gaits``, the hidden
+    units are in three groups, as in :class:`Inputs`, and the observed goal multiplies each group."""
 
     w1: _Floats
     """Shape ``(hidden, inputs)``."""

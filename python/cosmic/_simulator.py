@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, NamedTuple, Optional, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ from ._checks import seed as as_seed
 from ._checks import whole
 from ._core import Scene
 from ._errors import InputError
+from ._goal import Goal, as_goals
 from ._scene import SceneLike, as_scene
 
 #: An array of floats in single or double precision.
@@ -36,7 +37,8 @@ class Inputs(NamedTuple):
     z: Array
     """Design vectors, shape ``(edges, 3)``: void, skeleton, actuator."""
     w1: Array
-    """First weights of the controller, ``(hidden, inputs)``."""
+    """First weights of the controller, ``(hidden, inputs)``. With the policy ``gaits`` they have three
+    groups of ``controller.hidden`` rows: for a goal ahead, for a goal behind, and for a goal that is reached."""
     b1: Array
     """First biases, ``(hidden,)``."""
     w2: Array
@@ -128,8 +130,16 @@ class Simulator:
         *,
         first: int = 0,
         check: bool = True,
+        goal: Optional[Goal] = None,
     ) -> Trajectory:
         """Simulates one robot or several from their starts.
+
+        ``goal`` is where the robot should go, in a scene with ``controller.goals = "given"``; by default
+        ``controller.goal``. It is a distance along the ground in metres, positive ahead, or a pair
+        ``(along, above)``. Both count from the payload in the scene's start, like ``[goals]`` of a scene
+        and ``cosmic walk --goal``. An array of shape ``(batch, 1)`` or ``(batch, 2)`` has a goal for each
+        robot. A list of pairs ``(seconds, goal)`` is a goal that changes at these times of the clock; the
+        first time is 0.
 
         ``first`` is the number of earlier steps, for a rollout that continues another one. A rollout
         that diverges raises :class:`DivergedError` with the place and the reason. With
@@ -139,17 +149,18 @@ class Simulator:
         Ctrl-C stops a batch after the current robots. The attribute ``trajectory`` of the
         ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the others.
         """
-        arrays = _prepared(inputs)
+        core, arrays = self._with_goal(_prepared(inputs), goal)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
         arrays, lost = (arrays, None) if check else self._finite(arrays)
         try:
-            states = self._core.rollout(arrays, seen, first, self.projection, check)
+            states = core.rollout(arrays, seen, first, self.projection, check)
         except KeyboardInterrupt as stopped:
             if hasattr(stopped, "trajectory"):
                 stopped.trajectory = Trajectory(*stopped.trajectory)
             raise
         return Trajectory(*_without(lost, states))
 
+    @overload
     def vjp(
         self,
         inputs: Inputs,
@@ -160,26 +171,56 @@ class Simulator:
         first: int = 0,
         bounded: bool = False,
         check: bool = True,
-    ) -> Inputs:
+        goal: None = None,
+    ) -> Inputs: ...
+    @overload
+    def vjp(
+        self,
+        inputs: Inputs,
+        cotangents: Trajectory,
+        steps: Optional[int] = None,
+        observed: Observed = 16,
+        *,
+        first: int = 0,
+        bounded: bool = False,
+        check: bool = True,
+        goal: Goal,
+    ) -> tuple[Inputs, Array]: ...
+    def vjp(
+        self,
+        inputs: Inputs,
+        cotangents: Trajectory,
+        steps: Optional[int] = None,
+        observed: Observed = 16,
+        *,
+        first: int = 0,
+        bounded: bool = False,
+        check: bool = True,
+        goal: Optional[Goal] = None,
+    ) -> Union[Inputs, tuple[Inputs, Array]]:
         """The vector-Jacobian product of :meth:`rollout`: the gradient of the sum of states times
         cotangents with respect to every input. Each robot of a batch has its own gradient, also
         with respect to shared inputs.
+
+        If ``goal`` is given, it is as in :meth:`rollout`, and the result is a pair: the gradient with
+        respect to the inputs, and the gradient with respect to the goal along the ground and above it, of
+        shape ``(goals, 2)`` with one row per goal, or ``(batch, goals, 2)``.
 
         ``bounded`` limits cotangents to the scene's ``gradient.cotangent_bound``. Long rollouts
         with contacts need this for useful gradients; without it the gradient is exact. For
         ``check`` see :meth:`rollout`. With ``check=False`` the gradient of a robot that diverges is
         NaN.
         """
-        arrays = _prepared(inputs)
+        core, arrays = self._with_goal(_prepared(inputs), goal)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
         if len(cotangents) != 2:
             raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
         x_bar, v_bar = _floats(("x_bar", "v_bar"), cotangents, arrays[0].dtype)
         arrays, lost = (arrays, None) if check else self._finite(arrays)
-        gradient = self._core.vjp(
-            arrays, x_bar, v_bar, seen, first, self.projection, bounded, check
-        )
-        return Inputs(*_without(lost, gradient))
+        pulled = core.vjp(arrays, x_bar, v_bar, seen, first, self.projection, bounded, check)
+        gradient, count = _without(lost, pulled), len(Inputs._fields)
+        of_inputs = Inputs(*gradient[:count])
+        return of_inputs if goal is None else (of_inputs, gradient[count])
 
     def jvp(
         self,
@@ -190,23 +231,37 @@ class Simulator:
         *,
         first: int = 0,
         check: bool = True,
+        goal: Optional[Goal] = None,
     ) -> tuple[Trajectory, Trajectory]:
-        """The states of :meth:`rollout`, up to rounding, and their derivatives along ``tangents``.
-        With ``check=False`` both are NaN for a robot that diverges."""
-        arrays = _prepared(inputs)
+        """The states of :meth:`rollout`, up to rounding, and their derivatives along ``tangents``. The
+        goal is constant. With ``check=False`` both are NaN for a robot that diverges."""
+        core, arrays = self._with_goal(_prepared(inputs), goal)
         along = _prepared(tangents, arrays[0].dtype)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
         arrays, lost = (arrays, None) if check else self._finite(arrays)
-        numbers = self._core.jvp(arrays, along, seen, first, self.projection, check)
+        numbers = core.jvp(arrays, along, seen, first, self.projection, check)
         x, v, dx, dv = _without(lost, numbers)
         return Trajectory(x, v), Trajectory(dx, dv)
+
+    def _with_goal(
+        self, arrays: list[Array], goal: Optional[Goal]
+    ) -> tuple[_core.Simulator, list[Array]]:
+        """The arrays with those of the goal, and the simulator that takes them."""
+        if goal is None:
+            return self._core, arrays
+        dtype = arrays[0].dtype
+        changes, points = as_goals(
+            goal, self._core.goal_origin, self.dt, lambda point: _floats(["goal"], [point], dtype)[0]
+        )
+        core = self._core.with_changes(changes) if changes else self._core
+        return core, [*arrays, ordered(points, dtype)]
 
     def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
         """Replaces numbers that are not finite by 0. Also returns a mask of the affected robots, or
         None if there are none."""
         lost: Any = np.zeros((), np.bool_)
         kept = []
-        for array, shape in zip(arrays, self.shapes.values()):
+        for array, shape in zip(arrays, [*self.shapes.values(), ("goals", 2)]):
             finite = np.isfinite(array)
             batch = array.ndim - len(shape)
             # Other shapes and batches of different sizes are left for the library to refuse.

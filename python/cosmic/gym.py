@@ -21,6 +21,7 @@ from gymnasium.vector.utils import batch_space
 
 from . import _core
 from ._errors import InputError
+from ._goal import Goals, as_goals
 from ._run import Run
 from ._scene import SceneLike, as_scene
 from ._checks import whole
@@ -64,6 +65,7 @@ class _Walk:
         self.x = np.repeat(self.core.rest[None], robots, axis=0)
         self.v = np.zeros_like(self.x)
         self.done = np.zeros(robots, np.int64)
+        self.goals: list[Optional[Goals]] = [None] * robots
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.core.actuators),), np.float32)
         self.observation_space = spaces.Box(-_BOUND, _BOUND, (self.core.inputs,), np.float64)
 
@@ -85,12 +87,41 @@ class _Walk:
         steps = [min(k * self.frame_skip, self.core.steps) for k in range(len(seen))]
         return _core.frame(self.scene, self.z, steps, np.array(seen))
 
-    def begin(self, robot: int, random: np.random.Generator) -> None:
-        """Resets a robot to its start, with small random changes of all coordinates."""
+    def begin(
+        self, robot: int, random: np.random.Generator, goals: Optional[Goals] = None
+    ) -> None:
+        """Resets a robot to its start, with small random changes of all coordinates. Without ``goals``, they
+        are drawn if the scene has given goals."""
         rest = self.core.rest
         self.x[robot] = rest + random.uniform(-self.scatter, self.scatter, rest.shape)
         self.v[robot] = 0.0
         self.done[robot] = 0
+        if self.core.goal_origin is not None and goals is None:
+            goals = Goals(*self.core.draw_goals(int(random.integers(2**63))))
+        self.goals[robot] = goals
+
+    def goals_of(self, options: Optional[dict[str, Any]]) -> list[Optional[Goals]]:
+        """The goals that the options of a reset give to each robot."""
+        robots = len(self.done)
+        if options is None or options.get("goal") is None:
+            return [None] * robots
+        changes, points = as_goals(options["goal"], self.core.goal_origin, self.core.dt, _finite)
+        if points.ndim == 2:
+            points = np.broadcast_to(points, (robots, *points.shape))
+        if len(points) != robots:
+            raise InputError(f"goal: expected goals for {robots} robots, found {len(points)}")
+        return [Goals(changes, of_robot) for of_robot in points]
+
+    def towards(self) -> Optional[_Floats]:
+        """The goal of each robot in its next step, or None if the scene's goal is fixed."""
+        if self.core.goal_origin is None:
+            return None
+        rows = [
+            goals.points[sum(change <= done for change in goals.changes)]
+            for goals, done in zip(self.goals, self.done)
+            if goals is not None
+        ]
+        return np.array(rows)
 
     def held(self, actions: npt.ArrayLike) -> _Floats:
         """Converts actions to the activations of all edges, one row for each robot."""
@@ -106,8 +137,9 @@ class _Walk:
 
     def advance(self, held: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
         """Simulates one frame with constant activations. Returns the distance of each robot along the
-        ground, and whether it diverged. Robots that diverge keep their last state."""
-        before = self.core.along(self.x)
+        ground, or by how much it came nearer to a given goal, and whether it diverged. Robots that diverge
+        keep their last state."""
+        before, goals = self.core.along(self.x), self.towards()
         lost = np.zeros(len(self.done), np.bool_)
         # Laws may depend on the time, so robots of the same age are grouped.
         for first in np.unique(self.done):
@@ -120,14 +152,36 @@ class _Walk:
             self.x[those[kept]], self.v[those[kept]] = x[kept], v[kept]
             lost[those[~kept]] = True
             self.done[those] += steps
-        return self.core.along(self.x) - before, lost
+        after = self.core.along(self.x)
+        if goals is None:
+            return after - before, lost
+        return np.abs(goals[:, 0] - before) - np.abs(goals[:, 0] - after), lost
 
     @property
     def is_over(self) -> npt.NDArray[np.bool_]:
         return self.done >= self.core.steps
 
     def observe(self) -> _Floats:
-        return self.core.observe(self.x, self.v, [int(done) for done in self.done])
+        goals = self.towards()
+        done = [int(done) for done in self.done]
+        return self.core.observe(self.x, self.v, done, None if goals is None else goals.tolist())
+
+    def info(self) -> dict[str, Any]:
+        """The numbers of all robots for the infos of an environment."""
+        of_each = {"along": self.core.along(self.x), "time": self.done * self.core.dt}
+        goals = self.towards()
+        return of_each if goals is None else {**of_each, "goal": goals[:, 0]}
+
+
+def _finite(goal: Any) -> _Floats:
+    """Converts a goal of a reset to an array of finite numbers."""
+    try:
+        numbers = np.array(goal, np.float64)
+    except (TypeError, ValueError):
+        numbers = np.array(np.nan)
+    if not np.all(np.isfinite(numbers)):
+        raise InputError(f"goal: expected finite numbers, found {goal!r}")
+    return numbers
 
 
 def _check_mode(render_mode: Optional[str]) -> None:
@@ -146,6 +200,11 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
       the nodes from their mean, velocities.
     - The reward is the distance along the ground, m. An episode is a whole rollout of the scene; a
       robot that diverges ends it, with no reward for that step.
+    - In a scene with given goals, the observed goal is relative to the robot, and the reward is by how
+      much the robot came nearer to its goal along the ground, m. ``reset`` draws the goals as
+      ``[goals]`` of the scene says, or takes them from ``options={"goal": ...}``, as
+      :meth:`cosmic.Simulator.rollout` does. A goal that changes within a frame counts from the next
+      frame. The info ``goal`` is its position along the ground, measured like ``along``, m.
     - ``scatter``: at the start, every coordinate moves at random by at most this distance, m.
     """
 
@@ -173,7 +232,8 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         self, *, seed: Optional[int] = None, options: Optional[dict[str, Any]] = None
     ) -> tuple[_Floats, dict[str, Any]]:
         super().reset(seed=seed)
-        self._walk.begin(0, self.np_random)
+        (goals,) = self._walk.goals_of(options)
+        self._walk.begin(0, self.np_random, goals)
         self._seen = [self._walk.x[0].copy()]
         self._over = False
         return self._walk.observe()[0], self._info()
@@ -191,8 +251,7 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         return self._walk.observe()[0], float(made[0]), bool(lost[0]), over, self._info()
 
     def _info(self) -> dict[str, Any]:
-        walk = self._walk
-        return {"along": float(walk.core.along(walk.x)[0]), "time": float(walk.done[0] * walk.core.dt)}
+        return {name: float(numbers[0]) for name, numbers in self._walk.info().items()}
 
     def render(self) -> Any:
         """A picture of the robot, as an array of shape ``(240, 480, 3)``."""
@@ -288,9 +347,9 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
             seeds = list(seed)
         if len(seeds) != self.num_envs:
             raise InputError(f"seed: expected {self.num_envs} seeds, one per robot, found {len(seeds)}")
-        begins = self._mask(options)
+        begins, goals = self._mask(options), self._walk.goals_of(options)
         self._seeded([own if begins[k] else None for k, own in enumerate(seeds)])
-        self._begin(begins)
+        self._begin(begins, goals)
         return self._walk.observe(), self._info(begins)
 
     def _mask(self, options: Optional[dict[str, Any]]) -> npt.NDArray[np.bool_]:
@@ -305,9 +364,12 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
             )
         return mask
 
-    def _begin(self, robots: npt.NDArray[np.bool_]) -> None:
+    def _begin(
+        self, robots: npt.NDArray[np.bool_], goals: Optional[list[Optional[Goals]]] = None
+    ) -> None:
         for robot in map(int, np.flatnonzero(robots)):
-            self._walk.begin(robot, self._random[robot][0])
+            own = None if goals is None else goals[robot]
+            self._walk.begin(robot, self._random[robot][0], own)
             self._seen[robot] = [self._walk.x[robot].copy()]
         self._frames[robots] = 0
         self._over[robots] = False
@@ -357,10 +419,8 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
 
     def _info(self, robots: npt.NDArray[np.bool_]) -> dict[str, Any]:
         """The infos of the masked robots, in the format of gymnasium: every entry has a mask beside it."""
-        walk = self._walk
-        of_each = {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
         info: dict[str, Any] = {}
-        for name, numbers in of_each.items():
+        for name, numbers in self._walk.info().items():
             info[name], info[f"_{name}"] = np.where(robots, numbers, 0.0), robots.copy()
         return info
 

@@ -16,7 +16,7 @@ with ``XLA_FLAGS=--xla_force_host_platform_device_count=2`` in the environment.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Optional
 
@@ -26,6 +26,7 @@ import numpy as np
 
 from ._checks import whole
 from ._errors import InputError
+from ._goal import Goal, Goals, as_goals
 from ._loss import Loss, Steps
 from ._simulator import Inputs, Observed, Simulator, Trajectory
 
@@ -37,13 +38,20 @@ class _Plan:
     rollouts are equal, so that JAX reuses compiled functions."""
 
     def __init__(
-        self, simulator: Simulator, observed: list[int], first: int, bounded: bool
+        self,
+        simulator: Simulator,
+        observed: list[int],
+        first: int,
+        bounded: bool,
+        changes: Optional[list[int]],
     ) -> None:
         self.simulator = simulator
         self.observed = observed
         self.first = first
         self.bounded = bounded
-        self._key = (id(simulator), tuple(observed), first, bounded)
+        self.changes = changes
+        of_goal = None if changes is None else tuple(changes)
+        self._key = (id(simulator), tuple(observed), first, bounded, of_goal)
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -59,30 +67,45 @@ class _Plan:
         inputs, _, batch = _one_axis(arrays, self.bases())
         if 0 in batch:
             return Trajectory(*(np.zeros(batch + self.shape(), arrays[0].dtype),) * 2)
+        given, goal = self._given(inputs)
         seen = self.simulator.rollout(
-            Inputs(*inputs), observed=self.observed, first=self.first, check=False
+            given, observed=self.observed, first=self.first, check=False, goal=goal
         )
         return Trajectory(*(_axes_again(array, batch, 3) for array in seen))
 
-    def pull(self, *arrays: Any) -> Inputs:
+    def pull(self, *arrays: Any) -> tuple[Any, ...]:
         inputs, bars, batch = _one_axis(arrays, self.bases(), 2)
         if 0 in batch:
-            shapes = self.simulator.shapes.values()
-            return Inputs(*(np.zeros(batch + shape, arrays[0].dtype) for shape in shapes))
-        gradient = self.simulator.vjp(
-            Inputs(*inputs),
+            return tuple(np.zeros(batch + shape, arrays[0].dtype) for shape in self.shapes())
+        given, goal = self._given(inputs)
+        pulled: Any = self.simulator.vjp(
+            given,
             Trajectory(*bars),
             observed=self.observed,
             first=self.first,
             bounded=self.bounded,
             check=False,
+            goal=goal,
         )
+        gradient = pulled if goal is None else (*pulled[0], pulled[1])
         pairs = zip(gradient, self.bases())
-        return Inputs(*(_axes_again(array, batch, base) for array, base in pairs))
+        return tuple(_axes_again(array, batch, base) for array, base in pairs)
+
+    def _given(self, arrays: list[Any]) -> tuple[Inputs, Optional[Goals]]:
+        """The inputs and the goals in the arrays of a rollout."""
+        if self.changes is None:
+            return Inputs(*arrays), None
+        *inputs, points = arrays
+        return Inputs(*inputs), Goals(self.changes, points)
+
+    def shapes(self) -> list[tuple[int, ...]]:
+        """The shapes of the arrays of one robot."""
+        goals = [] if self.changes is None else [(1 + len(self.changes), 2)]
+        return [*self.simulator.shapes.values(), *goals]
 
     def bases(self) -> list[int]:
         """The number of axes of each array of one robot."""
-        return [len(shape) for shape in self.simulator.shapes.values()]
+        return [len(shape) for shape in self.shapes()]
 
 
 _Arrays = list[Any]
@@ -139,17 +162,21 @@ def _checked(simulator: Simulator, inputs: Any) -> Inputs:
     return Inputs(*arrays)
 
 
-def _precision(inputs: Inputs) -> Any:
-    """The number type of the computation: double precision if any array has it, otherwise single."""
-    is_double = jnp.result_type(*inputs, float) == jnp.float64
+def _precision(given: Sequence[Any]) -> Any:
+    """The number type of the computation: double precision if any input has it, otherwise single."""
+    is_double = jnp.result_type(*given[: len(Inputs._fields)], float) == jnp.float64
     return jnp.float64 if is_double else jnp.float32
 
 
+#: The arrays of a rollout: the inputs, and then the goals if there are any.
+_Given = tuple[Any, ...]
+
+
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
-def _rollout(plan: _Plan, inputs: Inputs) -> Trajectory:
-    dtype = _precision(inputs)
+def _rollout(plan: _Plan, given: _Given) -> Trajectory:
+    dtype = _precision(given)
     shape: Any = jax.ShapeDtypeStruct(plan.shape(), dtype)
-    arrays = [jnp.asarray(array, dtype) for array in inputs]
+    arrays = [jnp.asarray(array, dtype) for array in given]
     # Arrays that vmap does not map over arrive with an axis of length 1, and stay shared.
     seen: Trajectory = jax.pure_callback(
         plan.run, Trajectory(shape, shape), *arrays, vmap_method="expand_dims"
@@ -157,21 +184,19 @@ def _rollout(plan: _Plan, inputs: Inputs) -> Trajectory:
     return seen
 
 
-def _forward(plan: _Plan, inputs: Inputs) -> tuple[Trajectory, Inputs]:
-    return _rollout(plan, inputs), inputs
+def _forward(plan: _Plan, given: _Given) -> tuple[Trajectory, _Given]:
+    return _rollout(plan, given), given
 
 
-def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inputs]:
-    dtype = _precision(inputs)
-    arrays = [jnp.asarray(array, dtype) for array in inputs]
+def _backward(plan: _Plan, given: _Given, cotangents: Trajectory) -> tuple[_Given]:
+    dtype = _precision(given)
+    arrays = [jnp.asarray(array, dtype) for array in given]
     cotangents = Trajectory(*(jnp.asarray(bar, dtype) for bar in cotangents))
-    shapes: list[Any] = [
-        jax.ShapeDtypeStruct(shape, dtype) for shape in plan.simulator.shapes.values()
-    ]
+    shapes: Any = tuple(jax.ShapeDtypeStruct(shape, dtype) for shape in plan.shapes())
     gradient = jax.pure_callback(
-        plan.pull, Inputs(*shapes), *arrays, *cotangents, vmap_method="expand_dims"
+        plan.pull, shapes, *arrays, *cotangents, vmap_method="expand_dims"
     )
-    return (Inputs(*map(_cotangent, gradient, inputs)),)
+    return (tuple(map(_cotangent, gradient, given)),)
 
 
 def _cotangent(gradient: Any, of: Any) -> Any:
@@ -192,8 +217,10 @@ def rollout(
     *,
     first: int = 0,
     bounded: bool = False,
+    goal: Optional[Goal] = None,
 ) -> Trajectory:
-    """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``.
+    """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``. The
+    goal can be mapped over and differentiated too, but not the times at which it changes.
 
     Computes in double precision if the inputs are in double precision, which JAX allows after
     ``jax.config.update("jax_enable_x64", True)``. If a robot diverges, its later states and its
@@ -202,9 +229,27 @@ def rollout(
     """
     seen_at, first = simulator.observed(steps, observed), whole("first", first, 0)
     simulator.check_span(seen_at, first)
-    plan = _Plan(simulator, seen_at, first, bounded)
-    seen: Trajectory = _rollout(plan, _checked(simulator, inputs))
+    given: tuple[Any, ...] = _checked(simulator, inputs)
+    changes = None
+    if goal is not None:
+        changes, points = _goals(simulator, goal)
+        given = (*given, points)
+    plan = _Plan(simulator, seen_at, first, bounded, changes)
+    seen: Trajectory = _rollout(plan, tuple(given))
     return seen
+
+
+def _goals(simulator: Simulator, goal: Goal) -> Goals:
+    def numbers(point: Any) -> Any:
+        array: Any = jnp.asarray(point, float)
+        if array.ndim > 1:
+            raise InputError(
+                f"goal: expected a number or a pair (along, above), found the shape {list(array.shape)}; "
+                "use jax.vmap for several robots"
+            )
+        return array
+
+    return as_goals(goal, simulator._core.goal_origin, simulator.dt, numbers, jnp)
 
 
 def loss(
@@ -218,6 +263,8 @@ def loss(
     ``function(x, v)`` returns the loss of positions and velocities of shape ``(states, nodes, 2)``;
     ``observed`` and ``is_far`` are those of :class:`cosmic.Loss`.
 
+    In a scene with given goals it is ``function(x, v, goal)``, see :class:`cosmic.Loss`.
+
     >>> @cosmic.jax.loss(observed=lambda steps: range(steps // 2, steps + 1, 64))
     ... def high(x, v):
     ...     return -x[:, 0, 1].mean()
@@ -226,8 +273,8 @@ def loss(
         return partial(loss, observed=observed, is_far=is_far)
     compiled = jax.jit(jax.value_and_grad(function, argnums=(0, 1)))
 
-    def value_and_gradient(x: Any, v: Any) -> tuple[float, Any, Any]:
-        value, (x_bar, v_bar) = compiled(x, v)
+    def value_and_gradient(x: Any, v: Any, *goal: Any) -> tuple[float, Any, Any]:
+        value, (x_bar, v_bar) = compiled(x, v, *goal)
         return float(value), np.asarray(x_bar), np.asarray(v_bar)
 
     return Loss(value_and_gradient, observed, is_far)

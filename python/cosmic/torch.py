@@ -18,6 +18,7 @@ from typing import Any, Optional
 import numpy as np
 import torch
 
+from ._goal import Goal, Goals, as_goals
 from ._loss import Loss, Steps
 from ._simulator import Inputs, Observed, Simulator, Trajectory
 
@@ -29,8 +30,10 @@ class _Rollout(torch.autograd.Function):
     def forward(ctx: Any, simulator: Simulator, options: dict[str, Any], *arrays: Any) -> Any:
         ctx.simulator, ctx.options = simulator, options
         ctx.save_for_backward(*arrays)
+        ctx.changes = options.pop("changes")
         forward = {key: value for key, value in options.items() if key != "bounded"}
-        seen = simulator.rollout(_numpy(arrays), check=False, **forward)
+        given, goal = _numpy(arrays, ctx.changes)
+        seen = simulator.rollout(given, check=False, goal=goal, **forward)
         device = arrays[0].device
         return tuple(torch.from_numpy(array).to(device) for array in seen)
 
@@ -39,9 +42,11 @@ class _Rollout(torch.autograd.Function):
     def backward(ctx: Any, x_bar: Any, v_bar: Any) -> Any:
         arrays = ctx.saved_tensors
         bars = Trajectory(x_bar.detach().cpu().numpy(), v_bar.detach().cpu().numpy())
-        gradient = ctx.simulator.vjp(_numpy(arrays), bars, check=False, **ctx.options)
+        given, goal = _numpy(arrays, ctx.changes)
+        pulled = ctx.simulator.vjp(given, bars, check=False, goal=goal, **ctx.options)
+        gradient = pulled if goal is None else (*pulled[0], pulled[1])
         of_inputs = []
-        for g, array, base in zip(gradient, arrays, ctx.simulator.shapes.values()):
+        for g, array in zip(gradient, arrays):
             own = torch.from_numpy(g)
             # The gradient of a shared array is the sum over the robots.
             shared = own.dim() > array.dim()
@@ -50,8 +55,13 @@ class _Rollout(torch.autograd.Function):
         return (None, None, *of_inputs)
 
 
-def _numpy(arrays: Any) -> Inputs:
-    return Inputs(*(array.detach().cpu().numpy() for array in arrays))
+def _numpy(arrays: Any, changes: Optional[list[int]]) -> tuple[Inputs, Optional[Goals]]:
+    """The inputs and the goals in the tensors of a rollout, as arrays."""
+    given = [array.detach().cpu().numpy() for array in arrays]
+    if changes is None:
+        return Inputs(*given), None
+    *inputs, points = given
+    return Inputs(*inputs), Goals(changes, points)
 
 
 def inputs(arrays: Inputs, requires_grad: bool = False) -> Inputs:
@@ -68,8 +78,10 @@ def rollout(
     *,
     first: int = 0,
     bounded: bool = False,
+    goal: Optional[Goal] = None,
 ) -> Trajectory:
-    """:meth:`cosmic.Simulator.rollout` with torch tensors, which ``autograd`` can differentiate.
+    """:meth:`cosmic.Simulator.rollout` with torch tensors, which ``autograd`` can differentiate. So is the
+    goal, which may contain tensors.
 
     If a robot diverges, its later states and its gradient are NaN. For ``bounded`` see
     :meth:`cosmic.Simulator.vjp`.
@@ -78,8 +90,18 @@ def rollout(
         "observed": simulator.observed(steps, observed),
         "first": first,
         "bounded": bounded,
+        "changes": None,
     }
-    return Trajectory(*_Rollout.apply(simulator, options, *map(torch.as_tensor, inputs)))
+    given = [*map(torch.as_tensor, inputs)]
+    if goal is not None:
+
+        def numbers(point: Any) -> Any:
+            return torch.as_tensor(point, dtype=torch.float64, device=given[0].device)
+
+        origin = simulator._core.goal_origin
+        options["changes"], points = as_goals(goal, origin, simulator.dt, numbers, torch)
+        given.append(points)
+    return Trajectory(*_Rollout.apply(simulator, options, *given))
 
 
 def loss(
@@ -93,10 +115,10 @@ def loss(
     if function is None:
         return partial(loss, observed=observed, is_far=is_far)
 
-    def value_and_gradient(x: Any, v: Any) -> tuple[float, Any, Any]:
+    def value_and_gradient(x: Any, v: Any, *goal: Any) -> tuple[float, Any, Any]:
         with torch.enable_grad():
             states = [torch.from_numpy(array).requires_grad_() for array in (x, v)]
-            value = function(*states)
+            value = function(*states, *map(torch.from_numpy, goal))
             gradients = torch.autograd.grad(value, states, allow_unused=True)
         zeros = (np.zeros_like(x), np.zeros_like(v))
         x_bar, v_bar = (z if g is None else g.numpy() for g, z in zip(gradients, zeros))

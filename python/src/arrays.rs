@@ -3,11 +3,11 @@
 use crate::errors::refused;
 use crate::memory::has_room;
 use autodiff::Real;
-use cosmic::geometry::from_flat;
+use cosmic::geometry::{Vector, from_flat};
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Lattice, State};
-use cosmic::policy::{Block, Controller, NETWORK, blocks_of};
-use cosmic::scene::ControllerSettings;
+use cosmic::policy::{Block, Controller, Goals, NETWORK, blocks_of};
+use cosmic::scene::{ControllerSettings, GoalKind};
 use cosmic::simulator::Trajectory;
 use numpy::{
     Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
@@ -27,6 +27,8 @@ pub(crate) struct Sizes {
     pub(crate) inputs: usize,
     /// The blocks of the controller's parameters. Here a controller is always a network.
     pub(crate) blocks: Vec<Block>,
+    /// The numbers of steps at which goals change, ascending; `None` if goals are not inputs of a rollout.
+    pub(crate) changes: Option<Vec<usize>>,
 }
 
 /// The number of arrays with the parameters of a controller.
@@ -46,7 +48,55 @@ impl Sizes {
             edges: lattice.edges.len(),
             inputs: controller.observation_length(lattice.nodes()),
             blocks: blocks_of(controller, lattice.nodes(), lattice.edges.len()),
+            changes: (controller.goals == GoalKind::Given).then(Vec::new),
         }
+    }
+
+    /// Returns the goals with these components, which are two for each goal.
+    pub(crate) fn goals<R: Number>(&self, numbers: &[R]) -> Goals<R> {
+        let changes = self.changes.iter().flatten();
+        let mut points = from_flat(numbers).into_iter();
+        let first = points.next().unwrap_or_else(Vector::zero);
+        changes
+            .zip(points)
+            .fold(Goals::at(first), |goals, (&steps, point)| {
+                goals.then(steps, point)
+            })
+    }
+
+    /// Lists the blocks of numbers of [`Inputs`] in the order of its flat list of numbers: the number of the array
+    /// that contains the block, and the length of the block.
+    fn pieces(&self) -> impl Iterator<Item = (usize, usize)> {
+        let own = self.blocks.iter().filter_map(|block| {
+            let array = array_of(block.name)?;
+            Some((1 + array, block.shape.len()))
+        });
+        [(0, 3 * self.edges)]
+            .into_iter()
+            .chain(own)
+            .chain([5, 6].map(|array| (array, 2 * self.nodes)))
+    }
+
+    /// Returns the controller whose numbers are in these arrays.
+    fn controller<R: Number>(&self, mut arrays: Vec<&[R]>) -> Controller<R> {
+        let own = self.pieces().filter(|(k, _)| (1..=CONTROLLER).contains(k));
+        let numbers = own.flat_map(|(k, length)| {
+            let (block, rest) = arrays[k - 1].split_at(length);
+            arrays[k - 1] = rest;
+            block
+        });
+        Controller::new(&self.blocks, numbers.copied().collect())
+    }
+
+    /// Splits the flat list of the numbers of [`Inputs`] into the numbers of the seven arrays.
+    pub(crate) fn split<R: Number>(&self, numbers: &[R]) -> [Vec<R>; 7] {
+        let mut arrays = [const { Vec::new() }; 7];
+        let mut begin = 0;
+        for (array, length) in self.pieces() {
+            arrays[array].extend_from_slice(&numbers[begin..][..length]);
+            begin += length;
+        }
+        arrays
     }
 
     /// Returns the total number of values in the arrays of [`Inputs`].
@@ -61,14 +111,31 @@ impl Sizes {
     /// Returns the shapes of the arrays of [`Inputs`].
     pub(crate) fn shapes(&self) -> [Vec<usize>; 7] {
         let points = vec![self.nodes, 2];
-        let mut own = self.blocks.iter().map(|block| block.shape.axes());
-        let mut next = || {
-            own.next()
-                .expect("the parameters of a network have four blocks")
+        let of_array = |array: usize| {
+            let own = self.blocks.iter();
+            let own = own.filter(|block| array_of(block.name) == Some(array));
+            joined(own.map(|block| block.shape.axes()))
         };
-        let z = vec![self.edges, 3];
-        [z, next(), next(), next(), next(), points.clone(), points]
+        let [w1, b1, w2, b2] = [0, 1, 2, 3].map(of_array);
+        [vec![self.edges, 3], w1, b1, w2, b2, points.clone(), points]
     }
+}
+
+/// The number of the array in [`NETWORK`] that contains a block of the controller's parameters. The hidden layer of the
+/// policy `gaits` has several blocks, such as `w1_ahead` and `w1_behind`: they are one array, one block below the
+/// other. A learned tempo is not in these arrays.
+pub(crate) fn array_of(block: &str) -> Option<usize> {
+    let name = block.split('_').next();
+    NETWORK.iter().position(|array| Some(*array) == name)
+}
+
+/// The lengths of the axes of an array whose blocks are one below the other.
+pub(crate) fn joined(blocks: impl Iterator<Item = Vec<usize>>) -> Vec<usize> {
+    let add = |mut whole: Vec<usize>, block: Vec<usize>| {
+        whole[0] += block[0];
+        whole
+    };
+    blocks.reduce(add).unwrap_or_default()
 }
 
 /// An array argument from Python, with its name for error messages.
@@ -170,17 +237,22 @@ pub(crate) struct Batch<R> {
     z: Vec<Vec<[R; 3]>>,
     controllers: Vec<Controller<R>>,
     starts: Vec<State<R>>,
+    /// The goals of each robot; empty if the robots have the scene's goal.
+    goals: Vec<Goals<R>>,
     /// The number of robots; `None` for a single robot, whose arrays have no axis for robots in front.
     pub(crate) size: Option<usize>,
 }
 
 impl<R: Number> Batch<R> {
-    /// Reads the seven arrays of [`NAMES`]. Each has an axis for robots in front, or all robots share it.
+    /// Reads the seven arrays of [`NAMES`], and the goals if there is an eighth array. Each has an axis for robots in
+    /// front, or all robots share it.
     pub(crate) fn new(arrays: &[Given<R>], sizes: &Sizes) -> PyResult<Self> {
-        let shapes = sizes.shapes();
+        let changes = sizes.changes.as_ref().map_or(0, Vec::len);
+        let shapes = sizes.shapes().into_iter().chain([vec![1 + changes, 2]]);
+        let shapes: Vec<Vec<usize>> = shapes.collect();
         let mut size: Option<(usize, &str)> = None;
-        let mut counts = [1; 7];
-        let mut data: [&[R]; 7] = [&[]; 7];
+        let mut counts = [1; 8];
+        let mut data: [&[R]; 8] = [&[]; 8];
         for (k, array) in arrays.iter().enumerate() {
             let count = array.batch(&shapes[k])?;
             data[k] = array.finite()?;
@@ -195,7 +267,7 @@ impl<R: Number> Batch<R> {
                         array.name
                     )));
                 }
-                _ => size = Some((count, NAMES[k])),
+                _ => size = Some((count, array.name.as_str())),
             }
         }
         if let Some((count, _)) = size {
@@ -212,9 +284,10 @@ impl<R: Number> Batch<R> {
         let pairs = |k: usize, robot: usize| from_flat(part(k, robot));
         let own: Vec<usize> = (1..=CONTROLLER).collect();
         let controller = |robot: usize| {
-            let numbers = own.iter().flat_map(|&k| part(k, robot));
-            Controller::new(&sizes.blocks, numbers.copied().collect())
+            let arrays = own.iter().map(|&k| part(k, robot));
+            sizes.controller(arrays.collect())
         };
+        let with_goals = arrays.len() > NAMES.len();
         let start = |robot: usize| State {
             x: pairs(5, robot),
             v: pairs(6, robot),
@@ -225,6 +298,9 @@ impl<R: Number> Batch<R> {
                 .collect(),
             controllers: (0..many(&own)).map(controller).collect(),
             starts: (0..many(&[5, 6])).map(start).collect(),
+            goals: (0..if with_goals { counts[7] } else { 0 })
+                .map(|robot| sizes.goals(part(7, robot)))
+                .collect(),
             size: size.map(|(count, _)| count),
         })
     }
@@ -252,6 +328,22 @@ impl<R: Number> Batch<R> {
 
     pub(crate) fn start(&self, robot: usize) -> &State<R> {
         &self.starts[robot % self.starts.len()]
+    }
+
+    /// Returns the components of a robot's goals; empty if it has the scene's goal.
+    pub(crate) fn components(&self, robot: usize) -> Vec<R> {
+        let points = self.goals(robot).into_iter().flat_map(Goals::points);
+        points.flatten().collect()
+    }
+
+    /// Returns the goals of a robot; `None` if it has the scene's goal.
+    pub(crate) fn goals(&self, robot: usize) -> Option<&Goals<R>> {
+        self.goals.get(robot % self.goals.len().max(1))
+    }
+
+    /// True if all robots have the same goals.
+    pub(crate) fn shares_goals(&self) -> bool {
+        self.goals.len() < 2
     }
 
     pub(crate) fn inputs(&self, robot: usize) -> Inputs<R> {

@@ -8,12 +8,13 @@ use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::geometry::{flat, from_flat};
 use cosmic::inputs::Inputs;
-use cosmic::lattice::State;
+use cosmic::lattice::{Body, State};
 use cosmic::projection::Projection;
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::simulator::{Span, Surroundings, Trajectory};
 use cosmic::task::{Task, together};
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -69,10 +70,8 @@ impl<R: Number> Asked<R> {
         span: Span,
         projection: &str,
     ) -> PyResult<Self> {
-        let given = NAMES
-            .iter()
-            .zip(arrays)
-            .map(|(name, object)| Given::new(name, object));
+        let names = NAMES.iter().chain(&["goal"]).zip(arrays);
+        let given = names.map(|(name, object)| Given::new(name, object));
         let given: Vec<Given<R>> = given.collect::<PyResult<_>>()?;
         let batch = Batch::new(&given, sizes)?;
         let mixing = (0..batch.robots()).map(|robot| Mixing::of(projection, batch.z(robot)));
@@ -101,11 +100,24 @@ impl<R: Number> Asked<R> {
 
     /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
-        let designs = robots.clone().map(|robot| self.design(task, robot));
-        let designs: Vec<_> = designs.collect();
+        let bodies = robots
+            .clone()
+            .map(|robot| task.body(&self.design(task, robot)));
+        let bodies: Vec<Body<R>> = bodies.collect();
         let controller = self.batch.controller(robots.start);
-        let starts: Vec<&State<R>> = robots.map(|robot| self.batch.start(robot)).collect();
-        task.rollout_many(&designs, controller, &starts, &self.span)
+        let starts: Vec<&State<R>> = (robots.clone())
+            .map(|robot| self.batch.start(robot))
+            .collect();
+        let differ = if self.batch.shares_goals() {
+            1
+        } else {
+            robots.len()
+        };
+        let surroundings = robots.take(differ);
+        let surroundings =
+            surroundings.map(|robot| surroundings_of(task, &self.batch.components(robot)));
+        let surroundings: Vec<_> = surroundings.collect();
+        (task.simulator).rollout_many_in(&surroundings, &bodies, controller, &starts, &self.span)
     }
 
     /// Returns the observed states of every robot, without converting them to arrays. Used to measure the library's
@@ -164,6 +176,10 @@ impl<R: Number> Asked<R> {
         let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
         let (start, controller) = (start.map(Into::into), controller.map(Into::into));
         let design = (self.design(task, robot)).map(|mixture| Mixture(mixture.0.map(Into::into)));
+        let goals = self.batch.goals(robot).map(|goals| goals.map(Into::into));
+        let task = goals.map_or(Cow::Borrowed(task), |goals| {
+            Cow::Owned(task.with_goals(&goals))
+        });
         let guarded = task.guarded(&design, &controller, &start, &self.span);
         guarded.divergence.as_ref().map_or_else(
             || {
@@ -212,15 +228,28 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     })
 }
 
-/// Simulates a robot. Returns one list: its observed positions, then its observed velocities.
+/// Returns the surroundings of a robot with these components of its goals. If there are none, it has the scene's goal.
+fn surroundings_of<R: Real>(task: &Task, goals: &[R]) -> Surroundings<R> {
+    let scene = task.simulator.surroundings();
+    (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
+        let axis = ["along", "above"][k % 2];
+        surroundings.with(&format!("goal.{}.{axis}", k / 2), number)
+    })
+}
+
+/// Simulates a robot. `goals` has the components of its goals, and is empty if it has the scene's goal. Returns one
+/// list: its observed positions, then its observed velocities.
 pub(crate) fn seen<R: Real>(
     task: &Task,
     mixing: &Mixing,
     inputs: &Inputs<R>,
+    goals: &[R],
     span: &Span,
 ) -> Vec<R> {
-    let design = mixing.design(task, &inputs.z);
-    let seen = task.rollout(&design, &inputs.controller, &inputs.start, span);
+    let body = task.body(&mixing.design(task, &inputs.z));
+    let (controller, start) = (&inputs.controller, &inputs.start);
+    let surroundings = surroundings_of(task, goals);
+    let seen = (task.simulator).rollout_in(&surroundings, &body, controller, start, span);
     let seen = flattened(&[seen]);
     [seen.x, seen.v].concat()
 }

@@ -5,14 +5,18 @@ use crate::asked::{Stop, in_groups, in_pool, whole};
 use crate::errors::{caught, raised, refused};
 use crate::memory::simulator_fits;
 use crate::scene::Scene;
+use crate::simulator::goal_origin;
 use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
+use cosmic::domain::draw_goals;
 use cosmic::geometry::{Ground, flat, from_flat};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::observation;
 use cosmic::projection::Projection;
-use cosmic::scene::{ControllerSettings, PhysicsSettings};
+use cosmic::random::{Purpose, stream};
+use cosmic::scene::{ControllerSettings, GoalsSettings, PhysicsSettings};
 use cosmic::simulator::{Driven as Library, Span, Trajectory};
+use cosmic::task::Task;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
@@ -24,6 +28,8 @@ pub(crate) struct Driven {
     ground: Ground,
     physics: PhysicsSettings,
     settings: ControllerSettings,
+    task: Task,
+    goals: GoalsSettings,
     rest: State<f64>,
     sizes: Sizes,
     actuators: Vec<usize>,
@@ -81,6 +87,8 @@ impl Driven {
             ground: task.ground(),
             physics: scene.physics.clone(),
             settings: scene.controller.clone(),
+            task: task.clone(),
+            goals: scene.goals.clone(),
             rest: lattice.state_at_rest(),
             body,
             sizes,
@@ -115,6 +123,33 @@ impl Driven {
     #[getter]
     fn rest<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, flat(&self.rest.x), &[self.sizes.nodes, 2])
+    }
+
+    /// As [`Simulator::goal_origin`](crate::simulator::Simulator::goal_origin).
+    #[getter]
+    fn goal_origin(&self) -> Option<[f64; 2]> {
+        goal_origin(&self.task, &self.sizes)
+    }
+
+    /// Draws a sequence of goals as the scene's `[goals]` say. The first one is ahead or behind with equal probability,
+    /// if the settings allow both. Returns the numbers of steps at which goals change, and the goals, an array of
+    /// shape `(goals, 2)`.
+    fn draw_goals<'py>(&self, py: Python<'py>, seed: u64) -> PyResult<(Vec<usize>, Floats<'py>)> {
+        let (settings, ahead) = (&self.goals, seed.is_multiple_of(2));
+        let goals = caught(|| {
+            let mut stream = stream(seed, Purpose::Errands);
+            Ok(draw_goals(
+                &self.task,
+                settings,
+                settings.count,
+                ahead,
+                &mut stream,
+            ))
+        })?;
+        let points: Vec<f64> = goals.points().flatten().collect();
+        let shape = [settings.count, 2];
+        let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
+        Ok((changes, array(py, points, &shape)?))
     }
 
     /// Returns the position along the ground of each robot's payload, or of the body that `objective.body` names, in
@@ -179,31 +214,30 @@ impl Driven {
     }
 
     /// Returns the observation of each robot, as the paper defines it. `done` contains the number of steps that each
-    /// robot has done.
+    /// robot has done. `goals` has each robot's goal if goals are inputs of a rollout, shape `(robots, 2)`.
     fn observe<'py>(
         &self,
         py: Python<'py>,
         x: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
         done: Vec<usize>,
+        goals: Option<Vec<[f64; 2]>>,
     ) -> PyResult<Floats<'py>> {
         let states = self.states(x, v)?;
-        if done.len() != states.len() {
+        let goals = goals.unwrap_or_else(|| vec![self.settings.goal; states.len()]);
+        if [done.len(), goals.len()] != [states.len(); 2] {
             return Err(refused(format!(
-                "done: expected {} numbers of steps, one per robot",
+                "done, goals: expected {} numbers of steps and as many goals, one per robot",
                 states.len()
             )));
         }
-        let seen = states.iter().zip(done).flat_map(|(state, done)| {
+        let mut settings = self.settings.clone();
+        let robots = states.iter().zip(done).zip(goals);
+        let seen = robots.flat_map(|((state, done), goal)| {
+            settings.goal = goal;
             // A robot without a controller has a clock of the scene's frequency.
-            let phase = self.settings.omega * (done as f64 * self.physics.dt);
-            observation(
-                &self.settings,
-                phase,
-                state,
-                &self.body.presence,
-                &self.ground,
-            )
+            let phase = settings.omega * (done as f64 * self.physics.dt);
+            observation(&settings, phase, state, &self.body.presence, &self.ground)
         });
         array(py, seen.collect(), &[states.len(), self.sizes.inputs])
     }

@@ -5,9 +5,12 @@ use crate::errors::refused;
 use autodiff::Real;
 use autodiff::custom::{Rule, apply};
 use cosmic::objective::Loss;
+use cosmic::policy::Goals;
 use cosmic::simulator::Trajectory;
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The first exception that a loss raised, if any. After an exception, all values of the loss are NaN, and the run
@@ -69,10 +72,18 @@ impl Loss for PythonLoss {
             object: Arc::clone(&self.object),
             failure: Arc::clone(&self.failure),
             steps: trajectory.steps.clone(),
+            goals: (trajectory.goals.as_ref()).map(|goals| goals_at(goals, &trajectory.steps)),
             gradient: Arc::default(),
         };
         apply(call, &numbers)
     }
+}
+
+/// The goals to which a robot goes before it is in the states after these numbers of steps.
+fn goals_at<R: Real>(goals: &Goals<R>, steps: &[usize]) -> Vec<f64> {
+    let points: Vec<_> = goals.points().collect();
+    let goal = |&step: &usize| points[goals.place(step.saturating_sub(1))].map(|x| x.primal());
+    steps.iter().flat_map(goal).collect()
 }
 
 /// The loss as a function of one list of numbers: the positions of all observed states, then their velocities. The
@@ -82,6 +93,8 @@ struct Call {
     object: Arc<Py<PyAny>>,
     failure: Failure,
     steps: Vec<usize>,
+    /// Two numbers for each state; `None` if goals are not inputs of a rollout.
+    goals: Option<Vec<f64>>,
     /// The gradient of the last call of `value`, which gets it from Python together with the value. `partials` returns
     /// it.
     gradient: Arc<Mutex<Vec<f64>>>,
@@ -94,7 +107,13 @@ impl Call {
             let (x, v) = numbers.split_at(numbers.len() / 2);
             let shape = [self.steps.len(), x.len() / 2 / self.steps.len().max(1), 2];
             let array = |part: &[f64]| part.to_vec().into_pyarray(py).reshape(shape);
-            let arguments = (self.steps.clone(), array(x)?, array(v)?);
+            let steps = self.steps.clone().into_bound_py_any(py)?;
+            let mut arguments = vec![steps, array(x)?.into_any(), array(v)?.into_any()];
+            if let Some(goals) = &self.goals {
+                let goals = goals.clone().into_pyarray(py);
+                arguments.push(goals.reshape([self.steps.len(), 2])?.into_any());
+            }
+            let arguments = PyTuple::new(py, arguments)?;
             let answer = self
                 .object
                 .call_method1(py, "value_and_gradient", arguments)?;

@@ -1,12 +1,12 @@
 //! Reads finished runs, and makes their pages and pictures.
 
-use crate::arrays::{Given, array};
+use crate::arrays::{Given, array, array_of, joined};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
 use cosmic::Registry;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
-use cosmic::policy::{Controller, frequency};
+use cosmic::policy::{Controller, NETWORK, TEMPO, frequency};
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
@@ -51,8 +51,16 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     read.set_item("edges", whole(ends.collect(), &[edges, 2])?)?;
     read.set_item("materials", whole(materials.collect(), &[edges])?)?;
     read.set_item("z", floats(design.z.as_flattened(), &[edges, 3])?)?;
-    for (name, axes, numbers) in weights.blocks() {
-        read.set_item(name, floats(&numbers, &axes)?)?;
+    for (place, name) in NETWORK.into_iter().enumerate() {
+        let is_part = |name: &str| array_of(name) == Some(place);
+        let own = weights.blocks().filter(|(name, ..)| is_part(name));
+        let (axes, numbers): (Vec<_>, Vec<_>) =
+            own.map(|(_, axes, numbers)| (axes, numbers)).unzip();
+        let axes = joined(axes.into_iter());
+        read.set_item(name, floats(&numbers.concat(), &axes)?)?;
+    }
+    if let Some((_, axes, numbers)) = weights.blocks().find(|(name, ..)| *name == TEMPO) {
+        read.set_item(TEMPO, floats(&numbers, &axes)?)?;
     }
     read.set_item("rest", floats(&flat(rest), &[nodes, 2])?)?;
     read.set_item("steps", whole(steps.collect(), &[states])?)?;

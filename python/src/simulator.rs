@@ -6,7 +6,7 @@ use crate::errors::{caught, of_class, raised, refused};
 use crate::memory::{has_room, kept, simulator_fits, start_fits};
 use crate::pool::usual_threads;
 use crate::scene::Scene;
-use autodiff::CotangentBound;
+use autodiff::{CotangentBound, Dual};
 use cosmic::codesign::CoDesign;
 use cosmic::error::Error;
 use cosmic::inputs::{ALL, Inputs};
@@ -155,8 +155,11 @@ impl Simulator {
             let cotangents = [part(&x_bar), part(&v_bar)].concat();
             let mixing = &asked.mixing[robot];
             let inputs = asked.batch.inputs(robot);
-            let function = |inputs: &Inputs<_>| seen(&self.task, mixing, inputs, &asked.span);
-            let (values, mut gradient) = inputs.vjp(ALL, function, &cotangents);
+            let goals = asked.batch.components(robot);
+            let function = |inputs: &Inputs<_>, goals: &[_]| {
+                seen(&self.task, mixing, inputs, goals, &asked.span)
+            };
+            let (values, mut gradient) = inputs.vjp(ALL, &goals, function, &cotangents);
             let is_absurd = ends_absurd(&values, self.sizes.nodes);
             if is_absurd {
                 gradient.fill(R::lit(f64::NAN));
@@ -168,19 +171,20 @@ impl Simulator {
         if let Some(robot) = absurd.iter().position(|&is| is).filter(|_| check) {
             return Err(self.diverged(&asked, robot));
         }
-        let shapes = self.sizes.shapes();
-        let mut begin = 0;
-        let blocks = shapes.iter().map(|shape| {
-            let length: usize = shape.iter().product();
-            let block = begin..begin + length;
-            begin += length;
-            let numbers = gradients
-                .iter()
-                .flat_map(|gradient| &gradient[block.clone()]);
-            let numbers: Vec<R> = numbers.copied().collect();
-            Ok(array(py, numbers, &behind(asked.batch.size, shape))?.into_any())
+        let goals = asked.batch.components(0).len();
+        let mut numbers = vec![Vec::new(); NAMES.len() + usize::from(goals > 0)];
+        for gradient in gradients {
+            let (inputs, goals) = gradient.split_at(gradient.len() - goals);
+            let parts = self.sizes.split(inputs).into_iter().chain([goals.to_vec()]);
+            for (numbers, part) in numbers.iter_mut().zip(parts) {
+                numbers.extend(part);
+            }
+        }
+        let shapes = self.sizes.shapes().into_iter().chain([vec![goals / 2, 2]]);
+        let arrays = numbers.into_iter().zip(shapes).map(|(numbers, shape)| {
+            Ok(array(py, numbers, &behind(asked.batch.size, &shape))?.into_any())
         });
-        blocks.collect()
+        arrays.collect()
     }
 
     fn jvp_in<'py, R: Number>(
@@ -208,8 +212,10 @@ impl Simulator {
         let product = |robot: usize| {
             let (mixing, inputs) = (&asked.mixing[robot], asked.batch.inputs(robot));
             let tangents = along.batch.inputs(robot % along.batch.robots());
+            let goals = asked.batch.components(robot).into_iter();
+            let goals: Vec<_> = goals.map(Dual::constant).collect();
             let (mut values, mut slopes) = inputs.jvp(&tangents, |inputs| {
-                seen(&self.task, mixing, inputs, &asked.span)
+                seen(&self.task, mixing, inputs, &goals, &asked.span)
             });
             let is_absurd = ends_absurd(&values, self.sizes.nodes);
             if is_absurd {
@@ -235,6 +241,14 @@ impl Simulator {
         }
         Ok(arrays)
     }
+}
+
+/// The payload at the start, in the frame of goals, m; `None` if goals are not inputs of a rollout.
+pub(crate) fn goal_origin(task: &Task, sizes: &Sizes) -> Option<[f64; 2]> {
+    let lattice = &task.lattice;
+    let payload = lattice.state_at_rest().x[lattice.payload[0].node];
+    let origin = task.ground().vector_to_ground(payload).array();
+    sizes.changes.is_some().then_some(origin)
 }
 
 /// Converts an error about a robot to an exception. In a batch the message contains the number of the robot.
@@ -263,10 +277,13 @@ fn cotangent<R: Number>(name: &str, object: &Bound<PyAny>, shape: &[usize]) -> P
     Ok(given.numbers()?.to_vec())
 }
 
-/// True if the arrays are in single precision. The first array decides, because all have the same type.
+/// True if the arrays are in single precision. The first array decides, because all have the same type. Goals may be
+/// an eighth array.
 fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
     match arrays {
-        [first, ..] if arrays.len() == NAMES.len() => Ok(first.cast::<PyArrayDyn<f32>>().is_ok()),
+        [first, ..] if [7, 8].contains(&arrays.len()) => {
+            Ok(first.cast::<PyArrayDyn<f32>>().is_ok())
+        }
         _ => Err(refused(format!(
             "expected the {} arrays of Inputs",
             NAMES.len()
@@ -289,6 +306,28 @@ impl Simulator {
             let sizes = Sizes::of(&task.lattice, &scene.controller);
             Ok(Self { scene, task, sizes })
         })
+    }
+
+    /// Returns a simulator for rollouts in which the goal changes after these numbers of steps, which ascend. The goals
+    /// are an eighth array, of shape `(goals, 2)`: along the ground and normal to it, m.
+    fn with_changes(&self, changes: Vec<usize>) -> PyResult<Self> {
+        caught(|| {
+            let mut sizes = self.sizes.clone();
+            let goals = vec![0.0; 2 + 2 * changes.len()];
+            sizes.changes = Some(changes);
+            Ok(Self {
+                scene: self.scene.clone(),
+                task: self.task.with_goals(&sizes.goals(&goals)),
+                sizes,
+            })
+        })
+    }
+
+    /// The point from which Python counts goals: the payload at the start, along the ground and normal to it, in
+    /// metres. `None` if goals are not inputs of a rollout.
+    #[getter]
+    fn goal_origin(&self) -> Option<[f64; 2]> {
+        goal_origin(&self.task, &self.sizes)
     }
 
     /// The length of a time step, in seconds.
@@ -346,11 +385,11 @@ impl Simulator {
             start_fits(&self.scene, &self.sizes, 3.0)?;
             let codesign = CoDesign::new(&self.scene).map_err(raised)?;
             let progress = codesign.begin(seed).map_err(raised)?;
-            let inputs = codesign.evaluator().inputs(&progress);
-            let parts = inputs.parts();
-            let arrays = parts.iter().zip(self.sizes.shapes());
+            let inputs = codesign.evaluator().inputs(&progress).get(ALL);
+            let arrays = self.sizes.split(&inputs).into_iter();
+            let arrays = arrays.zip(self.sizes.shapes());
             arrays
-                .map(|(part, shape)| array(py, inputs.part(part), &shape))
+                .map(|(numbers, shape)| array(py, numbers, &shape))
                 .collect()
         })
     }

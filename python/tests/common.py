@@ -22,6 +22,14 @@ SCENE: dict[str, Any] = {
 SEED = 1
 #: The scene without its schedule, for rollouts.
 SHORT: dict[str, Any] = {**SCENE, "lattice.rows": 2}
+#: A scene with given goals, which change after 85 and 170 of 256 steps.
+GOALS: dict[str, Any] = {
+    **SHORT,
+    "scene": "errand",
+    "physics.dt": 0.001,
+    "controller": {"hidden": 6, "clock": "fixed", "goal": [2.0, 0.1], "goal_scale": 3.0},
+    "goals": {"along": [-1.5, 1.5], "apart": 0.75},
+}
 #: The files of a run that contain no wall time.
 EXACT = ["design.json", "trajectory.json"]
 
