@@ -47,7 +47,7 @@ impl Sizes {
             nodes: lattice.nodes(),
             edges: lattice.edges.len(),
             inputs: controller.observation_length(lattice.nodes()),
-            blocks: blocks_of(controller, lattice.nodes(), lattice.edges.len()),
+            blocks: blocks_of(controller, lattice),
             changes: (controller.goals == GoalKind::Given).then(Vec::new),
         }
     }

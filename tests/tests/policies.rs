@@ -149,7 +149,7 @@ fn a_step_uses_the_observation() {
         let case = robot(policy, settings);
         let (body, ground) = (case.body(), case.task().ground());
         let seen = observation(&case.observation, 0.0, &case.start, &body.presence, &ground);
-        let network = Network::of(&case.controller).unwrap();
+        let network = Network::of(&case.controller, &case.lattice).unwrap();
         let expected = network.activation(&seen, seen[case.observation.clocks]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let task = case.task();

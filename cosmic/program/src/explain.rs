@@ -100,7 +100,7 @@ fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     let (settings, lattice) = (&case.observation, &case.lattice);
     let sight = policy::of_settings(settings).observe();
     let inputs = sight.length(settings, lattice.nodes());
-    let network = Network::of(&case.controller);
+    let network = Network::of(&case.controller, &case.lattice);
     let hidden = network.map(|network| network.first.biases.len());
     (inputs, hidden, lattice.edges.len())
 }

@@ -3,6 +3,7 @@
 
 use autodiff::Real;
 
+use super::image;
 use super::sensing::{Sight, phases};
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Mirror;
@@ -116,35 +117,9 @@ impl<'a, R: Real> Fold<'a, R> {
             .collect()
     }
 
-    /// The weights with which a layer sees the [mirror image](Mirror) of a robot: for every observation, they give the
-    /// result of `weights` for the observation of the image. The ground is level.
-    ///
-    /// # Panics
-    /// The panics of [`weights`](Self::weights).
-    pub fn image(&self, weights: &[R], mirror: &Mirror) -> Vec<R> {
-        let clocks = self.settings.clocks;
-        let turned = |pair: &[R]| [-pair[0], pair[1]];
-        let row = |row: &[R]| {
-            let (of_clocks, row) = row.split_at(clocks);
-            let (goal, of_nodes) = row.split_at(2);
-            let lists = of_nodes.chunks_exact(2 * self.nodes);
-            let of_image = lists.flat_map(|list| {
-                let images = mirror.nodes.iter();
-                images
-                    .flat_map(|&node| turned(&list[2 * node..][..2]))
-                    .collect::<Vec<R>>()
-            });
-            let seen = of_clocks
-                .iter()
-                .copied()
-                .chain(turned(goal))
-                .chain(of_image);
-            seen.collect::<Vec<R>>()
-        };
-        weights
-            .chunks_exact(self.inputs(weights))
-            .flat_map(row)
-            .collect()
+    /// The weights of a layer that sees the [mirror image](Mirror) of the robot and of its goal, not folded.
+    pub(super) fn image(&self, weights: &[R], mirror: &Mirror) -> Vec<R> {
+        image::observed(weights, self.inputs(weights), mirror)
     }
 
     /// The length of an observation. Checks that it divides the number of weights.

@@ -18,10 +18,10 @@ use super::step::PolicyStep;
 pub struct Gaits;
 
 /// A group of hidden units: the names of its weights and biases, and what its units are multiplied by.
-type Group = (&'static str, &'static str, Gate);
+pub(super) type Group = (&'static str, &'static str, Gate);
 
 /// The groups of hidden units.
-pub(super) const GAITS: [Group; 3] = [
+const GAITS: [Group; 3] = [
     ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
     ("w1_behind", "b1_behind", Gate([0.0, -0.5, 0.5])),
     ("w1_there", "b1_there", Gate([1.0, 0.0, -1.0])),
@@ -29,12 +29,13 @@ pub(super) const GAITS: [Group; 3] = [
 
 /// The groups of a robot that is its own mirror image. Each is followed by its image, with the [turned](Gate::turned)
 /// gate.
-pub(super) const MIRRORED: [Group; 2] = [
+const MIRRORED: [Group; 2] = [
     ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
     ("w1_there", "b1_there", Gate([0.5, 0.0, -0.5])),
 ];
 
-fn groups(is_mirrored: bool) -> &'static [Group] {
+/// The groups of hidden units of a robot that is its own mirror image, or is not.
+pub(super) fn groups(is_mirrored: bool) -> &'static [Group] {
     if is_mirrored { &MIRRORED } else { &GAITS }
 }
 

@@ -5,12 +5,14 @@ use autodiff::{Array, Real};
 
 use super::block::{Block, Controller};
 use super::fold::{Fold, Mean};
-use super::gaits::{GAITS, Gate};
+use super::gaits::{Gate, groups};
+use super::image;
 use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
 use super::step::PolicyStep;
 use super::tempo::TEMPO;
 use crate::geometry::Ground;
+use crate::lattice::Lattice;
 use crate::scene::ControllerSettings;
 
 /// The names of the network's blocks in order: weights and biases of the hidden layer, weights and biases of the output
@@ -76,37 +78,63 @@ pub struct Network<R> {
 }
 
 impl<R: Real> Network<R> {
-    /// The network whose parameters a controller holds; `None` if the controller belongs to another policy. The tempo of
-    /// a learned clock is not a part of the network.
-    pub fn of(controller: &Controller<R>) -> Option<Self> {
+    /// The network whose parameters a controller of a robot on this lattice holds; `None` if the controller belongs to
+    /// another policy. The tempo of a learned clock is not a part of the network.
+    pub fn of(controller: &Controller<R>, lattice: &Lattice) -> Option<Self> {
         let names = controller.blocks().map(|(name, ..)| name);
         let names: Vec<&str> = names.filter(|name| *name != TEMPO).collect();
-        let (first, second) = names.split_at(names.len().checked_sub(2)?);
-        let of_gaits = GAITS.map(|(weights, biases, _)| [weights, biases]).concat();
-        let is_gaits = first == of_gaits;
-        let is_network = (is_gaits || first == [W1, B1]) && second == [W2, B2];
-        let layer = |names: &[&str]| {
-            let blocks = |k: usize| {
-                names[k..]
-                    .iter()
-                    .step_by(2)
-                    .map(|name| controller.block(name))
-            };
-            Layer {
-                weights: blocks(0).flatten().copied().collect(),
-                biases: blocks(1).flatten().copied().collect(),
-            }
+        let (of_units, second) = names.split_at(names.len().checked_sub(2)?);
+        let mirror = lattice.mirror.as_ref();
+        let groups = groups(mirror.is_some());
+        let of_gaits = groups
+            .iter()
+            .flat_map(|&(weights, biases, _)| [weights, biases]);
+        let is_gaits = of_gaits.eq(of_units.iter().copied());
+        if !(is_gaits || of_units == [W1, B1]) || second != [W2, B2] {
+            return None;
+        }
+        let [weights, biases] = [W2, B2].map(|name| controller.block(name));
+        let mut network = Self {
+            first: Layer {
+                weights: Vec::new(),
+                biases: Vec::new(),
+            },
+            gates: Vec::new(),
+            second: Layer {
+                weights: weights.to_vec(),
+                biases: biases.to_vec(),
+            },
         };
-        let gate = |(_, biases, Gate(gate))| vec![gate; controller.block(biases).len()];
-        is_network.then(|| Self {
-            first: layer(first),
-            gates: GAITS
-                .into_iter()
-                .filter(|_| is_gaits)
-                .flat_map(gate)
-                .collect(),
-            second: layer(second),
-        })
+        if !is_gaits {
+            network.add(controller.block(W1).to_vec(), controller.block(B1), None);
+            return Some(network);
+        }
+        for &(weights, biases, gate) in groups {
+            let (weights, biases) = (controller.block(weights), controller.block(biases));
+            network.add(weights.to_vec(), biases, Some(gate));
+            if let Some(mirror) = mirror {
+                let inputs = weights.len() / biases.len();
+                let of_image = image::observed(weights, inputs, mirror);
+                network.add(of_image, biases, Some(gate.turned()));
+            }
+        }
+        if let Some(mirror) = mirror {
+            let edges: Vec<usize> = (0..lattice.edges.len()).collect();
+            let part = network.first.biases.len() / (2 * groups.len());
+            network.second = Layer {
+                weights: image::moved(weights, &edges, part, mirror),
+                biases: image::biases(biases, &edges, mirror),
+            };
+        }
+        Some(network)
+    }
+
+    /// Adds hidden units with these weights and biases.
+    fn add(&mut self, weights: Vec<R>, biases: &[R], gate: Option<Gate>) {
+        self.first.weights.extend(weights);
+        self.first.biases.extend_from_slice(biases);
+        self.gates
+            .extend(gate.iter().flat_map(|gate| vec![gate.0; biases.len()]));
     }
 
     /// This network with a [folded](Fold) first layer, which takes the state in the ground's frame. `sight` is what its

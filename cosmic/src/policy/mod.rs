@@ -8,6 +8,7 @@ mod block;
 mod sensing;
 mod gaits;
 mod goals;
+mod image;
 mod tempo;
 mod fold;
 mod step;

@@ -5,6 +5,7 @@ use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
 use super::block::{Block, Controller, Shape};
 use super::fold::Fold;
 use super::goals::{Offset, Towards};
+use super::image;
 use super::sensing::Sight;
 use crate::lattice::Mirror;
 use crate::laws::Particle;
@@ -40,12 +41,6 @@ impl Outputs<'_> {
     /// If the robot is not its own image.
     fn image(&self) -> &Mirror {
         self.mirror.expect("the robot must be its own mirror image")
-    }
-
-    /// The rows of a block with one row per edge.
-    fn rows<'b, R>(&self, block: &'b [R]) -> impl Fn(usize) -> &'b [R] + use<'b, R> {
-        let length = block.len() / self.graph.slot_of_edge().len();
-        move |edge| &block[edge * length..][..length]
     }
 
     /// The edges with an actuator, in the order of their slots. With this order, whole SIMD lanes of results can be
@@ -106,30 +101,18 @@ impl Given {
             Self::Whole(name) => controller.block(name).to_vec(),
             Self::OfEdges(name) => outputs.graph.to_slots(controller.block(name)),
             Self::OfActuators(name) => {
-                let row = outputs.rows(controller.block(name));
-                let rows: Vec<&[R]> = outputs.edges().into_iter().map(row).collect();
+                let block = controller.block(name);
+                let length = block.len() / outputs.graph.slot_of_edge().len();
+                let row = |&edge: &usize| &block[edge * length..][..length];
+                let rows: Vec<&[R]> = outputs.edges().iter().map(row).collect();
                 rows.concat()
             }
-            Self::WithImages(name, length) => {
-                let row = outputs.rows(controller.block(name));
-                let image = &outputs.image().edges;
-                let of_edge = |edge: usize| {
-                    let parts = row(edge).chunks_exact(length);
-                    parts.zip(row(image[edge]).chunks_exact(length))
-                };
-                let parts = outputs.edges().into_iter().flat_map(of_edge);
-                parts
-                    .flat_map(|(own, other)| [own, other].concat())
-                    .collect()
+            Self::WithImages(name, part) => {
+                let (weights, edges) = (controller.block(name), outputs.edges());
+                image::moved(weights, &edges, part, outputs.image())
             }
             Self::MeanWithImages(name) => {
-                let row = outputs.rows(controller.block(name));
-                let image = &outputs.image().edges;
-                let of_edge = |edge: usize| row(edge).iter().zip(row(image[edge]));
-                let pairs = outputs.edges().into_iter().flat_map(of_edge);
-                pairs
-                    .map(|(&own, &other)| R::lit(0.5) * (own + other))
-                    .collect()
+                image::biases(controller.block(name), &outputs.edges(), outputs.image())
             }
         }
     }

@@ -35,7 +35,7 @@ impl<'c> Folded<'c> {
     pub(super) fn new(case: &'c Case, body: &Body<f64>, ground: &Ground) -> Option<Self> {
         let (settings, nodes) = (&case.observation, case.lattice.nodes());
         let sight = of_settings(settings).observe();
-        let network = Network::of(&case.controller)?;
+        let network = Network::of(&case.controller, &case.lattice)?;
         let mut network = network.folded(settings, nodes, sight, &body.presence, ground);
         let first = &mut network.first;
         let columns = first.weights.len() / first.biases.len();

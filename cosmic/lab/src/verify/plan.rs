@@ -205,7 +205,7 @@ fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
 
 /// The name and a description of the part of a policy that comes before its output layer.
 fn before_outputs(case: &Case) -> (&'static str, String) {
-    match Network::of(&case.controller) {
+    match Network::of(&case.controller, &case.lattice) {
         Some(network) => {
             let units = network.first.biases.len();
             (HIDDEN, format!("{units} units that read the observation"))

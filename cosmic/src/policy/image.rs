@@ -1,0 +1,55 @@
+//! The weights of a network that sees the mirror image of a robot and moves it, instead of the robot.
+
+use autodiff::Real;
+
+use crate::lattice::Mirror;
+
+/// The weights of a layer that sees the image of a robot and of its goal. For every observation, they give what `weights`
+/// give for the observation of the image, which has this number of `inputs`. The ground is level.
+pub(super) fn observed<R: Real>(weights: &[R], inputs: usize, mirror: &Mirror) -> Vec<R> {
+    let nodes = mirror.nodes.len();
+    let turned = |pair: &[R]| [-pair[0], pair[1]];
+    let row = |row: &[R]| {
+        let (of_clocks, row) = row.split_at(inputs - 2 - 4 * nodes);
+        let (goal, of_nodes) = row.split_at(2);
+        let of_list = |list: &[R]| -> Vec<R> {
+            let images = mirror.nodes.iter();
+            images.flat_map(|&node| turned(&list[2 * node..])).collect()
+        };
+        let of_image = of_nodes.chunks_exact(2 * nodes).flat_map(of_list);
+        let seen = of_clocks.iter().copied().chain(turned(goal));
+        seen.chain(of_image).collect::<Vec<R>>()
+    };
+    weights.chunks_exact(inputs).flat_map(row).collect()
+}
+
+/// The weights of a layer that moves these edges, and that reads hidden units of the robot and of its image: behind each
+/// `part` of a row of `weights` comes the same part of the row that belongs to the image of the edge.
+pub(super) fn moved<R: Real>(
+    weights: &[R],
+    edges: &[usize],
+    part: usize,
+    mirror: &Mirror,
+) -> Vec<R> {
+    let row = rows(weights, mirror);
+    let of_edge = |&edge: &usize| {
+        let image = row(mirror.edges[edge]).chunks_exact(part);
+        row(edge).chunks_exact(part).zip(image)
+    };
+    let parts = edges.iter().flat_map(of_edge);
+    parts
+        .flat_map(|(own, image)| [own, image].concat())
+        .collect()
+}
+
+/// The biases of such a layer: the mean of the bias of each edge and of the bias of its image.
+pub(super) fn biases<R: Real>(biases: &[R], edges: &[usize], mirror: &Mirror) -> Vec<R> {
+    let mean = |&edge: &usize| R::lit(0.5) * (biases[edge] + biases[mirror.edges[edge]]);
+    edges.iter().map(mean).collect()
+}
+
+/// The rows of weights that have one row per edge.
+fn rows<'w, R>(weights: &'w [R], mirror: &Mirror) -> impl Fn(usize) -> &'w [R] + use<'w, R> {
+    let length = weights.len() / mirror.edges.len();
+    move |edge| &weights[edge * length..][..length]
+}
