@@ -40,6 +40,7 @@ mod geometry {
 mod inputs;
 mod lattice {
     mod check;
+    mod mirror;
 }
 mod laws {
     mod adjoints;

@@ -16,6 +16,7 @@ use cosmic_lab::verify::check_gradients_of;
 fn robot(settings: &str) -> (Scene, Case) {
     let text = format!(
         "base = \"errand\"\nlattice.columns = 3\nlattice.rows = 2\nlattice.drop = 0.01\n\
+         lattice.mirror = false\nlattice.payload = 0\n\
          controller.hidden = 6\n{settings}"
     );
     let scene = Scene::parse("small", &text).unwrap();
@@ -77,6 +78,9 @@ fn the_loss_is_the_share_of_the_way_that_is_left() {
     let left = |along: [f64; 3]| {
         let place = |&step: &usize| {
             let mut state = case.start.clone();
+            if step == 0 {
+                return state;
+            }
             let leg = changes.iter().filter(|&&change| change < step).count();
             state.x[0] = Vector::new([start + along[leg], 0.1]);
             state
@@ -99,6 +103,34 @@ fn the_loss_is_the_share_of_the_way_that_is_left() {
             left(along)
         );
     }
+}
+
+/// A robot that is its own mirror image walks to a goal behind as it walks to a goal ahead, seen in a mirror.
+#[test]
+fn a_mirrored_robot_walks_back_as_it_walks_ahead() {
+    let text = "base = \"errand\"\nlattice.columns = 3\nlattice.rows = 2\nlattice.drop = 0.01\ncontroller.hidden = 6";
+    let scene = Scene::parse("mirrored", text).unwrap();
+    let case = Case::of_scene(&scene, 1).unwrap();
+    let image = case.lattice.image().unwrap();
+    let middle = case.start.x[1].forward();
+    let walk = |way: f64| {
+        let goals =
+            Goals::at(Vector::new([middle + way, 0.1])).then(60, Vector::new([middle - way, 0.2]));
+        let task = case.task().with_goals(&goals);
+        let span = Span::from_start(vec![120]);
+        let seen = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+        seen.states.into_iter().next_back().unwrap()
+    };
+    let (ahead, back) = (walk(1.0), walk(-1.0));
+    let mut moved = 0.0_f64;
+    for (node, &other) in image.nodes.iter().enumerate() {
+        let [x, mirrored] = [ahead.x[node], back.x[other]];
+        // Rounding of positions near 0.3 m, amplified in 120 steps.
+        assert!((x.forward() - middle + (mirrored.forward() - middle)).abs() < 1e-12);
+        assert!((x.up() - mirrored.up()).abs() < 1e-12);
+        moved = moved.max(x.distance(back.x[node]));
+    }
+    assert!(moved > 1e-4, "{moved}");
 }
 
 /// Drawn goals are in the interval and apart from one another, and the first ones are on the side that is asked for.

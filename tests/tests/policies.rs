@@ -10,8 +10,9 @@ use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::{Plan, check_gradients_of};
 
-/// The policies to test: three from the model, and one that is defined in this file.
-const POLICIES: [&str; 4] = ["mlp", "clock", "reflex", "gaits"];
+/// The policies to test: three from the model, one that is defined in this file, and the policy `gaits` of a robot that
+/// is its own mirror image.
+const POLICIES: [&str; 5] = ["mlp", "clock", "reflex", "gaits", "mirrored"];
 
 /// A policy with two parts: a hidden layer that reads the observation, and a rhythm. The rhythm is the same for all
 /// edges, multiplied by a factor for each edge.
@@ -57,14 +58,18 @@ impl Policy for Reflex {
 fn robot(name: &str, settings: &str) -> Case {
     let registry = Registry::default().with_policy("reflex", Reflex);
     let [goals, task] = match name {
-        "gaits" => [
+        "gaits" | "mirrored" => [
             "goals = \"given\"\ngoal = [0.3, 0.1]\ngoal_scale = 3.0\n",
             "\n[objective]\ntask = \"reach\"",
         ],
         _ => [""; 2],
     };
+    let (name, lattice) = match name {
+        "mirrored" => ("gaits", "mirror = true\npayload = 1\n"),
+        _ => (name, ""),
+    };
     let text = format!(
-        "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01\n[controller]\nhidden = 6\n\
+        "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01\n{lattice}[controller]\nhidden = 6\n\
          policy = \"{name}\"\n{goals}{settings}{task}"
     );
     let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
@@ -141,6 +146,8 @@ fn a_step_uses_the_observation() {
             "goals = \"given\"\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"\n[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
         ),
         ("gaits", ""),
+        ("mirrored", ""),
+        ("mirrored", "[design]\none_piece = false"),
         (
             "gaits",
             "[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",

@@ -168,15 +168,15 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
     for own in [
         "controller.policy=gaits",
         "controller.policy=mlp",
-        "physics.incline_deg=15",
+        "lattice.mirror=false lattice.payload=0 physics.incline_deg=15",
     ] {
-        let settings = [
-            "physics.contact=none",
-            "physics.void_edges=drop",
-            "physics.gravity=0",
-            own,
-        ];
-        let set = settings.map(|setting| format!(" --set {setting}")).concat();
+        let weightless = "physics.contact=none physics.void_edges=drop physics.gravity=0";
+        let settings = weightless.split(' ').chain(own.split(' '));
+        let settings: Vec<&str> = settings.collect();
+        let set: String = settings
+            .iter()
+            .map(|setting| format!(" --set {setting}"))
+            .collect();
         let export = "export errand --mujoco --out flight --substeps 1";
         bench.cosmic(&format!("{export}{set}")).ok();
         let scene = Scene::load("errand").unwrap().set(&settings).unwrap();

@@ -15,7 +15,7 @@ use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::policy::Controller;
-use crate::scene::{GradientPrecision, Scene, SelectionKind};
+use crate::scene::{GoalKind, GradientPrecision, Scene, SelectionKind};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
 
@@ -176,6 +176,7 @@ impl Evaluator {
     pub(super) fn merit(&self) -> Merit {
         let scale = self.task.lattice.scale;
         match (self.loss.is_far(), self.scene.controller.two_goals) {
+            (false, _) if self.scene.controller.goals == GoalKind::Given => Merit::MinusShare,
             (false, _) => Merit::MinusLoss,
             (true, true) => Merit::ShorterWay { scale },
             (true, false) => Merit::Distance { scale },

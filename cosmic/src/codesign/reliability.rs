@@ -13,6 +13,9 @@ use super::quantiles::Quantiles;
 ///
 /// The tolerance for distances is at least a twentieth of a spacing (5 mm in the paper's scenes), so that a robot that
 /// does not move is not called unreliable. The tolerance for losses has no minimum.
+///
+/// Robots that are told where to go have different goals in each rollout, and another one in the unperturbed rollout. So
+/// only the first and the third case count, and the tolerance is at least a quarter of the way to a goal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
@@ -29,6 +32,9 @@ pub enum Reliability {
 /// distance. It is 1 cm in the paper's scenes.
 const LEAST_DISTANCE: f64 = 0.01;
 
+/// The least median of the losses of robots with given goals that counts: half of the way to a goal.
+const LEAST_SHARE: f64 = 0.5;
+
 /// The kind of number that robots are ranked by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Merit {
@@ -44,6 +50,8 @@ pub enum Merit {
     },
     /// Minus the loss.
     MinusLoss,
+    /// With given goals: minus the loss, over rollouts with different goals.
+    MinusShare,
 }
 
 impl Merit {
@@ -68,14 +76,16 @@ impl Merit {
             Self::Distance { scale } => (LEAST_DISTANCE * scale, ""),
             Self::ShorterWay { scale } => (LEAST_DISTANCE * scale, " of the shorter displacement"),
             Self::MinusLoss => (0.0, ""),
+            Self::MinusShare => (LEAST_SHARE, ""),
         };
         let tolerance = 0.5 * p50.abs().max(least);
         let is_low = p50 - p10 > tolerance;
-        if !is_low && (unperturbed - p50).abs() <= tolerance {
+        let is_apart = (unperturbed - p50).abs() > tolerance && self != Self::MinusShare;
+        if !is_low && !is_apart {
             return Reliability::Reliable;
         }
         unreliable(match (is_low, self) {
-            (true, Self::MinusLoss) => format!(
+            (true, Self::MinusLoss | Self::MinusShare) => format!(
                 "the 90 % quantile of the loss of varied robots is {:.4}, more than {tolerance:.4} above their \
                  median of {:.4}",
                 -p10, -p50

@@ -1,19 +1,11 @@
 //! Lattices that are their own mirror image, front and back.
 
-use super::{Lattice, Payload};
+use super::own::{Mirror, Payload};
+use super::truss::Lattice;
 use crate::geometry::{Range, Vector};
 
 /// Two places (in spacings) that are nearer than this are the same: places are written with at least nine digits.
 const SAME: f64 = 1e-6;
-
-/// For each node and each edge of a lattice, its mirror image: the node or the edge on the other side of the middle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mirror {
-    /// The image of each node.
-    pub nodes: Vec<usize>,
-    /// The image of each edge.
-    pub edges: Vec<usize>,
-}
 
 impl<const D: usize> Lattice<D> {
     /// The mirror image of this lattice, front and back; `None` if that is another lattice, or has its payload elsewhere.

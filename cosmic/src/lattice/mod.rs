@@ -9,7 +9,6 @@ mod body;
 mod mirror;
 
 pub use body::{Body, Marker};
-pub use mirror::Mirror;
-pub use own::{EdgeRules, Payload, Truss};
+pub use own::{EdgeRules, Mirror, Payload, Truss};
 pub use state::State;
 pub use truss::{EdgeVector, Lattice};

@@ -96,6 +96,15 @@ impl EdgeRules {
     }
 }
 
+/// For each node and each edge of a lattice, its mirror image: the node or the edge on the other side of the middle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mirror {
+    /// The image of each node.
+    pub nodes: Vec<usize>,
+    /// The image of each edge.
+    pub edges: Vec<usize>,
+}
+
 /// The keys of a truss file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

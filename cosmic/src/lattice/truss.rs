@@ -3,8 +3,7 @@
 use autodiff::Real;
 
 use super::State;
-use super::mirror::Mirror;
-use super::own::{EdgeRules, Payload, Truss, median};
+use super::own::{EdgeRules, Mirror, Payload, Truss, median};
 use crate::geometry::{Bounds, Range, Segment, Vector};
 
 /// The nodes and edges of a robot. One or several nodes carry payload.

@@ -236,6 +236,13 @@ impl Scene {
         if self.auto.is_empty() {
             return Vec::new();
         }
+        // The scales read the payload.
+        if self.auto.contains("lattice.payload") {
+            self.lattice.payload = match self.lattice.mirror {
+                true => self.lattice.columns / 2,
+                false => 0,
+            };
+        }
         let scales = Scales::of(self);
         for (key, set) in RULES {
             if self.auto.contains(key) {

@@ -43,7 +43,7 @@ settings! {
             source "D1";
         /// Number of the node that carries `physics.payload_mass`. It is row * columns + column, counted from 0 at the
         /// lower left. A truss file names its own payload.
-        payload: usize = 0, allowed within(0.0, 4095.0), since 3,
+        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0", since 3,
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
         /// Whether the robot is its own mirror image, front and back: bars that mirror one another have one design, and the

@@ -43,6 +43,7 @@ fn the_scene_of_a_run_of_version_1_is_read() {
         "body = ",
         "clock = ",
         "goals = ",
+        "mirror = ",
     ];
     let is_new = |line: &&str| newer.iter().any(|key| line.starts_with(key));
     assert_eq!(text.lines().filter(is_new).count(), newer.len());

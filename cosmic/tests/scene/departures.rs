@@ -27,6 +27,7 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("lattice.kind", &["\"rectangular\""]),
     ("lattice.file", &["\"off\""]),
     // The paper has no such lengths, and its lattice has the same scale in both units.
+    ("lattice.mirror", &["false"]),
     ("lattice.units", &["\"relative\"", "\"absolute\""]),
     ("physics.integrator", &["\"symplectic_euler\""]),
     ("physics.contact", &["\"infinite\"", "\"coulomb\""]),

@@ -4,7 +4,8 @@ use cosmic::scene::{Following, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
-const KEYS: [(&str, &str, f64); 25] = [
+const KEYS: [(&str, &str, f64); 26] = [
+    ("lattice.payload", "5", 0.0),
     ("physics.dt", "0.0123", 0.5),
     ("physics.substeps", "33", 0.0),
     ("physics.steps", "777", 0.0),
