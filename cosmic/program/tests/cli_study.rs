@@ -54,6 +54,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
         ("\n| h, all three | 1.91 |", 1),
         ("\n| Does ", 4),
         ("\n| What does ", 3),
+        ("\n## Errands", 0),
         ("NaN", 0),
     ] {
         assert_eq!(document.matches(what).count(), count, "{what}: {document}");
@@ -296,6 +297,68 @@ fn a_study_of_the_user_is_a_file() {
     bench.write("grounds.toml", OWN.replace("9.81", "3.7"));
     let says = "heavy: physics.gravity=9.81 in the existing results, but physics.gravity=3.7 in";
     bench.fails("study grounds.toml", 2, &[says]);
+}
+
+/// Trials whose goals are given, trials with a fixed goal, and a run that diverges.
+const ERRANDS: &str = "[[trials]]
+scene = 'tiny.toml'
+[[trials]]
+scene = 'goals.toml'
+[[trials]]
+name = 'wild'
+scene = 'goals.toml'
+settings.physics.speed_bound = 1e-3
+";
+
+#[test]
+fn robots_with_given_goals_are_sent_on_errands() {
+    let bench = Bench::default();
+    let lattice = "lattice = { columns = 3, rows = 2, payload = 1 }";
+    let goals = format!("base = 'errand'\n{lattice}\nphysics.steps = 64\n");
+    bench.write("goals.toml", goals);
+    bench.write("errands.toml", ERRANDS);
+    bench.ok("study errands.toml --seeds 1 --iterations 1");
+    let results = "runs/study-errands/errands";
+    has(
+        &bench.read(&format!("{results}.md")),
+        &["\n## Errands\n", "\n| wild | a push | – | –"],
+    );
+    let csv = bench.read(&format!("{results}.csv"));
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    let [head, tiny, goals, wild] = &rows[..] else {
+        panic!("{csv}")
+    };
+    let first = head.iter().position(|name| *name == "errand_p50").unwrap();
+    assert!(
+        tiny[first..]
+            .iter()
+            .chain(&wild[first..])
+            .all(|cell| cell.is_empty())
+    );
+    // The table of a single seed has the numbers of its run: five for each disturbance.
+    let json = bench.json(&format!("{results}.json"));
+    let mut tables = json["tables"].as_array().unwrap().iter();
+    let table = tables.find(|table| table["table"] == "errands").unwrap();
+    let shown = table["rows"].as_array().unwrap();
+    assert_eq!(shown.len(), 8);
+    for (row, cells) in shown.iter().zip(goals[first..].chunks(5)) {
+        assert_eq!(row["trial"], "goals");
+        let columns = ["median", "75 %", "ahead", "behind", "open loop"];
+        for (column, cell) in columns.iter().zip(cells) {
+            assert_eq!(row[column].as_f64(), cell.parse().ok(), "{row}");
+        }
+    }
+    let folder = "runs/study-errands/runs";
+    assert!(
+        bench
+            .path(&format!("{folder}/goals-0/errands.json"))
+            .exists()
+    );
+    assert!(
+        !bench
+            .path(&format!("{folder}/tiny-0/errands.json"))
+            .exists()
+    );
 }
 
 #[test]

@@ -130,23 +130,31 @@ impl Errands {
         }
     }
 
-    /// Measures a finished run and writes `errands.json`, unless the file exists or the robot has a fixed goal.
+    /// Measures a finished run and writes `errands.json`, unless the file exists or the robot has a fixed goal. Returns
+    /// `None` if the measurement was stopped.
     ///
     /// # Errors
     /// The errors of reading the run's files and of [`write_json`].
-    pub(crate) fn keep(folder: &Path, registry: &Registry) -> Result<()> {
+    pub(crate) fn keep(
+        folder: &Path,
+        registry: &Registry,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<()>> {
         let path = folder.join(ERRANDS);
         if path.exists() {
-            return Ok(());
+            return Ok(Some(()));
         }
         let scene = run::read_scene(folder, registry)?;
         if scene.controller.goals == GoalKind::Fixed {
-            return Ok(());
+            return Ok(Some(()));
         }
         let design = folder.join(run::DESIGN);
         let case = DesignFile::read(&design)?.case(&scene, &design.display().to_string())?;
         let seed = Summary::read(folder)?.seed;
-        write_json(&path, FORMAT, &Self::measure(&case, &scene.goals, seed))
+        let found = Self::measure(&case, &scene.goals, seed, is_stopped);
+        found
+            .map(|found| write_json(&path, FORMAT, &found))
+            .transpose()
     }
 
     /// Reads the errands of a run.
@@ -158,23 +166,31 @@ impl Errands {
     }
 
     /// Measures a robot whose goals are inputs of a rollout. The seed determines the sequences and the disturbances.
-    pub fn measure(case: &Case, settings: &GoalsSettings, seed: u64) -> Self {
+    /// Returns `None` as soon as `is_stopped` returns true.
+    pub fn measure(
+        case: &Case,
+        settings: &GoalsSettings,
+        seed: u64,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Option<Self> {
         let draw = |number| Drawn::new(case, settings, seed, number);
         let drawn: Vec<Drawn> = (0..SEQUENCES).map(draw).collect();
         let walks = |disturbance, is_open| {
             let errands = |drawn: &Drawn| drawn.errands(case, disturbance, is_open);
-            drawn.par_iter().map(errands).collect()
+            (!is_stopped()).then(|| drawn.par_iter().map(errands).collect())
         };
-        let loops = |disturbance| Loops {
-            closed: walks(disturbance, false),
-            open: walks(disturbance, true),
+        let loops = |disturbance| {
+            Some(Loops {
+                closed: walks(disturbance, false)?,
+                open: walks(disturbance, true)?,
+            })
         };
-        Self {
-            undisturbed: loops(Disturbance::Undisturbed),
-            pushed: loops(Disturbance::Pushed),
-            rough: loops(Disturbance::Rough),
-            lost: loops(Disturbance::Lost),
-        }
+        Some(Self {
+            undisturbed: loops(Disturbance::Undisturbed)?,
+            pushed: loops(Disturbance::Pushed)?,
+            rough: loops(Disturbance::Rough)?,
+            lost: loops(Disturbance::Lost)?,
+        })
     }
 
     /// All numbers of a robot, each with the name of its column. A number is NaN if a robot diverged, and `None` without

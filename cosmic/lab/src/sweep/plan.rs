@@ -108,7 +108,9 @@ impl PlannedStudy {
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Option<()>> {
         Check::keep(run, registry)?;
-        Errands::keep(run, registry)?;
+        if Errands::keep(run, registry, is_stopped)?.is_none() {
+            return Ok(None);
+        }
         match &self.python {
             None => Ok(Some(())),
             Some(python) => {
