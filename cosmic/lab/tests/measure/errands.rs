@@ -4,7 +4,7 @@ use cosmic::domain::draw_goals;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::Goals;
 use cosmic::random::{Purpose, stream_of};
-use cosmic::scene::{GoalKind, GoalsSettings};
+use cosmic::scene::{GoalKind, GoalsSettings, MovedBody};
 use cosmic::simulator::Span;
 use cosmic_lab::measure::{Errand, Errands, Loops};
 use cosmic_lab::walk::{place, walk};
@@ -92,6 +92,26 @@ fn disturbances_begin_after_the_start_and_change_walks_in_both_loops() {
         let lost = same(of, &found.lost);
         assert!(lost.iter().all(|&leg| leg == 0), "{lost:?}");
     }
+}
+
+/// Without gravity the speed of a push is 0. The two parts of the walk then join to the undisturbed one.
+#[test]
+fn a_push_of_no_speed_changes_nothing() {
+    let (mut case, goals) = robot(None);
+    (case.physics.gravity, case.moved) = (0.0, MovedBody::Nodes);
+    let found = measured(&(case, goals), 3);
+    let all = |loops: &Loops| [&loops.closed[..], &loops.open].concat().concat();
+    let pairs = all(&found.undisturbed).into_iter().zip(all(&found.pushed));
+    for (a, b) in pairs {
+        // The state before a push is rounded once more, when it is converted to the world's frame and back, and this
+        // rounding grows on the way.
+        let apart = (a.ratio.unwrap() - b.ratio.unwrap()).abs();
+        assert!(apart < 1e-9, "{a:?} is not {b:?}");
+    }
+    // The robots move, so that a wrong clock or a wrong start would be noticed.
+    let moved = all(&found.undisturbed).into_iter();
+    let moved = moved.filter(|errand| (errand.ratio.unwrap() - 1.0).abs() > 1e-4);
+    assert!(moved.count() > 48);
 }
 
 #[test]
