@@ -300,7 +300,7 @@ fn a_study_of_the_user_is_a_file() {
 }
 
 /// Trials whose goals are given, trials with a fixed goal, and a run that diverges.
-const ERRANDS: &str = "[[trials]]
+const TOLD: &str = "[[trials]]
 scene = 'tiny.toml'
 [[trials]]
 scene = 'goals.toml'
@@ -316,9 +316,9 @@ fn robots_with_given_goals_are_sent_on_errands() {
     let lattice = "lattice = { columns = 3, rows = 2, payload = 1 }";
     let goals = format!("base = 'errand'\n{lattice}\nphysics.steps = 64\n");
     bench.write("goals.toml", goals);
-    bench.write("errands.toml", ERRANDS);
-    bench.ok("study errands.toml --seeds 1 --iterations 1");
-    let results = "runs/study-errands/errands";
+    bench.write("told.toml", TOLD);
+    bench.ok("study told.toml --seeds 1 --iterations 1");
+    let results = "runs/study-told/told";
     has(
         &bench.read(&format!("{results}.md")),
         &["\n## Errands\n", "\n| wild | a push | – | –"],
@@ -348,7 +348,7 @@ fn robots_with_given_goals_are_sent_on_errands() {
             assert_eq!(row[column].as_f64(), cell.parse().ok(), "{row}");
         }
     }
-    let folder = "runs/study-errands/runs";
+    let folder = "runs/study-told/runs";
     assert!(
         bench
             .path(&format!("{folder}/goals-0/errands.json"))
