@@ -101,12 +101,13 @@ impl Errands {
         ("errand_rough", "rough ground", |errands| &errands.rough),
         ("errand_lost", "an actuator lost", |errands| &errands.lost),
     ];
-    pub(crate) const MEASURED: [Measured; 5] = [
+    pub(crate) const MEASURED: [Measured; 6] = [
         ("p50", "median", false, |_| true, 0.5),
         ("p75", "75 %", false, |_| true, 0.75),
         ("ahead_p50", "ahead", false, |errand| errand.ahead, 0.5),
         ("behind_p50", "behind", false, |errand| !errand.ahead, 0.5),
         ("open_p50", "open loop", true, |_| true, 0.5),
+        ("open_p75", "open loop, 75 %", true, |_| true, 0.75),
     ];
 
     /// The errands of a robot whose run diverged, for `count` goals in a sequence.

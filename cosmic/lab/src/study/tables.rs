@@ -194,7 +194,7 @@ pub(super) fn errands(rows: &[TrialRow]) -> Option<Table> {
     };
     // The part of the way that a robot walks, in the worse direction over that in the better one.
     let evenness = |pair: &(&TrialRow, Disturbed)| {
-        let [_, _, ahead, behind, _] = Errands::MEASURED.map(|measured| measure(pair, measured));
+        let [_, _, ahead, behind, ..] = Errands::MEASURED.map(|measured| measure(pair, measured));
         let (ahead, behind) = (1.0 - ahead?, 1.0 - behind?);
         let better = ahead.max(behind);
         (better > 0.0).then(|| ahead.min(behind) / better)
