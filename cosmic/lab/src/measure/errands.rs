@@ -42,7 +42,7 @@ pub struct Errands {
     pub pushed: Loops,
     /// The ground is rough, except below the robot at its start.
     pub rough: Loops,
-    /// One actuator, chosen at random, never changes its length.
+    /// One actuator, drawn anew for each sequence, is passive.
     pub lost: Loops,
 }
 
