@@ -348,17 +348,45 @@ fn robots_with_given_goals_are_sent_on_errands() {
             assert_eq!(row[column].as_f64(), cell.parse().ok(), "{row}");
         }
     }
-    let folder = "runs/study-told/runs";
-    assert!(
-        bench
-            .path(&format!("{folder}/goals-0/errands.json"))
-            .exists()
-    );
-    assert!(
-        !bench
-            .path(&format!("{folder}/tiny-0/errands.json"))
-            .exists()
-    );
+    let run = |trial: &str| format!("runs/study-told/runs/{trial}-0/errands.json");
+    assert!(!bench.path(&run("tiny")).exists());
+    are_quantiles(&goals[first..], &bench.json(&run("goals")));
+}
+
+/// Asserts that the numbers in the row of a run are quantiles of its errands.
+fn are_quantiles(row: &[&str], errands: &Value) {
+    let disturbances = ["undisturbed", "pushed", "rough", "lost"];
+    for (disturbance, cells) in disturbances.iter().zip(row.chunks(6)) {
+        let [closed, open] = ["closed", "open"].map(|loops| &errands[disturbance][loops]);
+        let expected = [
+            quantile(closed, |_| true, 0.5),
+            quantile(closed, |_| true, 0.75),
+            quantile(closed, |errand| errand["ahead"] == true, 0.5),
+            quantile(closed, |errand| errand["ahead"] == false, 0.5),
+            quantile(open, |_| true, 0.5),
+            quantile(open, |_| true, 0.75),
+        ];
+        for (cell, expected) in cells.iter().zip(expected) {
+            let found: f64 = cell.parse().unwrap();
+            // Numbers of about 1 after a few operations.
+            assert!(
+                (found - expected).abs() < 1e-14,
+                "{found} is not {expected}"
+            );
+        }
+    }
+}
+
+/// A quantile of the ratios of the errands that count, from `errands.json`.
+fn quantile(sequences: &Value, counts: fn(&Value) -> bool, q: f64) -> f64 {
+    let sequences = sequences.as_array().unwrap().iter();
+    let errands = sequences.flat_map(|sequence| sequence.as_array().unwrap());
+    let errands = errands.filter(|errand| counts(errand));
+    let mut ratios: Vec<f64> = errands.map(|e| e["ratio"].as_f64().unwrap()).collect();
+    ratios.sort_by(f64::total_cmp);
+    let at = q * (ratios.len() - 1) as f64;
+    let [below, above] = [at.floor(), at.ceil()].map(|k| ratios[k as usize]);
+    below + at.fract() * (above - below)
 }
 
 #[test]
