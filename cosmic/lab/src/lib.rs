@@ -9,7 +9,7 @@
 //! - [`walk`]: robots that walk to the goals that they are given.
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`export`]: files of a robot for other programs: MuJoCo and the workshop.
-//! - [`measure`]: measurements of finished runs, in changed scenes and in MuJoCo.
+//! - [`measure`]: measurements of finished runs: in changed scenes, on the way to unseen goals, and in MuJoCo.
 //! - [`verify`]: errors of trajectories and gradients and their cost; stability of extreme robots.
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: the experiments that a TOML file describes, compared with published numbers.

@@ -4,10 +4,12 @@ use crate::table::{Cell, Column, Table};
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector};
-use cosmic::policy::Goals;
+use cosmic::lattice::{Body, State};
+use cosmic::policy::{Controller, Goals};
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::GoalKind;
-use cosmic::simulator::{Guarded, Span};
+use cosmic::simulator::{Guarded, Span, Trajectory};
+use cosmic::task::Task;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -42,6 +44,8 @@ pub struct Leg {
     pub from: f64,
     /// When the goal ends, in seconds.
     pub until: f64,
+    /// True if the goal is ahead of the robot when it begins.
+    pub is_ahead: bool,
     /// The distance from the goal when it begins.
     pub way: f64,
     /// The distance from the goal when it ends. NaN if the robot diverged.
@@ -76,35 +80,21 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
     }
     let mut case = case.clone();
     case.physics.steps = steps;
-    let (task, dt) = (case.task().with_goals(goals), case.physics.dt);
-    let mut observed: BTreeSet<usize> = (0..steps).step_by(EVERY).chain([steps]).collect();
-    observed.extend(goals.times(steps).map(|(time, _)| time.start));
-    let span = Span::from_start(observed.into_iter().collect());
-    let (design, controller) = (case.own_design(), &case.controller);
-    let Guarded {
-        trajectory,
-        divergence,
-    } = task.guarded(&design, controller, &case.start, &span);
-    if let Some(divergence) = &divergence {
-        return Err(divergence.into());
-    }
-    let start = place(&case, 0.0).forward();
-    let along = |step: usize| task.ground().along(trajectory.position(step)) - start;
-    let leg = |(time, point): (Range<usize>, Vector<f64>)| {
-        let goal = point.forward() - start;
-        let [way, left] = [time.start, time.end].map(|step| (along(step) - goal).abs());
-        let [from, until] = [time.start, time.end].map(|step| step as f64 * dt);
-        Leg {
-            goal,
-            from,
-            until,
-            way,
-            left,
-        }
+    let task = case.task().with_goals(goals);
+    let walker = Walker {
+        body: task.body(&case.own_design()),
+        task: &task,
+        controller: &case.controller,
+        start: &case.start,
+        push: None,
     };
-    let legs = goals.times(steps).map(leg).collect();
-    let path = trajectory.steps.iter();
-    let path = path.map(|&step| [step as f64 * dt, along(step)]).collect();
+    let trajectory = walker.walk(goals, (0..steps).step_by(EVERY))?;
+    let (dt, start) = (case.physics.dt, walker.place());
+    let path = trajectory.steps.iter().map(|&step| {
+        let along = task.ground().along(trajectory.position(step)) - start;
+        [step as f64 * dt, along]
+    });
+    let (legs, path) = (walker.legs(goals, &trajectory), path.collect());
     Ok(Walk {
         goals: goals.clone(),
         trajectory: TrajectoryFile {
@@ -116,6 +106,100 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
         legs,
         path,
     })
+}
+
+/// A change of the velocity of a whole robot at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Push {
+    /// The number of steps before the push, at least 1.
+    pub(crate) after: usize,
+    /// What the push adds to the velocity of every node along the ground, m/s.
+    pub(crate) speed: f64,
+}
+
+/// A robot that walks to its goals, and may be disturbed.
+pub(crate) struct Walker<'a> {
+    /// The task, with the goals.
+    pub(crate) task: &'a Task,
+    pub(crate) body: Body<f64>,
+    pub(crate) controller: &'a Controller<f64>,
+    pub(crate) start: &'a State<f64>,
+    pub(crate) push: Option<Push>,
+}
+
+impl Walker<'_> {
+    /// Simulates the walk. The trajectory has the states after the numbers of steps `observed`, at every change of a
+    /// goal, and at the end.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`].
+    pub(crate) fn walk(
+        &self,
+        goals: &Goals,
+        observed: impl Iterator<Item = usize>,
+    ) -> Result<Trajectory<f64>> {
+        let steps = self.task.physics.steps;
+        let times = goals
+            .times(steps)
+            .flat_map(|(time, _)| [time.start, time.end]);
+        let observed: BTreeSet<usize> = observed.chain(times).chain([steps]).collect();
+        let Some(push) = self.push else {
+            let span = Span::from_start(observed.into_iter().collect());
+            return self.part(self.start, &span);
+        };
+        let before = observed.range(..push.after).copied();
+        let span = Span::from_start(before.chain([push.after]).collect());
+        let mut seen = self.part(self.start, &span)?;
+        let after: Vec<usize> = observed.range(push.after..).copied().collect();
+        let rest = after.iter().map(|step| step - push.after);
+        let rest = Span {
+            first: push.after,
+            ..Span::from_start(rest.collect())
+        };
+        let (_, pushed) = (seen.steps.pop(), seen.states.pop());
+        let mut pushed = pushed.expect("the state before the push is observed");
+        let change = Vector::upright(push.speed, 0.0);
+        let change = self.task.ground().vector_to_world(change);
+        pushed.v.iter_mut().for_each(|v| *v += change);
+        seen.steps.extend(after);
+        seen.states.extend(self.part(&pushed, &rest)?.states);
+        Ok(seen)
+    }
+
+    fn part(&self, start: &State<f64>, span: &Span) -> Result<Trajectory<f64>> {
+        let simulator = &self.task.simulator;
+        let Guarded {
+            trajectory,
+            divergence,
+        } = simulator.guarded(&self.body, self.controller, start, span);
+        divergence.map_or(Ok(trajectory), |divergence| Err((&divergence).into()))
+    }
+
+    /// The place of the payload along the ground at the start, in metres.
+    fn place(&self) -> f64 {
+        let payload = self.task.lattice.payload[0].node;
+        self.task.ground().along(self.start.x[payload])
+    }
+
+    /// The legs of a [walk](Self::walk).
+    pub(crate) fn legs(&self, goals: &Goals, trajectory: &Trajectory<f64>) -> Vec<Leg> {
+        let (start, physics) = (self.place(), &self.task.physics);
+        let along = |step: usize| self.task.ground().along(trajectory.position(step)) - start;
+        let leg = |(time, point): (Range<usize>, Vector<f64>)| {
+            let goal = point.forward() - start;
+            let ways = [time.start, time.end].map(|step| goal - along(step));
+            let [from, until] = [time.start, time.end].map(|step| step as f64 * physics.dt);
+            Leg {
+                goal,
+                from,
+                until,
+                is_ahead: ways[0] > 0.0,
+                way: ways[0].abs(),
+                left: ways[1].abs(),
+            }
+        };
+        goals.times(physics.steps).map(leg).collect()
+    }
 }
 
 /// A robot's way to a single goal.
@@ -145,6 +229,7 @@ pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
                 goal,
                 from: 0.0,
                 until: case.physics.steps as f64 * case.physics.dt,
+                is_ahead: goal > 0.0,
                 way: goal.abs(),
                 left: f64::NAN,
             },

@@ -9,6 +9,7 @@ mod export {
     mod stl;
 }
 mod measure {
+    mod errands;
     mod walks;
 }
 mod report {

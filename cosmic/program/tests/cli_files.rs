@@ -35,6 +35,14 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
+/// A scene of a robot that takes goals.
+const ERRAND: &str = "
+base = 'errand'
+lattice = { columns = 3, rows = 2, payload = 1 }
+[physics]
+steps = 64
+";
+
 /// The headings of the generated parts. Each generated part reaches from its heading to the end of the page.
 const KEYS: &str = "## Keys\n\n";
 const COLUMNS: &str = "## Columns of the tables\n\n";
@@ -148,6 +156,8 @@ fn of_folder(folder: &Path, found: &mut Found) {
 fn the_page_describes_all_files_of_runs_and_sweeps() {
     let bench = Bench::with(SCENE);
     bench.write("base.toml", SCENE.replace("base = 'stability'\n", ""));
+    bench.write("errand.toml", ERRAND);
+    bench.write("goals.toml", "[[trials]]\nscene = 'errand.toml'\n");
     for command in [
         "optimize tiny.toml --starts 2 --search halving --out runs/halved",
         "optimize --from runs/halved --out runs/on",
@@ -157,16 +167,20 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
         "sweep run runs/s --index all",
         "sweep merge runs/s",
         "study ablation --base base.toml --seeds 1 --iterations 2 --out runs/out --runs runs/study",
+        "study goals.toml --seeds 1 --iterations 1",
     ] {
         bench.ok(command);
     }
     let mut found = Found::default();
     of_folder(&bench.path("runs"), &mut found);
     let Found { mut names, tables } = found;
-    // The page cannot contain this file name, because the user chooses it.
-    names.remove("robustness.csv");
+    // The page cannot contain these file names, because the user chooses them.
+    for name in ["robustness.csv", "goals.csv", "goals.json"] {
+        names.remove(name);
+    }
     let table = tables.iter().map(|(name, columns)| match &name[..] {
         "ablation.csv" => format!("| `NAME.csv` of a study | {columns} |\n"),
+        "goals.csv" => format!("| of a study with given goals | {columns} |\n"),
         "robustness.csv" => format!("| of `robustness` | {columns} |\n"),
         _ => format!("| `{name}` | {columns} |\n"),
     });

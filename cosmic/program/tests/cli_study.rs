@@ -54,6 +54,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
         ("\n| h, all three | 1.91 |", 1),
         ("\n| Does ", 4),
         ("\n| What does ", 3),
+        ("\n## Errands", 0),
         ("NaN", 0),
     ] {
         assert_eq!(document.matches(what).count(), count, "{what}: {document}");
@@ -296,6 +297,96 @@ fn a_study_of_the_user_is_a_file() {
     bench.write("grounds.toml", OWN.replace("9.81", "3.7"));
     let says = "heavy: physics.gravity=9.81 in the existing results, but physics.gravity=3.7 in";
     bench.fails("study grounds.toml", 2, &[says]);
+}
+
+/// Trials whose goals are given, trials with a fixed goal, and a run that diverges.
+const TOLD: &str = "[[trials]]
+scene = 'tiny.toml'
+[[trials]]
+scene = 'goals.toml'
+[[trials]]
+name = 'wild'
+scene = 'goals.toml'
+settings.physics.speed_bound = 1e-3
+";
+
+#[test]
+fn robots_with_given_goals_are_sent_on_errands() {
+    let bench = Bench::default();
+    let lattice = "lattice = { columns = 3, rows = 2, payload = 1 }";
+    let goals = format!("base = 'errand'\n{lattice}\nphysics.steps = 64\n");
+    bench.write("goals.toml", goals);
+    bench.write("told.toml", TOLD);
+    bench.ok("study told.toml --seeds 1 --iterations 1");
+    let results = "runs/study-told/told";
+    has(
+        &bench.read(&format!("{results}.md")),
+        &["\n## Errands\n", "\n| wild | a push | – | –"],
+    );
+    let csv = bench.read(&format!("{results}.csv"));
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    let [head, tiny, goals, wild] = &rows[..] else {
+        panic!("{csv}")
+    };
+    let first = head.iter().position(|name| *name == "errand_p50").unwrap();
+    assert!(
+        tiny[first..]
+            .iter()
+            .chain(&wild[first..])
+            .all(|cell| cell.is_empty())
+    );
+    // The table of a single seed has the numbers of its run: six for each disturbance.
+    let json = bench.json(&format!("{results}.json"));
+    let mut tables = json["tables"].as_array().unwrap().iter();
+    let table = tables.find(|table| table["table"] == "errands").unwrap();
+    let shown = table["rows"].as_array().unwrap();
+    assert_eq!(shown.len(), 8);
+    for (row, cells) in shown.iter().zip(goals[first..].chunks(6)) {
+        assert_eq!(row["trial"], "goals");
+        let columns = "median;75 %;ahead;behind;open loop;open loop, 75 %";
+        for (column, cell) in columns.split(';').zip(cells) {
+            assert_eq!(row[column].as_f64(), cell.parse().ok(), "{row}");
+        }
+    }
+    let run = |trial: &str| format!("runs/study-told/runs/{trial}-0/errands.json");
+    assert!(!bench.path(&run("tiny")).exists());
+    are_quantiles(&goals[first..], &bench.json(&run("goals")));
+}
+
+/// Asserts that the numbers in the row of a run are quantiles of its errands.
+fn are_quantiles(row: &[&str], errands: &Value) {
+    let disturbances = ["undisturbed", "pushed", "rough", "lost"];
+    for (disturbance, cells) in disturbances.iter().zip(row.chunks(6)) {
+        let [closed, open] = ["closed", "open"].map(|loops| &errands[disturbance][loops]);
+        let expected = [
+            quantile(closed, |_| true, 0.5),
+            quantile(closed, |_| true, 0.75),
+            quantile(closed, |errand| errand["ahead"] == true, 0.5),
+            quantile(closed, |errand| errand["ahead"] == false, 0.5),
+            quantile(open, |_| true, 0.5),
+            quantile(open, |_| true, 0.75),
+        ];
+        for (cell, expected) in cells.iter().zip(expected) {
+            let found: f64 = cell.parse().unwrap();
+            // Numbers of about 1 after a few operations.
+            assert!(
+                (found - expected).abs() < 1e-14,
+                "{found} is not {expected}"
+            );
+        }
+    }
+}
+
+/// A quantile of the ratios of the errands that count, from `errands.json`.
+fn quantile(sequences: &Value, counts: fn(&Value) -> bool, q: f64) -> f64 {
+    let sequences = sequences.as_array().unwrap().iter();
+    let errands = sequences.flat_map(|sequence| sequence.as_array().unwrap());
+    let errands = errands.filter(|errand| counts(errand));
+    let mut ratios: Vec<f64> = errands.map(|e| e["ratio"].as_f64().unwrap()).collect();
+    ratios.sort_by(f64::total_cmp);
+    let at = q * (ratios.len() - 1) as f64;
+    let [below, above] = [at.floor(), at.ceil()].map(|k| ratios[k as usize]);
+    below + at.fract() * (above - below)
 }
 
 #[test]

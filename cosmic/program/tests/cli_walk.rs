@@ -19,6 +19,7 @@ base = 'errand'
 [lattice]
 columns = 3
 rows = 3
+payload = 1
 [physics]
 dt = 0.00125
 steps = 512
@@ -70,7 +71,7 @@ fn the_table_has_the_numbers_of_a_rollout() {
     let task = case.task().with_goals(&goals);
     let span = Span::from_start(vec![320, 800]);
     let seen = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
-    let start = case.start.x[0].forward();
+    let start = place(&case, 0.0).forward();
     let [middle, end] = [320, 800].map(|step| seen.position(step).forward() - start);
 
     let rows = walked("--goal 0.3 --goal -0.2@0.4s --seconds 1");
@@ -204,7 +205,7 @@ fn a_walk_is_drawn_with_its_goals() {
         ],
     );
     let data = data(&page);
-    let (start, ground) = (case().start.x[0].forward(), case().physics.ground_height);
+    let (start, ground) = (place(&case(), 0.0).forward(), case().physics.ground_height);
     let goals = data["goals"].as_array().unwrap();
     assert_eq!(goals.len(), 2);
     for (goal, expected) in goals.iter().zip([

@@ -56,7 +56,7 @@ pub use delivery::Delivery;
 pub use domains::VARIED;
 pub use evaluator::Evaluator;
 pub use progress::{Candidate, Progress, Record, Settled};
-pub use quantiles::Quantiles;
+pub use quantiles::{Quantiles, quantile};
 #[cfg(feature = "files")]
 pub(crate) use reach::is_ranked_by_distance;
 pub use reach::{Reached, first_best};

@@ -14,34 +14,39 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// The quantiles of a sample, with linear interpolation. NaN and infinities, from diverged rollouts, count as minus
-    /// infinity. A quantile between minus infinity and a number is minus infinity.
+    /// The [quantiles](quantile()) of a sample.
     ///
     /// # Panics
     /// If the sample is empty.
     pub fn of(sample: &[f64]) -> Self {
-        assert!(
-            !sample.is_empty(),
-            "the sample is empty, but quantiles need at least one number"
-        );
-        let fallen = f64::NEG_INFINITY;
-        let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
-        let mut sorted: Vec<f64> = sample.iter().map(finite).collect();
-        sorted.sort_by(f64::total_cmp);
-        let quantile = |q: f64| {
-            let at = q * (sorted.len() - 1) as f64;
-            let (below, share) = (sorted[at.floor() as usize], at.fract());
-            let above = sorted[at.ceil() as usize];
-            if below.is_finite() {
-                below + share * (above - below)
-            } else {
-                fallen
-            }
-        };
         Self {
-            p10: quantile(0.1),
-            p50: quantile(0.5),
-            p90: quantile(0.9),
+            p10: quantile(sample, 0.1),
+            p50: quantile(sample, 0.5),
+            p90: quantile(sample, 0.9),
         }
+    }
+}
+
+/// The quantile `q` (from 0 to 1) of a sample, with linear interpolation. NaN and infinities, from diverged rollouts,
+/// count as minus infinity. A quantile between minus infinity and a number is minus infinity.
+///
+/// # Panics
+/// If the sample is empty.
+pub fn quantile(sample: &[f64], q: f64) -> f64 {
+    assert!(
+        !sample.is_empty(),
+        "the sample is empty, but quantiles need at least one number"
+    );
+    let fallen = f64::NEG_INFINITY;
+    let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
+    let mut sorted: Vec<f64> = sample.iter().map(finite).collect();
+    sorted.sort_by(f64::total_cmp);
+    let at = q * (sorted.len() - 1) as f64;
+    let (below, share) = (sorted[at.floor() as usize], at.fract());
+    let above = sorted[at.ceil() as usize];
+    if below.is_finite() {
+        below + share * (above - below)
+    } else {
+        fallen
     }
 }

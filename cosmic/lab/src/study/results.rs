@@ -3,7 +3,7 @@
 
 use super::file::{Trial, Variant};
 use super::tables::{
-    DISPLACEMENT, TrialRow, all_departures, departures, in_mujoco, questions, runs, trials,
+    DISPLACEMENT, TrialRow, all_departures, departures, errands, in_mujoco, questions, runs, trials,
 };
 use super::work::Study;
 use crate::files::{write_text, write_texts};
@@ -122,6 +122,7 @@ impl Study {
         let of_trials = |variant| trials(variant, &rows_of(rows, variant), &known);
         let mut tables: Vec<Table> = keys.variants.iter().map(of_trials).collect();
         tables.push(departures(&known));
+        tables.extend(errands(rows));
         tables.extend((!keys.mujoco.is_empty()).then(|| in_mujoco(&keys.mujoco, rows)));
         tables.extend((!keys.questions.is_empty()).then(|| questions(&keys.questions, rows)));
         for table in &tables {

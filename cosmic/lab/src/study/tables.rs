@@ -1,6 +1,7 @@
 //! The tables of a study: its trials, the robots in MuJoCo, its questions and its runs.
 
 use super::file::{Question, Trial, Variant};
+use crate::measure::{Disturbed, Errands, Measured, quantile_of};
 use crate::statistics::{Statistics, mean};
 use crate::table::{Cell, Column, Table};
 use cosmic::record::summary::ratio;
@@ -18,6 +19,8 @@ pub(super) struct Run {
     /// The name and the number of each column. A number is NaN if a rollout diverged, and `None` if it is a ratio that
     /// is meaningless because the robot is unreliable.
     pub(super) numbers: Vec<(String, Option<f64>)>,
+    /// The walks to unseen goals; `None` if the goal is fixed.
+    pub(super) errands: Option<Errands>,
 }
 
 impl Run {
@@ -175,6 +178,35 @@ pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
         });
     }
     table.decimals(2, NONE).done()
+}
+
+/// The table of the walks to unseen goals, with a row for each trial and disturbance; `None` if no trial has given goals.
+/// Quantiles are over the goals of all seeds.
+pub(super) fn errands(rows: &[TrialRow]) -> Option<Table> {
+    let with_errands = |row: &&TrialRow| row.runs.iter().all(|run| run.errands.is_some());
+    let of_row = |row| Errands::DISTURBED.map(|disturbed| (row, disturbed));
+    let pairs: Vec<_> = (rows.iter().filter(with_errands))
+        .flat_map(of_row)
+        .collect();
+    let measure = |&(row, (.., of)): &(&TrialRow, Disturbed), measured: Measured| {
+        let robots = row.runs.iter().filter_map(|run| run.errands.as_ref());
+        quantile_of(robots.map(of), measured)
+    };
+    // The part of the way that a robot walks, in the worse direction over that in the better one.
+    let evenness = |pair: &(&TrialRow, Disturbed)| {
+        let [_, _, ahead, behind, ..] = Errands::MEASURED.map(|measured| measure(pair, measured));
+        let (ahead, behind) = (1.0 - ahead?, 1.0 - behind?);
+        let better = ahead.max(behind);
+        (better > 0.0).then(|| ahead.min(behind) / better)
+    };
+    let mut table = Table::of("errands", "Errands", &pairs)
+        .column("trial", "", |(row, _)| &row.trial.title[..])
+        .column("disturbance", "", |(_, (_, title, _))| *title);
+    for measured in Errands::MEASURED {
+        table = table.column(measured.1, "", |pair| measure(pair, measured));
+    }
+    let table = table.column("worse / better", "", evenness);
+    (!pairs.is_empty()).then(|| table.decimals(2, NONE).done())
 }
 
 /// The table with a row for each question. A question asks for the change from one group of trials to another. Runs

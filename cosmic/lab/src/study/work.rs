@@ -2,12 +2,13 @@
 
 use super::file::{Base, StudyFile, Trial};
 use super::tables::{Run, TrialRow};
-use crate::measure::numbers;
+use crate::measure::{Errands, numbers};
 use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
 use cosmic::Registry;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::lattice::Lattice;
 use cosmic::record::files::make_folder;
+use cosmic::scene::{GoalKind, Scene};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -133,7 +134,10 @@ impl Study {
     pub fn write(&self) -> Result<Vec<PathBuf>> {
         let trials = self.file.trials(&self.base, &self.registry)?;
         let (plan, seeds) = (self.plan(&trials), self.seeds.get());
-        let run = |index: usize, length: f64| -> Result<Run> {
+        let has_goals = |scene: &Scene| scene.controller.goals == GoalKind::Given;
+        let any_goals = trials.iter().any(|trial| has_goals(&trial.scene));
+        let run = |index: usize, scene: &Scene| -> Result<Run> {
+            let length = Lattice::new(&scene.lattice, &scene.physics).length();
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
             // A finished run may lack its measurements, if its process was killed before it measured.
@@ -142,19 +146,27 @@ impl Study {
                 study.measure(&folder, &self.registry, &|| false).map(drop)
             })?;
             let finished = (state != RunState::Diverged).then_some(&*folder);
-            let numbers = numbers(finished, length, &self.file.keys.mujoco)?;
+            let errands = match finished {
+                _ if !has_goals(scene) => None,
+                Some(folder) => Some(Errands::read(folder)?),
+                None => Some(Errands::of_diverged(scene.goals.count)),
+            };
+            let mut numbers = numbers(finished, length, &self.file.keys.mujoco)?;
+            if any_goals {
+                numbers.extend(Errands::numbers(errands.as_ref()));
+            }
             Ok(Run {
                 seed,
                 folder,
                 numbers,
+                errands,
             })
         };
         let row = |(k, trial): (usize, Trial)| {
-            let length = Lattice::new(&trial.scene.lattice, &trial.scene.physics).length();
-            let runs = (k * seeds..(k + 1) * seeds).map(|index| run(index, length));
+            let runs = (k * seeds..(k + 1) * seeds).map(|index| run(index, &trial.scene));
             Ok(TrialRow {
-                trial,
                 runs: runs.collect::<Result<_>>()?,
+                trial,
             })
         };
         let rows = trials.into_iter().enumerate().map(row);

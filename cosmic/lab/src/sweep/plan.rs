@@ -1,7 +1,7 @@
 //! The scenes and seeds of a sweep, fixed when it is planned.
 
 use super::RunState;
-use crate::measure::{Check, Walks, check_python};
+use crate::measure::{Check, Errands, Walks, check_python};
 use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
@@ -108,6 +108,9 @@ impl PlannedStudy {
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Option<()>> {
         Check::keep(run, registry)?;
+        if Errands::keep(run, registry, is_stopped)?.is_none() {
+            return Ok(None);
+        }
         match &self.python {
             None => Ok(Some(())),
             Some(python) => {
