@@ -100,6 +100,8 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| !s.has_task();
     "robust.samples": "gradients are means over random variations of the robot and its surroundings"
         if |s| s.robust.samples > 0;
+    "lattice.mirror": "the robot is its own mirror image, front and back"
+        if |s| s.lattice.mirror;
     "controller.two_goals": "the controller is also trained for a goal behind the robot"
         if |s| s.controller.two_goals;
     "materials.penalisation": "the stiffness of mixtures is penalised, as in SIMP"
