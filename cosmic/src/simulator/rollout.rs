@@ -103,9 +103,10 @@ impl Simulator {
         }
     }
 
-    /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their components are
-    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.1.along` and so on, so that robots
-    /// of one batch may have other points, and rollouts can be differentiated with respect to them.
+    /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their numbers are
+    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.0.is_point`, `goal.1.along` and so
+    /// on, so that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
+    /// With an `is_point` of 1, `along` and `above` are a point, in metres. With 0, `along` is a velocity, in m/s.
     ///
     /// # Panics
     /// If goals are not inputs of a rollout (`controller.goals = "given"`).
@@ -245,12 +246,12 @@ impl Simulator {
     /// The goals in these surroundings.
     fn goals_in<R: Real>(&self, surroundings: &Surroundings<R>) -> Option<Goals<R>> {
         let goals = self.robot.goals.as_ref()?;
-        let point = |k: usize| surroundings.point(self.robot.mechanics.inputs.len(), k);
+        let goal = |k: usize| surroundings.goal(self.robot.mechanics.inputs.len(), k);
         let later = goals.later.iter().enumerate();
         Some(Goals {
-            first: point(0),
+            first: goal(0),
             later: later
-                .map(|(k, &(steps, _))| (steps, point(k + 1)))
+                .map(|(k, &(steps, _))| (steps, goal(k + 1)))
                 .collect(),
         })
     }
