@@ -90,9 +90,7 @@ impl<R: Copy> Goals<R> {
         let later = self.later.iter();
         Goals {
             first: self.first.map(&f),
-            later: later
-                .map(|&(steps, goal)| (steps, goal.map(&f)))
-                .collect(),
+            later: later.map(|&(steps, goal)| (steps, goal.map(&f))).collect(),
         }
     }
 
@@ -180,20 +178,6 @@ impl Goals {
                 .collect::<Vec<_>>()
         };
         changes(self) == changes(other)
-    }
-
-    /// The goals on the other side of the origin.
-    pub(crate) fn turned_back(&self) -> Self {
-        let turned = |goal: Goal| match goal {
-            Goal::Point(point) => Goal::Point(Vector::upright(-point.forward(), point.up())),
-            Goal::Velocity(velocity) => Goal::Velocity(-velocity),
-        };
-        Self {
-            first: turned(self.first),
-            later: (self.later.iter())
-                .map(|&(steps, goal)| (steps, turned(goal)))
-                .collect(),
-        }
     }
 
     /// The input of a step with which it [picks](Pick) its goal: a pair of ones for the goal that holds, a pair of

@@ -184,7 +184,9 @@ impl Robot {
     fn with_inputs(self) -> Self {
         let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
         let of_goals = goals.flat_map(|(k, goal)| {
-            let numbers = ["along", "above", "is_point"].into_iter().zip(goal.to_numbers());
+            let numbers = ["along", "above", "is_point"]
+                .into_iter()
+                .zip(goal.to_numbers());
             numbers.map(move |(name, value)| StepInput {
                 name: format!("goal.{k}.{name}"),
                 value,
@@ -313,15 +315,18 @@ impl Robot {
         };
         // Only one goal holds and all others add zeros, so the sums have the bits of that goal.
         let pairs = given.goals.iter().zip(legs);
-        let sum = pairs.fold(None, |sum: Option<[Array; 2]>, (&[goal, is_point], &holds)| {
-            let sums = match sum {
-                None => p.map(Hold, [goal, is_point, holds]),
-                Some([goals, are_points]) => {
-                    p.map(Pick, [goals, are_points, goal, is_point, holds])
-                }
-            };
-            Some(sums)
-        });
+        let sum = pairs.fold(
+            None,
+            |sum: Option<[Array; 2]>, (&[goal, is_point], &holds)| {
+                let sums = match sum {
+                    None => p.map(Hold, [goal, is_point, holds]),
+                    Some([goals, are_points]) => {
+                        p.map(Pick, [goals, are_points, goal, is_point, holds])
+                    }
+                };
+                Some(sums)
+            },
+        );
         // A single goal always holds.
         let goal = sum.or(given.goals.first().copied());
         let seen = Seen {

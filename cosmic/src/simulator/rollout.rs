@@ -150,15 +150,13 @@ impl Simulator {
         }
     }
 
-    /// A copy of this simulator in which the controller sees the goal in the opposite direction.
+    /// A copy of this simulator in which the controller sees its goal in the opposite direction. Goals that are inputs of a
+    /// rollout stay as they are.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         let mut other = self.clone();
         other.robot.settings = self.robot.settings.turned_back();
-        match &self.robot.goals {
-            Some(goals) => other.with_goals(&goals.turned_back()),
-            None => other,
-        }
+        other
     }
 
     /// The surroundings of the scene, whose numbers are constants: gravity, friction, the settings of the laws, and the
@@ -250,9 +248,7 @@ impl Simulator {
         let later = goals.later.iter().enumerate();
         Some(Goals {
             first: goal(0),
-            later: later
-                .map(|(k, &(steps, _))| (steps, goal(k + 1)))
-                .collect(),
+            later: later.map(|(k, &(steps, _))| (steps, goal(k + 1))).collect(),
         })
     }
 

@@ -113,7 +113,10 @@ impl<'r> Motion<'r> {
         let flag = |(time, goal): (std::ops::Range<usize>, Goal)| {
             let from = time.start as f64 * self.trajectory.dt;
             let payload = self.payload(&self.states()[self.index_at(from)]);
-            let place = goal.place(ground.along(payload), time.len() as f64 * self.trajectory.dt);
+            let place = goal.place(
+                ground.along(payload),
+                time.len() as f64 * self.trajectory.dt,
+            );
             let along = place - ground.along(start);
             let x = start.forward() + along * ground.tangent().forward();
             Flag {
