@@ -19,6 +19,8 @@ base = 'errand'
 [lattice]
 columns = 3
 rows = 3
+payload = 0
+mirror = false
 [physics]
 dt = 0.00125
 steps = 512
