@@ -83,7 +83,7 @@ const WORLDS: [&str; 7] = [
     "base = 'earth'",
     // In single precision, a derivative differs in its last digit at the smallest size, and nowhere else. In double
     // precision all bits agree.
-    "base = 'errand'\ngradient.precision = 'f64'",
+    "base = 'errand'\ngradient.precision = 'f64'\nlattice.mirror = false",
     "base = 'coulomb'\nphysics.incline_deg = 12.0\nlattice.kind = 'triangular'",
     "base = 'stability'\nphysics = { integrator = 'leapfrog', substeps = 3, stiffening = 40.0 }",
     "base = 'rough'\ncontroller = { goal_relative = true, goal_scale = 0.5 }",
