@@ -30,4 +30,5 @@ mod scale;
 mod stability;
 mod surroundings;
 mod time_step;
+mod velocity_goals;
 mod void_edges;

@@ -7,6 +7,7 @@ use autodiff::Real;
 
 use super::Loss;
 use crate::geometry::Ground;
+use crate::policy::Goal;
 use crate::scene::{LossSettings, Scene};
 use crate::simulator::Trajectory;
 
@@ -19,12 +20,18 @@ use crate::simulator::Trajectory;
 /// left is the distance of the payload from the goal, plus its speed along the ground multiplied by a time; both are
 /// means over the last part of the goal's time, for which `loss.window` and `loss.every` hold. At most half of the time
 /// counts.
+///
+/// The way of a goal that is a velocity is the distance that the payload covers at this velocity while the goal holds, from
+/// where it is when the goal begins. What is left is its distance from the end of this way when the goal ends. The
+/// velocity must not be 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errand {
     ground: Ground,
     settings: LossSettings,
     /// The time by which a speed is multiplied, s.
     settle: f64,
+    /// The time step, s.
+    dt: f64,
     /// The numbers of steps at which goals may change.
     changes: Vec<usize>,
 }
@@ -36,6 +43,7 @@ impl Errand {
             ground: Ground::from(&scene.physics),
             settings: scene.loss.clone(),
             settle: scene.objective.settle,
+            dt: scene.physics.dt,
             changes: scene.goals.changes(scene.physics.steps).collect(),
         }
     }
@@ -74,16 +82,21 @@ impl Loss for Errand {
         let mut before = self.ground.along(trajectory.position(0));
         let mut left = Vec::new();
         for (time, goal) in goals.times(trajectory.last_step()) {
-            let goal = goal.forward();
-            let off = |step: usize| {
-                let along = self.ground.along(trajectory.position(step));
-                let speed = self.ground.along(trajectory.velocity(step));
-                (along - goal).abs() + speed.abs() * R::lit(self.settle)
-            };
-            let offs: Vec<R> = self.read(time).map(off).collect();
-            let mean = R::sum_of(&offs) * R::lit(1.0 / offs.len() as f64);
-            left.push(mean / (goal - before).abs());
-            before = goal;
+            let along = |step: usize| self.ground.along(trajectory.position(step));
+            let speed = |step: usize| self.ground.along(trajectory.velocity(step));
+            let place = goal.place(along(time.start), time.len() as f64 * self.dt);
+            let off = |step: usize| (along(step) - place).abs();
+            left.push(match goal {
+                Goal::Point(_) => {
+                    let settle = R::lit(self.settle);
+                    let off = |step: usize| off(step) + speed(step).abs() * settle;
+                    let offs: Vec<R> = self.read(time).map(off).collect();
+                    let mean = R::sum_of(&offs) * R::lit(1.0 / offs.len() as f64);
+                    mean / (place - before).abs()
+                }
+                Goal::Velocity(_) => off(time.end) / off(time.start),
+            });
+            before = place;
         }
         R::sum_of(&left) * R::lit(1.0 / left.len() as f64)
     }

@@ -1,22 +1,87 @@
 //! Goals: where a robot is to go. They are inputs of a rollout, and may change while the robot walks.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use autodiff::Real;
 use autodiff::arrays::Kernel;
 
 use crate::geometry::Vector;
+use crate::scene::ControllerSettings;
 
-/// The goals of a robot, one after the other. Each is a point in the ground's frame, measured from the world's origin:
-/// along the ground and normal to it, in metres.
+/// Where a robot is to go: to a point, or on and on at a velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal<R = f64> {
+    /// A point in the ground's frame, measured from the world's origin: along the ground and normal to it, in metres.
+    Point(Vector<R>),
+    /// A velocity along the ground, in m/s. A negative one is backwards.
+    Velocity(R),
+}
+
+impl<R> From<Vector<R>> for Goal<R> {
+    fn from(point: Vector<R>) -> Self {
+        Self::Point(point)
+    }
+}
+
+impl<R: Copy> Goal<R> {
+    /// This goal with `f` applied to every number.
+    pub fn map<S>(self, f: impl Fn(R) -> S) -> Goal<S> {
+        match self {
+            Self::Point(point) => Goal::Point(point.map(f)),
+            Self::Velocity(velocity) => Goal::Velocity(f(velocity)),
+        }
+    }
+}
+
+impl<R: Real> Goal<R> {
+    /// The place along the ground where the robot is to be `time` seconds after it was at `from`, in metres.
+    pub fn place(self, from: R, time: f64) -> R {
+        match self {
+            Self::Point(point) => point.forward(),
+            Self::Velocity(velocity) => from + velocity * R::lit(time),
+        }
+    }
+
+    /// The numbers of the surroundings: the position or the velocity along the ground, the height, and 1 for a point or
+    /// 0 for a velocity.
+    pub(crate) fn to_numbers(self) -> [R; 3] {
+        match self {
+            Self::Point(point) => [point.forward(), point.up(), R::one()],
+            Self::Velocity(velocity) => [velocity, R::zero(), R::zero()],
+        }
+    }
+
+    /// The goal with these numbers of the surroundings.
+    pub(crate) fn of_numbers([along, above, is_point]: [R; 3]) -> Self {
+        match is_point.is_zero() {
+            true => Self::Velocity(along),
+            false => Self::Point(Vector::upright(along, above)),
+        }
+    }
+
+    /// The point and the number with which [`Offset`] computes the offset of this goal, if positions are measured from
+    /// `origin`. A velocity is a point that keeps `lead` seconds ahead of the robot.
+    pub(crate) fn observed_as(self, origin: Vector<R>, lead: f64) -> (Vector<R>, R) {
+        match self {
+            Self::Point(point) => (point - origin, R::one()),
+            Self::Velocity(velocity) => {
+                let ahead = velocity * R::lit(lead);
+                (Vector::upright(ahead, R::zero()), R::zero())
+            }
+        }
+    }
+}
+
+/// The goals of a robot, one after the other.
 ///
-/// Robots of one batch may have different points, but change their goals at the same steps.
+/// Robots of one batch may have different goals, but change them at the same steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goals<R = f64> {
     /// The first goal.
-    pub first: Vector<R>,
+    pub first: Goal<R>,
     /// The later goals, each with the number of steps after which it replaces the goal before it, ascending.
-    pub later: Vec<(usize, Vector<R>)>,
+    pub later: Vec<(usize, Goal<R>)>,
 }
 
 impl<R: Copy> Goals<R> {
@@ -25,16 +90,14 @@ impl<R: Copy> Goals<R> {
         let later = self.later.iter();
         Goals {
             first: self.first.map(&f),
-            later: later
-                .map(|&(steps, point)| (steps, point.map(&f)))
-                .collect(),
+            later: later.map(|&(steps, goal)| (steps, goal.map(&f))).collect(),
         }
     }
 
     /// A goal that does not change.
-    pub fn at(point: Vector<R>) -> Self {
+    pub fn at(goal: impl Into<Goal<R>>) -> Self {
         Self {
-            first: point,
+            first: goal.into(),
             later: Vec::new(),
         }
     }
@@ -44,23 +107,34 @@ impl<R: Copy> Goals<R> {
     /// # Panics
     /// If the last goal began later or at the same step.
     #[must_use]
-    pub fn then(mut self, steps: usize, point: Vector<R>) -> Self {
+    pub fn then(mut self, steps: usize, goal: impl Into<Goal<R>>) -> Self {
         let last = self.later.last().map_or(0, |&(steps, _)| steps);
         assert!(
             steps > last,
             "a goal begins after {steps} steps, and the goal before it after {last}"
         );
-        self.later.push((steps, point));
+        self.later.push((steps, goal.into()));
         self
     }
 
-    /// All points in order.
-    pub fn points(&self) -> impl Iterator<Item = Vector<R>> {
-        let later = self.later.iter().map(|&(_, point)| point);
+    /// All goals in order.
+    pub fn iter(&self) -> impl Iterator<Item = Goal<R>> {
+        let later = self.later.iter().map(|&(_, goal)| goal);
         std::iter::once(self.first).chain(later)
     }
 
-    /// The number of points.
+    /// All goals in order, if each is a point.
+    ///
+    /// # Panics
+    /// If a goal is a velocity.
+    pub fn points(&self) -> impl Iterator<Item = Vector<R>> {
+        self.iter().map(|goal| match goal {
+            Goal::Point(point) => point,
+            Goal::Velocity(_) => panic!("expected goals that are points, but one is a velocity"),
+        })
+    }
+
+    /// The number of goals.
     pub(crate) fn count(&self) -> usize {
         1 + self.later.len()
     }
@@ -68,27 +142,27 @@ impl<R: Copy> Goals<R> {
     /// These goals as they are after this number of steps: the first one is the goal that holds then.
     pub(crate) fn after(&self, steps: usize) -> Self {
         let place = self.place(steps);
-        let first = self.points().nth(place).expect("a goal holds at any time");
+        let first = self.iter().nth(place).expect("a goal holds at any time");
         let later = self.later[place..].iter();
         Self {
             first,
-            later: later.map(|&(from, point)| (from - steps, point)).collect(),
+            later: later.map(|&(from, goal)| (from - steps, goal)).collect(),
         }
     }
 
-    /// The place, among the points, of the goal that holds in the step after `steps` steps.
+    /// The place, among the goals, of the goal that holds in the step after `steps` steps.
     pub fn place(&self, steps: usize) -> usize {
         self.later.iter().filter(|(from, _)| *from <= steps).count()
     }
 
     /// Each goal with the steps in which it holds, in a rollout of `steps` steps. Goals that begin later are left out.
-    pub fn times(&self, steps: usize) -> impl Iterator<Item = (Range<usize>, Vector<R>)> {
+    pub fn times(&self, steps: usize) -> impl Iterator<Item = (Range<usize>, Goal<R>)> {
         let changes = self.later.iter().map(|&(from, _)| from);
         let from = [0].into_iter().chain(changes.clone());
         let to = changes.chain([usize::MAX]);
         let times = from.zip(to).map(move |(from, to)| from..to.min(steps));
         times
-            .zip(self.points())
+            .zip(self.iter())
             .take_while(|(time, _)| !time.is_empty())
     }
 }
@@ -106,17 +180,6 @@ impl Goals {
         changes(self) == changes(other)
     }
 
-    /// The goals on the other side of the origin.
-    pub(crate) fn turned_back(&self) -> Self {
-        let turned = |point: Vector<f64>| Vector::upright(-point.forward(), point.up());
-        Self {
-            first: turned(self.first),
-            later: (self.later.iter())
-                .map(|&(steps, point)| (steps, turned(point)))
-                .collect(),
-        }
-    }
-
     /// The input of a step with which it [picks](Pick) its goal: a pair of ones for the goal that holds, a pair of
     /// zeros for every other goal. A single goal needs no input.
     pub(crate) fn holds(&self, steps: usize) -> impl Iterator<Item = [f64; 2]> {
@@ -126,33 +189,41 @@ impl Goals {
     }
 }
 
-/// The kernel that multiplies the first goal of a rollout by 1 if it holds, or else by 0.
+/// The time by which a goal that is a velocity keeps ahead of the robot, s: one and a half periods of the clock at the
+/// frequency `omega`. Trained robots then walk at about that velocity. It is at most 1e6 s, so that without a clock the
+/// observed goal is the direction.
+pub(crate) fn lead(settings: &ControllerSettings) -> f64 {
+    (1.5 * TAU / settings.omega).min(1e6)
+}
+
+/// The kernel that multiplies the numbers of the first goal of a rollout by 1 if it holds, or else by 0.
 pub(crate) struct Hold;
 
-impl Kernel<2, 1> for Hold {
+impl Kernel<3, 2> for Hold {
     #[inline(always)]
-    fn eval<R: Real>(&self, [goal, holds]: [R; 2]) -> [R; 1] {
-        [holds * goal]
+    fn eval<R: Real>(&self, [goal, is_point, holds]: [R; 3]) -> [R; 2] {
+        [holds * goal, holds * is_point]
     }
 }
 
-/// The kernel that adds another goal to such a sum, multiplied by 1 if it holds, or else by 0.
+/// The kernel that adds the numbers of another goal to such sums, multiplied by 1 if it holds, or else by 0.
 pub(crate) struct Pick;
 
-impl Kernel<3, 1> for Pick {
+impl Kernel<5, 2> for Pick {
     #[inline(always)]
-    fn eval<R: Real>(&self, [sum, goal, holds]: [R; 3]) -> [R; 1] {
-        [sum + holds * goal]
+    fn eval<R: Real>(&self, [goals, are_points, goal, is_point, holds]: [R; 5]) -> [R; 2] {
+        [goals + holds * goal, are_points + holds * is_point]
     }
 }
 
-/// The kernel that computes the offset of a goal from a place.
+/// The kernel that computes the offset of a goal from a place. `is_point` is 1 for a point, and 0 for a goal that keeps
+/// its distance from the robot.
 pub(super) struct Offset;
 
-impl Kernel<2, 1> for Offset {
+impl Kernel<3, 1> for Offset {
     #[inline(always)]
-    fn eval<R: Real>(&self, [goal, place]: [R; 2]) -> [R; 1] {
-        [goal - place]
+    fn eval<R: Real>(&self, [goal, is_point, place]: [R; 3]) -> [R; 1] {
+        [goal - is_point * place]
     }
 }
 

@@ -6,12 +6,13 @@ use autodiff::{Array, Graph, Model, Program, Real};
 
 use super::mechanics::Mechanics;
 use super::parameters::{Parameters, Road};
+use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Particle, StepInput};
 use crate::policy::{
     self, Block, Controller, Declared, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy,
-    PolicyStep, Recording, Seen, Turn, ahead, blocks_of, ticks,
+    PolicyStep, Recording, Seen, Turn, ahead, blocks_of, lead, ticks,
 };
 use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
@@ -107,7 +108,7 @@ impl Robot {
             nodes: self.state(p),
             clock: p.input(2),
             presence: None,
-            goal: self.goals.as_ref().map(|_| p.state(2)),
+            goal: self.goals.as_ref().map(|_| [(); 2].map(|()| p.state(2))),
         };
         let (_, given) = driver.record(&mut declared, settings, seen, self.outputs());
         driver.given = given.into();
@@ -179,12 +180,15 @@ impl Robot {
         robot.with_inputs()
     }
 
-    /// This robot with its surroundings: the numbers of its mechanics, then the components of its goals.
+    /// This robot with its surroundings: the numbers of its mechanics, then those of its goals.
     fn with_inputs(self) -> Self {
-        let points = self.goals.iter().flat_map(Goals::points).enumerate();
-        let of_goals = points.flat_map(|(k, point)| {
-            [("along", point.forward()), ("above", point.up())].map(|(axis, value)| StepInput {
-                name: format!("goal.{k}.{axis}"),
+        let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
+        let of_goals = goals.flat_map(|(k, goal)| {
+            let numbers = ["along", "above", "is_point"]
+                .into_iter()
+                .zip(goal.to_numbers());
+            numbers.map(move |(name, value)| StepInput {
+                name: format!("goal.{k}.{name}"),
                 value,
             })
         });
@@ -229,11 +233,11 @@ impl Robot {
         let (contact, forces) = self.mechanics.parameters(p);
         let first = self.mechanics.inputs.len();
         let origin = Vector::lit(self.mechanics.origin());
+        let lead = lead(&self.settings);
         let goals = (0..self.goals.as_ref().map_or(0, Goals::count)).map(|k| {
-            p.of_surroundings(|s| {
-                let point = s.point(first, k) - origin;
-                [point.forward(), point.up()]
-            })
+            let goal = |s: &Surroundings<P::Number>| s.goal(first, k).observed_as(origin, lead);
+            let point = p.of_surroundings(|s| goal(s).0.array());
+            [point, p.of_surroundings(|s| [goal(s).1; 2])]
         });
         Parameters {
             goals: goals.collect(),
@@ -309,15 +313,20 @@ impl Robot {
             }
             _ => ticks[0],
         };
-        // Only one goal holds and all others add zeros, so the sum has the bits of that goal.
+        // Only one goal holds and all others add zeros, so the sums have the bits of that goal.
         let pairs = given.goals.iter().zip(legs);
-        let sum = pairs.fold(None, |sum, (&point, &holds)| {
-            let [sum] = match sum {
-                None => p.map(Hold, [point, holds]),
-                Some(sum) => p.map(Pick, [sum, point, holds]),
-            };
-            Some(sum)
-        });
+        let sum = pairs.fold(
+            None,
+            |sum: Option<[Array; 2]>, (&[goal, is_point], &holds)| {
+                let sums = match sum {
+                    None => p.map(Hold, [goal, is_point, holds]),
+                    Some([goals, are_points]) => {
+                        p.map(Pick, [goals, are_points, goal, is_point, holds])
+                    }
+                };
+                Some(sums)
+            },
+        );
         // A single goal always holds.
         let goal = sum.or(given.goals.first().copied());
         let seen = Seen {

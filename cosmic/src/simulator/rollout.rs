@@ -103,9 +103,10 @@ impl Simulator {
         }
     }
 
-    /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their components are
-    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.1.along` and so on, so that robots
-    /// of one batch may have other points, and rollouts can be differentiated with respect to them.
+    /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their numbers are
+    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.0.is_point`, `goal.1.along` and so
+    /// on, so that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
+    /// With an `is_point` of 1, `along` and `above` are a point, in metres. With 0, `along` is a velocity, in m/s.
     ///
     /// # Panics
     /// If goals are not inputs of a rollout (`controller.goals = "given"`).
@@ -149,15 +150,13 @@ impl Simulator {
         }
     }
 
-    /// A copy of this simulator in which the controller sees the goal in the opposite direction.
+    /// A copy of this simulator in which the controller sees its goal in the opposite direction. Goals that are inputs of a
+    /// rollout stay as they are.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         let mut other = self.clone();
         other.robot.settings = self.robot.settings.turned_back();
-        match &self.robot.goals {
-            Some(goals) => other.with_goals(&goals.turned_back()),
-            None => other,
-        }
+        other
     }
 
     /// The surroundings of the scene, whose numbers are constants: gravity, friction, the settings of the laws, and the
@@ -245,13 +244,11 @@ impl Simulator {
     /// The goals in these surroundings.
     fn goals_in<R: Real>(&self, surroundings: &Surroundings<R>) -> Option<Goals<R>> {
         let goals = self.robot.goals.as_ref()?;
-        let point = |k: usize| surroundings.point(self.robot.mechanics.inputs.len(), k);
+        let goal = |k: usize| surroundings.goal(self.robot.mechanics.inputs.len(), k);
         let later = goals.later.iter().enumerate();
         Some(Goals {
-            first: point(0),
-            later: later
-                .map(|(k, &(steps, _))| (steps, point(k + 1)))
-                .collect(),
+            first: goal(0),
+            later: later.map(|(k, &(steps, _))| (steps, goal(k + 1))).collect(),
         })
     }
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use autodiff::Real;
 
-use crate::geometry::Vector;
 use crate::laws::StepInput;
+use crate::policy::Goal;
 
 /// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
 /// key in the scene, such as `physics.gravity`, `physics.friction` (with Coulomb contact), `physics.stiffening` or
@@ -82,10 +82,9 @@ impl<R: Real> Surroundings<R> {
         self
     }
 
-    /// Point number `k` of the points whose components are the numbers from `first` on.
-    pub(super) fn point(&self, first: usize, k: usize) -> Vector<R> {
-        let numbers = &self.numbers[first..];
-        Vector::upright(numbers[2 * k], numbers[2 * k + 1])
+    /// Goal number `k` of the goals whose numbers are those from `first` on.
+    pub(super) fn goal(&self, first: usize, k: usize) -> Goal<R> {
+        Goal::of_numbers(std::array::from_fn(|j| self.numbers[first + 3 * k + j]))
     }
 
     /// True if the surroundings have numbers with the names of `inputs`.
