@@ -166,7 +166,7 @@ fn goals_are_drawn_in_the_interval_and_apart() {
 fn what_does_not_go_with_goals_is_refused() {
     let errand = Scene::load("errand").unwrap();
     for (setting, says) in [
-        ("goals.apart=1.6", "do not fit between -1.5 and 1.5 m"),
+        ("goals.apart=1.9", "do not fit between -1.8"),
         ("objective.task=far", "need the task \"reach\""),
         (
             "controller.policy=clock",

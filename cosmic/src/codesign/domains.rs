@@ -52,21 +52,25 @@ impl Evaluator {
         };
         match goals {
             GoalKind::Fixed => (0, domains),
-            GoalKind::Given => self.with_a_goal(domains, progress, stream(Purpose::Goals)),
+            GoalKind::Given => {
+                let rest = self.scene.physics.steps.saturating_sub(now.horizon());
+                self.with_a_goal(domains, progress, rest, stream(Purpose::Goals))
+            }
         }
     }
 
     /// These domains, each with one goal: half of the goals are ahead, half behind. In one of `goals.count` iterations,
     /// robots begin at rest, as in a sequence of goals. In the others they are on their way to a goal before, for the
-    /// number of steps that is returned.
+    /// number of steps that is returned, at most `rest`.
     fn with_a_goal<'a>(
         &self,
         domains: Vec<Domain<'a>>,
         progress: &Progress,
+        rest: usize,
         mut stream: ChaCha8Rng,
     ) -> (usize, Vec<Domain<'a>>) {
         let goals = &self.scene.goals;
-        let whole = self.scene.physics.steps / goals.count;
+        let whole = (self.scene.physics.steps / goals.count).min(rest);
         let steps = match progress.iteration % goals.count {
             0 => 0,
             _ => stream.random_range(whole / 2..=whole),

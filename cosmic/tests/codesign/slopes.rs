@@ -5,7 +5,7 @@ use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientPrecision, HorizonMode, MovedBody, Named, Scene, TaskKind};
-use cosmic::simulator::stability::Vibration;
+use cosmic::simulator::{Span, stability::Vibration};
 use cosmic::task::{Horizon, Task};
 
 /// The loss of the robot with which the optimisation of a scene begins, as a function of its inputs.
@@ -247,6 +247,53 @@ fn time_steps_are_checked_for_the_robots_that_are_drawn() {
     let [any, any_drawn] = [nominal.0, check].map(|check| check.any_design.unwrap());
     // The longest stable time step of the damped symplectic Euler method is nearly proportional to 1 / frequency.
     assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
+}
+
+/// Robots learn goals from rest and, in the other iterations, while they are on their way to another goal. Half of the
+/// goals are ahead of the payload, half behind it. A rollout fits into the scene's steps, whatever the horizon is.
+#[test]
+fn robots_get_their_goals_at_rest_or_on_their_way() {
+    let mut scene = Scene::load("errand").unwrap();
+    scene = scene.set(&["lattice.columns=3", "lattice.rows=3"]).unwrap();
+    for (horizon, longest) in [(64, 100), (250, 50)] {
+        scene.physics.steps = 300;
+        (scene.schedule.horizon, scene.loss.window) = ([horizon; 2], 16);
+        let codesign = CoDesign::new(&scene).unwrap();
+        let mut progress = codesign.begin(0).unwrap();
+        let rest = codesign.task().lattice.state_at_rest();
+        let payload = codesign.task().lattice.payload[0].node;
+        for iteration in 0..6 {
+            progress.iteration = iteration;
+            let now = Schedule::at(&scene, iteration + 1);
+            let (first, domains) = codesign.evaluator().domains(&progress, &now);
+            assert_eq!(first == 0, iteration % 3 == 0);
+            assert!(
+                first == 0 || (longest / 2..=longest).contains(&first),
+                "{first}"
+            );
+            let mut ahead = 0;
+            for domain in &domains {
+                // Starts are varied by 1 mm, robots that walk get farther.
+                let farthest = domain
+                    .start
+                    .x
+                    .iter()
+                    .zip(&rest.x)
+                    .map(|(a, b)| a.distance(*b));
+                assert_eq!(farthest.fold(0.0, f64::max) > 0.003, first > 0);
+                let (design, span) = (
+                    codesign.evaluator().design(&progress),
+                    Span::from_start(vec![1]),
+                );
+                let seen = domain
+                    .task
+                    .rollout(&design, &progress.controller, &domain.start, &span);
+                let goal = seen.goals.unwrap().points().next().unwrap();
+                ahead += usize::from(goal.forward() > domain.start.x[payload].forward());
+            }
+            assert_eq!((ahead, domains.len()), (4, 8));
+        }
+    }
 }
 
 /// A payload that is too heavy to be lifted sticks to the ground. Its gradient is zero, so after three such passes the
