@@ -260,7 +260,6 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
         (scene.schedule.horizon, scene.loss.window) = ([horizon; 2], 16);
         let codesign = CoDesign::new(&scene).unwrap();
         let mut progress = codesign.begin(0).unwrap();
-        let rest = codesign.task().lattice.state_at_rest();
         let payload = codesign.task().lattice.payload[0].node;
         for iteration in 0..6 {
             progress.iteration = iteration;
@@ -273,14 +272,8 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
             );
             let mut ahead = 0;
             for domain in &domains {
-                // Starts are varied by 1 mm, robots that walk get farther.
-                let farthest = domain
-                    .start
-                    .x
-                    .iter()
-                    .zip(&rest.x)
-                    .map(|(a, b)| a.distance(*b));
-                assert_eq!(farthest.fold(0.0, f64::max) > 0.003, first > 0);
+                let moves = domain.start.v.iter().any(|v| v.norm() > 0.0);
+                assert_eq!(moves, first > 0);
                 let (design, span) = (
                     codesign.evaluator().design(&progress),
                     Span::from_start(vec![1]),
