@@ -26,6 +26,8 @@ SHORT: dict[str, Any] = {**SCENE, "lattice.rows": 2}
 GOALS: dict[str, Any] = {
     **SHORT,
     "scene": "errand",
+    "lattice.mirror": False,
+    "lattice.payload": 0,
     "physics.dt": 0.001,
     "controller": {"hidden": 6, "clock": "fixed", "goal": [2.0, 0.1], "goal_scale": 3.0},
     "goals": {"along": [-1.5, 1.5], "apart": 0.75},
