@@ -178,10 +178,9 @@ fn draw_places(
 /// The point in the ground's frame that is `along` metres along the ground from the payload in the state `start`. It is as
 /// high as the payload is at rest.
 fn from_payload(task: &Task, start: &State<f64>, along: f64) -> Vector<f64> {
-    let node = task.lattice.payload[0].node;
-    let in_ground = |state: &State<f64>| task.ground().vector_to_ground(state.x[node]);
-    let up = in_ground(&task.lattice.state_at_rest()).up();
-    Vector::upright(in_ground(start).forward() + along, up)
+    let payload = |state: &State<f64>| task.lattice.payload_point(state, &task.ground());
+    let up = payload(&task.lattice.state_at_rest()).up();
+    Vector::upright(payload(start).forward() + along, up)
 }
 
 /// Draws several [variations](draw) of `task`, one after the other.

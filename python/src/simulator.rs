@@ -245,10 +245,9 @@ impl Simulator {
 
 /// The payload at the start, in the frame of goals, m; `None` if goals are not inputs of a rollout.
 pub(crate) fn goal_origin(task: &Task, sizes: &Sizes) -> Option<[f64; 2]> {
-    let lattice = &task.lattice;
-    let payload = lattice.state_at_rest().x[lattice.payload[0].node];
-    let origin = task.ground().vector_to_ground(payload).array();
-    sizes.changes.is_some().then_some(origin)
+    let (lattice, ground) = (&task.lattice, task.ground());
+    let origin = lattice.payload_point(&lattice.state_at_rest(), &ground);
+    sizes.changes.is_some().then_some(origin.array())
 }
 
 /// Converts an error about a robot to an exception. In a batch the message contains the number of the robot.

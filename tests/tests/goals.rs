@@ -63,34 +63,38 @@ fn the_loss_of_errands_has_the_right_gradient() {
     }
 }
 
+/// The loss of a robot whose payload starts where it is at rest, and then is at these places while its goals hold. A
+/// place counts from the payload at rest, in metres along the ground.
+pub(crate) fn loss_at((scene, case): (&Scene, &Case), goals: &Goals, along: [f64; 3]) -> f64 {
+    let (loss, start) = (Errand::of_scene(scene), case.start.x[0].forward());
+    let place = |&step: &usize| {
+        let mut state = case.start.clone();
+        let along = match step {
+            0 => 0.0,
+            _ => along[goals.place(step - 1)],
+        };
+        state.x[0] = Vector::new([start + along, 0.1]);
+        state
+    };
+    let observed = loss.observed(scene.physics.steps);
+    let states = observed.iter().map(place).collect();
+    let mut seen = Trajectory::new(observed, states);
+    seen.goals = Some(goals.clone());
+    loss.loss(&seen)
+}
+
 /// The loss is the share of the way that is left: 1 for a payload that stays at the start, 0 for one that is at its
 /// goal, 2 for one that goes as far the other way.
 #[test]
 fn the_loss_is_the_share_of_the_way_that_is_left() {
     let (scene, case) = robot("");
-    let loss = Errand::of_scene(&scene);
     let steps = scene.physics.steps;
     let changes: Vec<usize> = scene.goals.changes(steps).collect();
     let start = case.start.x[0][0];
     let goals = Goals::at(Vector::new([start + 1.0, 0.1]));
     let goals = goals.then(changes[0], Vector::new([start, 0.1]));
     let goals = goals.then(changes[1], Vector::new([start - 2.0, 0.1]));
-    let left = |along: [f64; 3]| {
-        let place = |&step: &usize| {
-            let mut state = case.start.clone();
-            if step == 0 {
-                return state;
-            }
-            let leg = changes.iter().filter(|&&change| change < step).count();
-            state.x[0] = Vector::new([start + along[leg], 0.1]);
-            state
-        };
-        let observed = loss.observed(steps);
-        let states = observed.iter().map(place).collect();
-        let mut seen = Trajectory::new(observed, states);
-        seen.goals = Some(goals.clone());
-        loss.loss(&seen)
-    };
+    let left = |along: [f64; 3]| loss_at((&scene, &case), &goals, along);
     for (along, expected) in [
         ([1.0, 0.0, -2.0], 0.0),
         ([0.0, 1.0, 0.0], 1.0),

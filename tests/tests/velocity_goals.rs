@@ -1,5 +1,7 @@
 //! Goals that are velocities: how a robot observes them, batches, and the loss of errands.
 
+use crate::goals::loss_at;
+
 use std::f64::consts::TAU;
 
 use autodiff::check::{Options, Verdict, check_gradient};
@@ -11,7 +13,7 @@ use cosmic::lattice::State;
 use cosmic::objective::{Errand, Loss};
 use cosmic::policy::{Goal, Goals};
 use cosmic::scene::Scene;
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::simulator::Span;
 
 const POINT: Goal = Goal::Point(Vector::new([0.8, 0.1]));
 const BACK: Goal = Goal::Velocity(-0.3);
@@ -145,7 +147,6 @@ fn the_loss_has_the_right_gradient_by_a_velocity() {
 #[test]
 fn the_loss_of_a_velocity_compares_mean_velocities() {
     let (scene, case) = robot();
-    let loss = Errand::of_scene(&scene);
     let steps = scene.physics.steps;
     let changes: Vec<usize> = scene.goals.changes(steps).collect();
     let seconds = |steps: usize| steps as f64 * scene.physics.dt;
@@ -157,20 +158,7 @@ fn the_loss_of_a_velocity_compares_mean_velocities() {
         changes[1],
         Goal::Velocity(-2.0 / seconds(steps - changes[1])),
     );
-    let left = |along: [f64; 3]| {
-        let place = |&step: &usize| {
-            let mut state = case.start.clone();
-            let leg = changes.iter().filter(|&&change| change < step).count();
-            let along = if step == 0 { 0.0 } else { along[leg] };
-            state.x[0] = Vector::new([start + along, 0.1]);
-            state
-        };
-        let observed = loss.observed(steps);
-        let states = observed.iter().map(place).collect();
-        let mut seen = Trajectory::new(observed, states);
-        seen.goals = Some(goals.clone());
-        loss.loss(&seen)
-    };
+    let left = |along: [f64; 3]| loss_at((&scene, &case), &goals, along);
     for (along, expected) in [
         ([1.0, 0.0, -2.0], 0.0),
         ([0.0, 0.5, 0.5], (1.0 + 0.5 + 1.0) / 3.0),

@@ -199,8 +199,9 @@ impl Work {
     /// first walk. The clock has done `first` steps in the state `start`.
     fn go_on(&mut self, robot: Robot, first: usize, start: &State<f64>, along: f64) -> Value {
         let (scene, mut task) = (self.codesign.scene(), self.codesign.task().clone());
-        let payload = task.lattice.state_at_rest().x[task.lattice.payload[0].node];
-        let goal = task.ground().vector_to_ground(payload) + Vector::upright(along, 0.0);
+        let rest = task.lattice.state_at_rest();
+        let payload = task.lattice.payload_point(&rest, &task.ground());
+        let goal = payload + Vector::upright(along, 0.0);
         // The clock of the task ends with the steps of the scene.
         let mut physics = task.physics.clone();
         physics.steps += first;

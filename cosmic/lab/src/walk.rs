@@ -65,8 +65,8 @@ impl Leg {
 /// Returns the point to which a robot walks if its goal is `along` metres ahead of the payload at the start. Its height
 /// is that of the payload.
 pub fn place(case: &Case, along: f64) -> Vector<f64> {
-    let payload = case.start.x[case.lattice.payload[0].node];
-    Ground::from(&case.physics).vector_to_ground(payload) + Vector::upright(along, 0.0)
+    let ground = Ground::from(&case.physics);
+    case.lattice.payload_point(&case.start, &ground) + Vector::upright(along, 0.0)
 }
 
 /// Simulates a walk of `steps` steps, which may be more than the scene has.
@@ -180,8 +180,8 @@ impl Walker<'_> {
 
     /// The place of the payload along the ground at the start, in metres.
     fn place(&self) -> f64 {
-        let payload = self.task.lattice.payload[0].node;
-        self.task.ground().along(self.start.x[payload])
+        let (lattice, ground) = (&self.task.lattice, self.task.ground());
+        lattice.payload_point(self.start, &ground).forward()
     }
 
     /// The legs of a [walk](Self::walk).

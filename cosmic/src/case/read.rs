@@ -124,7 +124,7 @@ impl Shapes<'_> {
         self.format(raw)?;
         self.meaning(&raw.scene)?;
         self.length(raw.steps, raw.scene.substeps)?;
-        let lattice = self.lattice(raw)?;
+        let lattice = self.mirrored(raw, self.lattice(raw)?)?;
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
         self.fits("rows of `z`", raw.z.len(), edges)?;
@@ -280,14 +280,11 @@ impl Shapes<'_> {
             };
             let marks = truss.check_marks();
             marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;
-            return self.mirrored(
-                raw,
-                Lattice {
-                    rest_length: raw.l0.clone(),
-                    scale: raw.scale,
-                    ..Lattice::of_truss(&truss, positions)
-                },
-            );
+            return Ok(Lattice {
+                rest_length: raw.l0.clone(),
+                scale: raw.scale,
+                ..Lattice::of_truss(&truss, positions)
+            });
         }
         let layout = LatticeSettings {
             kind,
@@ -295,17 +292,14 @@ impl Shapes<'_> {
             rows,
             ..LatticeSettings::default()
         };
-        self.mirrored(
-            raw,
-            Lattice {
-                rest_length: raw.l0.clone(),
-                places: places(&layout),
-                spacing: raw.scene.spacing,
-                scale: raw.scale,
-                payload: Payload::at(payload),
-                ..Lattice::between(positions, edges)
-            },
-        )
+        Ok(Lattice {
+            rest_length: raw.l0.clone(),
+            places: places(&layout),
+            spacing: raw.scene.spacing,
+            scale: raw.scale,
+            payload: Payload::at(payload),
+            ..Lattice::between(positions, edges)
+        })
     }
 
     /// The lattice as the case wants it: as it is, or as its own mirror image.

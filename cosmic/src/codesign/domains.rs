@@ -11,6 +11,7 @@ use super::progress::Progress;
 use super::reach::watched;
 use super::schedule::Schedule;
 use crate::domain::{Domain, draw_goal, draw_goals, draw_many, perturbed};
+use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};
 use crate::scene::{GoalKind, RobustSettings, SelectionKind};
 use crate::task::together;
@@ -75,16 +76,13 @@ impl Evaluator {
             0 => 0,
             _ => stream.random_range(whole / 2..=whole),
         };
-        let mut with_goals = |domains: Vec<Domain<'a>>, in_turn: usize| -> Vec<Domain<'a>> {
-            let draw = |(k, mut domain): (usize, Domain<'a>)| {
+        let mut with_one = |domains: Vec<Domain<'a>>, in_turn: usize| {
+            with_goals(domains, |k, domain| {
                 let ahead = (k / in_turn).is_multiple_of(2);
-                let goal = draw_goal(&self.task, &domain.start, goals, ahead, &mut stream);
-                domain.task = Cow::Owned(domain.task.with_goals(&goal));
-                domain
-            };
-            domains.into_iter().enumerate().map(draw).collect()
+                draw_goal(&self.task, &domain.start, goals, ahead, &mut stream)
+            })
         };
-        let mut domains = with_goals(domains, 1);
+        let mut domains = with_one(domains, 1);
         if steps == 0 {
             return (0, domains);
         }
@@ -100,7 +98,7 @@ impl Evaluator {
             }
         }
         // The goals ahead and behind follow goals ahead and behind equally often.
-        (steps, with_goals(domains, 2))
+        (steps, with_one(domains, 2))
     }
 
     /// The domains in which robots are ranked during an optimisation: the robot as designed, and robots that
@@ -146,13 +144,10 @@ impl Evaluator {
             GoalKind::Given => {
                 let goals = &self.scene.goals;
                 let mut stream = stream_of(seed, Purpose::Errands, purpose as u64);
-                let draw = |(k, mut domain): (usize, Domain<'a>)| {
+                with_goals(domains, |k, _| {
                     let ahead = k.is_multiple_of(2);
-                    let drawn = draw_goals(&self.task, goals, goals.count, ahead, &mut stream);
-                    domain.task = Cow::Owned(domain.task.with_goals(&drawn));
-                    domain
-                };
-                domains.into_iter().enumerate().map(draw).collect()
+                    draw_goals(&self.task, goals, goals.count, ahead, &mut stream)
+                })
             }
         }
     }
@@ -172,4 +167,16 @@ impl Evaluator {
         let domain = |_| Domain::of(&self.task, start());
         (0..settings.perturbed_rollouts).map(domain).collect()
     }
+}
+
+/// These domains, each with its own goals: `draw` gets its number and the domain.
+fn with_goals<'a>(
+    mut domains: Vec<Domain<'a>>,
+    mut draw: impl FnMut(usize, &Domain) -> Goals,
+) -> Vec<Domain<'a>> {
+    for (k, domain) in domains.iter_mut().enumerate() {
+        let goals = draw(k, domain);
+        domain.task = Cow::Owned(domain.task.with_goals(&goals));
+    }
+    domains
 }

@@ -19,10 +19,11 @@ impl Quantiles {
     /// # Panics
     /// If the sample is empty.
     pub fn of(sample: &[f64]) -> Self {
+        let sorted = sorted(sample);
         Self {
-            p10: quantile(sample, 0.1),
-            p50: quantile(sample, 0.5),
-            p90: quantile(sample, 0.9),
+            p10: between(&sorted, 0.1),
+            p50: between(&sorted, 0.5),
+            p90: between(&sorted, 0.9),
         }
     }
 }
@@ -33,20 +34,31 @@ impl Quantiles {
 /// # Panics
 /// If the sample is empty.
 pub fn quantile(sample: &[f64], q: f64) -> f64 {
+    between(&sorted(sample), q)
+}
+
+/// What a number that is not finite counts as.
+const FALLEN: f64 = f64::NEG_INFINITY;
+
+fn sorted(sample: &[f64]) -> Vec<f64> {
     assert!(
         !sample.is_empty(),
         "the sample is empty, but quantiles need at least one number"
     );
-    let fallen = f64::NEG_INFINITY;
-    let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
+    let finite = |&x: &f64| if x.is_finite() { x } else { FALLEN };
     let mut sorted: Vec<f64> = sample.iter().map(finite).collect();
     sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+/// The quantile `q` of a sorted sample.
+fn between(sorted: &[f64], q: f64) -> f64 {
     let at = q * (sorted.len() - 1) as f64;
     let (below, share) = (sorted[at.floor() as usize], at.fract());
     let above = sorted[at.ceil() as usize];
     if below.is_finite() {
         below + share * (above - below)
     } else {
-        fallen
+        FALLEN
     }
 }

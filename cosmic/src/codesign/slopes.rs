@@ -65,10 +65,7 @@ impl Evaluator {
         At {
             domains,
             inputs: self.inputs(progress),
-            horizon: Horizon {
-                first,
-                ..self.horizon(now)
-            },
+            horizon: self.horizon(now, first),
             sticks: progress.flat >= PATIENCE,
         }
     }
@@ -82,8 +79,9 @@ impl Evaluator {
         }
     }
 
-    /// The horizon of an iteration: the steps that the gradient is computed over, and the bound on its cotangents.
-    fn horizon(&self, now: &Schedule) -> Horizon {
+    /// The horizon of an iteration: the steps that the gradient is computed over, `first` steps after the
+    /// start of the clock, and the bound on its cotangents.
+    fn horizon(&self, now: &Schedule, first: usize) -> Horizon {
         let gradient = &self.scene.gradient;
         let every = gradient.cotangent_every;
         // The cotangent of a position is a loss per length.
@@ -93,7 +91,7 @@ impl Evaluator {
             every,
         };
         Horizon {
-            first: 0,
+            first,
             steps: now.horizon(),
             mode: self.scene.schedule.horizon_mode,
             cotangent_bound: gradient.cotangent_bound.map(bound),

@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::State;
 use super::own::{EdgeRules, Mirror, Payload, Truss, median};
-use crate::geometry::{Bounds, Range, Segment, Vector};
+use crate::geometry::{Bounds, Ground, Range, Segment, Vector};
 
 /// The nodes and edges of a robot. One or several nodes carry payload.
 ///
@@ -101,6 +101,12 @@ impl<const D: usize> Lattice<D> {
             x: self.positions.clone(),
             v: vec![Vector::zero(); self.nodes()],
         }
+    }
+
+    /// The point of the payload in a state, along the ground and normal to it, from the world's origin (m). Goals that a
+    /// user states count from this point at the start.
+    pub fn payload_point(&self, state: &State<f64, D>, ground: &Ground) -> Vector<f64, D> {
+        ground.vector_to_ground(state.x[self.payload[0].node])
     }
 
     /// The size of the lattice along the ground and above it, in units of `spacing`.

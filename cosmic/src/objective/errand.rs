@@ -16,10 +16,9 @@ use crate::simulator::Trajectory;
 /// came no nearer.
 ///
 /// The way to a goal is its distance along the ground from the goal before it; the way to the first goal is its distance
-/// from the payload at the start of the rollout. What is
-/// left is the distance of the payload from the goal, plus its speed along the ground multiplied by a time; both are
-/// means over the last part of the goal's time, for which `loss.window` and `loss.every` hold. At most half of the time
-/// counts.
+/// from the payload at the start of the rollout. What is left is the distance of the payload from the goal, plus its
+/// speed along the ground multiplied by a time. Both are means over the last part of the goal's time, for which
+/// `loss.window` and `loss.every` hold. At most half of the time counts.
 ///
 /// The way of a goal that is a velocity is the distance that the payload covers at this velocity while the goal holds, from
 /// where it is when the goal begins. What is left is its distance from the end of this way when the goal ends. The

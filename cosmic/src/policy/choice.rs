@@ -35,8 +35,8 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     }
 }
 
-/// The blocks of a controller for a robot on this lattice: the blocks that the chosen policy
-/// declares, and [`TEMPO`] if the clock is learned.
+/// The blocks of a controller for a robot on this lattice: the blocks that the chosen policy declares, and [`TEMPO`] if
+/// the clock is learned.
 ///
 /// # Panics
 /// If the clock is learned and the policy declares a block of that name.

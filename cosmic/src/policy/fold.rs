@@ -219,8 +219,8 @@ impl<'a, R: Real> Fold<'a, R> {
     }
 
     /// The constant part of the goal, which does not move with the robot; zero if the goal is given to the rollout. For a
-    /// relative goal, it corrects for
-    /// different origins: positions are measured from a point of the ground, the goal from the world's origin.
+    /// relative goal, it corrects for different origins: positions are measured from a point of the ground, the goal from
+    /// the world's origin.
     fn constant_goal(&self) -> Vector<f64> {
         let goal = Vector::new(self.settings.goal);
         match (self.settings.goals, self.sight.follows_goal(self.settings)) {

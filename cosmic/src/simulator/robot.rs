@@ -94,7 +94,8 @@ impl Robot {
         robot.with_inputs()
     }
 
-    /// The policy that the settings choose, with its blocks. It is recorded once here, to find out which parameters it declares.
+    /// The policy that the settings choose, with its blocks. It is recorded once here, to find out which parameters it
+    /// declares.
     fn driver(&self, blocks: Vec<Block>) -> Driver {
         let settings = &self.settings;
         let mut driver = Driver {

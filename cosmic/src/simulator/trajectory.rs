@@ -25,7 +25,8 @@ pub struct Trajectory<R> {
     /// The positions of the nodes at the start of the rollout. Empty if the marker is the payload, which does not need
     /// them.
     pub start: Vec<Vector<R>>,
-    /// The goals of the robot, which change after a number of steps of this rollout; `None` if the goal is a number of the controller.
+    /// The goals of the robot, which change after a number of steps of this rollout; `None` if the goal is a number of the
+    /// controller.
     pub goals: Option<Goals<R>>,
 }
 

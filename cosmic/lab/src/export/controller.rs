@@ -103,13 +103,13 @@ impl<'c> Folded<'c> {
     pub(super) fn seen(&self, ground: &Ground, nodes: &[usize]) -> Option<Seen> {
         let mean = self.mean.as_ref()?;
         let settings = &self.case.observation;
-        let payload = self.case.start.x[self.case.lattice.payload[0].node];
+        let payload = self.case.lattice.payload_point(&self.case.start, ground);
         Some(Seen {
             goal: settings.goal,
             goal_scale: settings.goal_scale,
             mean: nodes.iter().map(|&node| mean[node]).collect(),
             origin: (ground.vertical::<2>() * ground.height).array(),
-            start: ground.along(payload),
+            start: payload.forward(),
             gates: self.network.gates.clone(),
         })
     }
