@@ -49,8 +49,8 @@ macro_rules! functions {
                     |x, y| cardinal_partial(y * (x.tanh().recip() - x.recip()), x, 1.0);
                 sigmoid Sigmoid "The logistic function `1 / (1 + e^-x)`. It is correct everywhere, while the \
                     derivative of that formula is NaN when `e^-x` overflows.":
-                    |x| sigmoid(x).0,
-                    |x, y| sigmoid(x).1;
+                    |x| sigmoid(x),
+                    |x, y| sigmoid_partial(x);
                 softplus Softplus "`ln(1 + e^x)`, a smooth `max(x, 0)` with the slope `sigmoid`. It is correct \
                     everywhere.":
                     |x| softplus(x),

@@ -203,6 +203,11 @@ pub trait Real:
     fn sin(self) -> Self;
     /// Returns the cosine of an angle in radians.
     fn cos(self) -> Self;
+    /// Returns the sine and the cosine. On floats this takes as long as one of them.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
     /// Returns the tangent of an angle in radians.
     #[inline(always)]
     fn tan(self) -> Self {

@@ -65,13 +65,14 @@ pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
 /// The rule of the sine.
 #[inline(always)]
 pub(crate) fn sin<R: Real>(x: R) -> (R, R) {
-    (x.sin(), x.cos())
+    x.sin_cos()
 }
 
 /// The rule of the cosine.
 #[inline(always)]
 pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
-    (x.cos(), -x.sin())
+    let (sin, cos) = x.sin_cos();
+    (cos, -sin)
 }
 
 /// The rule of the tangent.

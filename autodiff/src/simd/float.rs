@@ -6,7 +6,7 @@ use crate::operators::literal_operators;
 use crate::real::{ByType, Real, Vectorized};
 
 macro_rules! impl_real_for_float {
-    ($float:ident, $lanes:ident) => {
+    ($float:ident, $lanes:ident, $functions:ident) => {
         impl Real for $float {
             type Mask = bool;
 
@@ -36,7 +36,7 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn exp(self) -> Self {
-                math::exp(self)
+                math::$functions::exp(self)
             }
             #[inline(always)]
             fn ln(self) -> Self {
@@ -44,23 +44,24 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn sin(self) -> Self {
-                if self.abs() <= math::SIN_RANGE as $float {
-                    math::sin_cos(self).0
-                } else {
-                    $float::sin(self)
-                }
+                math::$functions::sin_cos(self).0
             }
             #[inline(always)]
             fn cos(self) -> Self {
-                if self.abs() <= math::SIN_RANGE as $float {
-                    math::sin_cos(self).1
-                } else {
-                    $float::cos(self)
-                }
+                math::$functions::sin_cos(self).1
+            }
+            #[inline(always)]
+            fn sin_cos(self) -> (Self, Self) {
+                math::$functions::sin_cos(self)
+            }
+            #[inline(always)]
+            fn tan(self) -> Self {
+                let (sin, cos) = math::$functions::sin_cos(self);
+                sin / cos
             }
             #[inline(always)]
             fn tanh(self) -> Self {
-                math::tanh(self)
+                math::$functions::tanh(self)
             }
             #[inline(always)]
             fn atan2(self, x: Self) -> Self {
@@ -115,5 +116,5 @@ macro_rules! impl_real_for_float {
 
 literal_operators! { [] f64 }
 literal_operators! { [] f32 }
-impl_real_for_float!(f64, f64_lanes);
-impl_real_for_float!(f32, f32_lanes);
+impl_real_for_float!(f64, f64_lanes, double);
+impl_real_for_float!(f32, f32_lanes, single);
