@@ -22,9 +22,10 @@
 //! | --- | --- | --- |
 //! | a derivative along a direction | [`jvp`] | about 2 |
 //! | the gradient of one scalar with respect to many arguments | [`gradient`], [`value_and_gradient`] | a few for array operations, tens for scalar operations on the tape, for any number of arguments |
-//! | the gradient with respect to a handful of arguments | [`gradient_forward`] | 2 to 3 for every four arguments; no tape |
+//! | the gradient with respect to a dozen arguments | [`gradient_forward`] | 2 to 3 for every eight arguments; no tape |
+//! | the gradient or the Jacobian with respect to a fixed, small number of arguments | [`value_and_gradient_array`], [`value_and_jacobian_array`] | like `gradient_forward`, in one pass and without allocations |
 //! | the cotangents of several values at once | [`vjp`] | like `gradient` |
-//! | a Jacobian | [`jacobian`] | 2 to 3 for every four arguments |
+//! | a Jacobian | [`jacobian`] | 2 to 3 for every eight arguments |
 //! | a Jacobian of few values with respect to many arguments | [`jacobian_reverse`] | one recording, one sweep per value |
 //! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour of its columns: 3 for a tridiagonal Jacobian of any size |
 //! | a Hessian times a vector | [`hessian_vector`] | a few gradients |
@@ -109,7 +110,7 @@ pub use drivers::{
     Dense, Function, gradient, gradient_forward, hessian, hessian_vector, implicit, jacobian,
     jacobian_reverse, jvp, sparse,
     sparse::{sparse_hessian, sparse_jacobian},
-    value_and_gradient, vjp,
+    value_and_gradient, value_and_gradient_array, value_and_jacobian_array, vjp,
 };
 pub use dual::Dual;
 pub use elementary::Elementary;

@@ -22,6 +22,7 @@
 
 mod dense;
 mod seed;
+mod fixed;
 mod gradient;
 mod jacobian;
 mod hessian;
@@ -32,6 +33,7 @@ pub mod sparse;
 pub mod parallel;
 
 pub use dense::Dense;
+pub use fixed::{value_and_gradient_array, value_and_jacobian_array};
 pub use gradient::{Function, gradient, gradient_forward, value_and_gradient};
 pub use hessian::{hessian, hessian_vector};
 pub use jacobian::{jacobian, jacobian_reverse, jvp, vjp};
