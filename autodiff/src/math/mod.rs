@@ -13,6 +13,8 @@ mod tests;
 
 #[cfg(lanes)]
 pub(crate) use abreast::tanh_abreast;
+#[cfg(lanes)]
+pub(crate) use power::FEW;
 pub(crate) use power::{by_squaring, powi};
 #[cfg(lanes)]
 pub(crate) use primitive::{SIN_RANGE, exp, sin_cos};

@@ -7,8 +7,8 @@ use super::exact::two_product;
 use super::primitive::Primitive;
 use super::scalar::with_fma;
 
-/// Up to this exponent, plain products are accurate: each adds at most an error of about an ulp.
-const FEW: u32 = 8;
+/// Up to this magnitude of the exponent, plain products are accurate: each adds at most an error of about an ulp.
+pub(crate) const FEW: u32 = 8;
 
 /// Computes `x^exponent`. Each squaring doubles the relative error so far. For exponents above [`FEW`], every number is
 /// therefore a pair of floats. Then the error stays below an ulp of the result up to the largest exponent. If the

@@ -3,6 +3,7 @@
 use smallvec::SmallVec;
 
 use super::current::{self, CONSTANT};
+use super::index::NONE;
 use super::fused_entry::{Call, FusedEntry, Parents, SavedCall};
 use super::var::Var;
 use crate::real::{Fused, Real};
@@ -57,6 +58,7 @@ fn push<R: Real>(
     }
     let entry = FusedEntry {
         call,
+        first: NONE,
         outputs: outputs.len(),
         lengths: inputs.iter().map(|slice| slice.len()).collect(),
         wanted: inputs

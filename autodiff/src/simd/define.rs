@@ -247,6 +247,11 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn powi(self, exponent: i32) -> Self {
+                // Scalars compute powers in double precision.
+                if const { size_of::<$scalar>() == 8 } && exponent.unsigned_abs() <= math::FEW {
+                    let power = math::by_squaring(Self::lit(1.0), self, exponent.unsigned_abs());
+                    return if exponent < 0 { power.recip() } else { power };
+                }
                 self.each(self, |x, _| Real::powi(x, exponent))
             }
             #[inline(always)]
