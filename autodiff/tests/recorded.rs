@@ -9,7 +9,9 @@ fn mixed() -> Formula {
     formula(4, |x| {
         let inside = Sym::select(x[0].less(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
         let sums = Sym::dot(&x[..2], &x[1..3]) + Sym::sum_of(x) + x[3].sigmoid().ln_1p();
-        let bounded = x[2].max(lit(0.5) * x[0]);
+        let bounded = x[2]
+            .max(lit(0.5) * x[0])
+            .straight_through(x[2] * x[0].detach());
         inside.fma(x[3], sums.tanh()) + bounded.powi(3) - x[1].hypot(x[3])
     })
 }
@@ -37,6 +39,7 @@ fn a_recording_serves_all_points() {
             assert_close(&[*value], &[expected], tolerance);
             assert_close(gradient, &slope, tolerance);
             let alone = recorded.value_and_gradient(x);
+            assert_close(&[alone.0], &[expected], tolerance);
             assert_close(&alone.1, &slope, tolerance);
         }
     }

@@ -57,7 +57,7 @@ fn swept<R: Real>(function: Boxed<R>, x: &[R]) -> (R, Vec<R>) {
 
 /// Returns the gradient at `x` in forward mode. Each forward pass computes the derivatives with respect to eight
 /// arguments. There is no tape, and for a dozen arguments this is faster than [`gradient`]. If the number of arguments
-/// is fixed, [`value_and_gradient_array`](super::value_and_gradient_array) is faster still.
+/// is fixed, [`value_and_gradient_array`](crate::value_and_gradient_array) is faster still.
 ///
 /// ```
 /// use autodiff::{Real, gradient_forward};

@@ -16,7 +16,7 @@ pub(crate) use abreast::tanh_abreast;
 #[cfg(lanes)]
 pub(crate) use power::FEW;
 pub(crate) use power::{by_squaring, powi};
+pub(crate) use primitive::Primitive;
 #[cfg(lanes)]
 pub(crate) use primitive::{SIN_RANGE, exp, sin_cos};
-pub(crate) use primitive::Primitive;
 pub(crate) use scalar::{double, single};

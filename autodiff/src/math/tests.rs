@@ -16,7 +16,19 @@ fn arguments() -> impl Iterator<Item = f64> {
     });
     // Results become subnormal, zero or infinite there, or a function changes its formula.
     let edges = [
-        0.35, 0.5, 0.78, 1.57, 10.0, 20.0, 87.0, 88.722839, 104.0, 708.0, 709.782712893384, 745.2, 1e4,
+        0.35,
+        0.5,
+        0.78,
+        1.57,
+        10.0,
+        20.0,
+        87.0,
+        88.722839,
+        104.0,
+        708.0,
+        709.782712893384,
+        745.2,
+        1e4,
     ];
     let near = edges.into_iter().flat_map(|edge: f64| {
         (-40..40).flat_map(move |ulps| {
@@ -35,7 +47,12 @@ macro_rules! assert_same {
     ($x:expr, $one:expr, $other:expr) => {
         let (one, other) = ($one, $other);
         let same = one.to_bits() == other.to_bits() || one.is_nan() && other.is_nan();
-        assert!(same, "{} at {:e}: {one:e}, not {other:e}", stringify!($one), $x);
+        assert!(
+            same,
+            "{} at {:e}: {one:e}, not {other:e}",
+            stringify!($one),
+            $x
+        );
     };
 }
 

@@ -3,8 +3,8 @@
 use smallvec::SmallVec;
 
 use super::current::{self, CONSTANT};
-use super::index::NONE;
 use super::fused_entry::{Call, FusedEntry, Parents, SavedCall};
+use super::index::NONE;
 use super::var::Var;
 use crate::real::{Fused, Real};
 

@@ -46,8 +46,7 @@ pub(crate) fn gradient() -> Task {
 }
 
 pub(crate) fn jacobian() -> Task {
-    let x: &'static [f64; MANY] =
-        &kept([std::array::from_fn(|i| 0.5 + 0.1 * (i as f64).sin())])[0];
+    let x: &'static [f64; MANY] = &kept([std::array::from_fn(|i| 0.5 + 0.1 * (i as f64).sin())])[0];
     Task {
         title: format!("Dense Jacobian of {MANY} values with respect to {MANY} arguments"),
         about: "Each value is a polynomial of three arguments.",

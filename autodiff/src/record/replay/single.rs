@@ -96,7 +96,10 @@ impl<R: Real> Sweep<R> {
     /// Computes all operations, which begin after the inputs.
     #[inline(always)]
     fn forward(&mut self, steps: &[Step], inputs: usize) {
-        let (values, entries) = (&mut self.values[..steps.len()], &mut self.entries[..steps.len()]);
+        let (values, entries) = (
+            &mut self.values[..steps.len()],
+            &mut self.entries[..steps.len()],
+        );
         for place in inputs..steps.len() {
             let value = |place: Place| values[place.at()];
             let entry = &mut entries[place];
