@@ -75,8 +75,9 @@ impl Recorded {
         );
     }
 
-    /// Returns the value and the gradient at a point. If arithmetic takes most of the function's time, not elementary
-    /// functions or the function's own loops and branches, [`gradient`](crate::gradient) is faster at a single point.
+    /// Returns the value and the gradient at a point. [`gradient`](crate::gradient) is faster, unless the function itself
+    /// takes long, for example because it allocates memory. At many points, use
+    /// [`values_and_gradients`](Self::values_and_gradients), which is faster than both.
     ///
     /// # Panics
     /// If the point does not have one number per argument.
