@@ -1,75 +1,75 @@
-//! Compares the drivers of this crate with those of NLopt on the test problems.
+//! Compares the drivers of this crate with those of NLopt on the test problems. Prints the table of the README.
+//!
+//! `comparison.py`, which runs NLopt, gets the values and gradients from this program: `comparison serve` answers each
+//! line `NAME x_0 x_1 ...` with a line of all values and a line of all gradients.
 
 #[path = "../tests/problems.rs"]
 mod problems;
 
-use std::cell::RefCell;
+use std::io::{BufRead, stdin};
 
-use cosmic_optimiser::{Problem, Solution, Stop, augmented, mma};
-use problems::CASES;
+use problems::{CASES, DRIVERS, Effort, NLOPT, run};
 
 fn main() {
-    for case in CASES {
-        for (name, run) in [
-            (
-                "gcmma",
-                run_conservative as fn(&mut Problem<'_>, &[f64]) -> Solution,
-            ),
-            ("plain", run_plain),
-            ("augmented", run_augmented),
-        ] {
-            if case.equalities > 0 && name != "augmented" {
-                continue;
-            }
-            let near: RefCell<Option<usize>> = RefCell::new(None);
-            let count = RefCell::new(0);
-            let values = |x: &[f64]| {
-                let v = (case.values)(x);
-                *count.borrow_mut() += 1;
-                if near.borrow().is_none()
-                    && case.excess(v[0]).abs() < 1e-6
-                    && case.violation(&v[1..]) < 1e-6
-                {
-                    *near.borrow_mut() = Some(*count.borrow());
-                }
-                v
+    if std::env::args().nth(1).as_deref() == Some("serve") {
+        return serve();
+    }
+    let nlopt: Vec<(&str, &str, Effort)> = NLOPT.lines().filter_map(Effort::parse).collect();
+    for (equalities, drivers, rivals) in [
+        (false, &DRIVERS[..2], ["MMA", "CCSAQ"]),
+        (true, &DRIVERS[2..], ["AUGLAG", "SLSQP"]),
+    ] {
+        let ours = drivers.iter().map(|(name, _)| *name);
+        let names: Vec<&str> = ours.chain(rivals).collect();
+        println!("| problem | {} |", names.join(" | "));
+        println!("| --- |{}", " --: |".repeat(names.len()));
+        for case in CASES
+            .iter()
+            .filter(|case| (case.equalities > 0) == equalities)
+        {
+            let ours = drivers.iter().map(|(_, driver)| run(case, *driver).1);
+            let found = |rival: &str| {
+                let row = nlopt
+                    .iter()
+                    .find(|row| (row.0, row.1) == (case.name, rival));
+                row.expect("comparison.py runs every problem").2
             };
-            let [lower, upper] = case.bounds();
-            let mut problem = Problem::new(&lower, &upper, values, case.gradients)
-                .with_equalities(case.equalities);
-            let s = run(&mut problem, case.start);
-            drop(problem);
-            println!(
-                "{:8} {:10} near {:?} values {} gradients {} it {} excess {:.1e} violation {:.1e} kkt {:.1e} {:?}",
-                case.name,
-                name,
-                near.borrow().unwrap_or(0),
-                s.value_evaluations,
-                s.gradient_evaluations,
-                s.iterations,
-                case.excess(s.objective),
-                s.violation,
-                s.kkt,
-                s.status
-            );
+            let cells: Vec<String> = ours
+                .chain(rivals.map(found))
+                .map(|cell| cell.to_string())
+                .collect();
+            println!("| {} | {} |", case.name, cells.join(" | "));
         }
+        println!();
     }
 }
 
-fn run_conservative(p: &mut Problem<'_>, start: &[f64]) -> Solution {
-    mma::minimise(p, start, &mma::Options::default()).unwrap()
-}
-fn run_plain(p: &mut Problem<'_>, start: &[f64]) -> Solution {
-    mma::minimise(
-        p,
-        start,
-        &mma::Options {
-            variant: mma::Variant::Plain,
-            ..Default::default()
-        },
-    )
-    .unwrap()
-}
-fn run_augmented(p: &mut Problem<'_>, start: &[f64]) -> Solution {
-    augmented::minimise(p, start, &Stop::default()).unwrap()
+/// Answers lines from the standard input. A line without a name lists the problems.
+fn serve() {
+    let text = |numbers: &[f64]| {
+        let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        words.join(" ")
+    };
+    for line in stdin().lock().lines().map_while(Result::ok) {
+        let mut words = line.split_whitespace();
+        let name = words.next();
+        let Some(case) = CASES.iter().find(|case| Some(case.name) == name) else {
+            for case in CASES {
+                let [lower, upper] = case.bounds();
+                let numbers = [text(case.start), text(&lower), text(&upper)].join(" ");
+                println!(
+                    "{} {} {} {numbers}",
+                    case.name, case.equalities, case.optimum
+                );
+            }
+            println!();
+            continue;
+        };
+        let x: Vec<f64> = words.map(|word| word.parse().expect("a number")).collect();
+        println!(
+            "{}\n{}",
+            text(&(case.values)(&x)),
+            text(&(case.gradients)(&x))
+        );
+    }
 }

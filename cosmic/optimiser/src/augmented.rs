@@ -131,6 +131,9 @@ impl Driver<'_, '_> {
             if feasible && stationary && residuals.complementarity <= stop.kkt {
                 return Ok(Status::Converged);
             }
+            if self.run.is_infeasible() {
+                return Ok(Status::Infeasible);
+            }
             if self.run.iterations == stop.iterations {
                 return Ok(Status::IterationLimit);
             }
@@ -144,7 +147,7 @@ impl Driver<'_, '_> {
             if feasible && exhausted {
                 return Ok(Status::SmallStep);
             }
-            if !feasible && (self.run.is_infeasible() || self.lagrangian.penalty > LARGEST) {
+            if !feasible && self.lagrangian.penalty > LARGEST {
                 return Ok(Status::Infeasible);
             }
             self.update_multipliers(updated);

@@ -6,8 +6,8 @@ use crate::problem::Problem;
 /// When a run ends.
 ///
 /// Let `g_ij` be the derivative of function `i` by variable `j`, multiplied by the range of the variable (for a variable
-/// with an infinite bound, by `max(1, |x_j|)`), and let `l_i` be the multipliers, with `l_0 = 1`. The *scale* is the
-/// largest `|l_i g_ij|`, but at least a thousandth of the largest `|g_0j|` so far. The *KKT residual* is the larger of
+/// with an infinite bound, by `max(1, |x_j|)`), and let `l_i` be the multipliers, with `l_0 = 1`. The *scale* of the
+/// objective is the largest `|g_0j|`, but at least a tenth of the largest one so far. The *KKT residual* is the larger of
 /// - stationarity: the largest `|sum_i l_i g_ij|`, divided by the scale. For a variable near a bound, it is the distance
 ///   to the bound (divided by the range) if that is smaller and the bound prevents the descent;
 /// - complementarity: the largest `|l_i f_i|` of an inequality, divided by the scale.
@@ -38,6 +38,12 @@ impl Default for Stop {
     }
 }
 
+/// A violation counts as stationary if a move over the range of a variable changes it, to first order, by no more than
+/// this part.
+const FLAT: f64 = 1e-4;
+/// The residuals of a point that is close enough to a solution to decide whether it is the right one.
+pub(crate) const BALANCED: f64 = 1e-3;
+
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -46,13 +52,13 @@ pub enum Status {
     /// is not convex, the point may be a local minimum or a saddle point.
     Converged,
     /// The point satisfies all constraints, but not the optimality conditions, and steps are smaller than
-    /// [`Stop::step`]. The tolerance is below the rounding error of the functions, derivatives are wrong, or the
-    /// multipliers of the solution do not exist, as for the constraint `x^2 <= 0`.
+    /// [`Stop::step`]. The tolerance is below the rounding error of the functions, derivatives are wrong, the point is a
+    /// kink of a function, or the solution has no multipliers, as for the constraint `x^2 <= 0`.
     SmallStep,
     /// The run has done [`Stop::iterations`] iterations.
     IterationLimit,
-    /// A constraint is violated, and no small change of the variables reduces the violation. Either no point satisfies
-    /// all constraints, or the run reached a local minimum of the violation: then another start helps.
+    /// A constraint is violated, and to first order no small change of the variables reduces the violation. Either no
+    /// point satisfies all constraints, or the run reached a local minimum of the violation: then another start helps.
     Infeasible,
     /// A function or a number computed from functions is not finite; the error says which one. The result is the last
     /// point where all functions are finite, or the start.
@@ -174,27 +180,42 @@ impl<'p, 'a> Run<'p, 'a> {
     pub(crate) fn objective_scale(&mut self) -> f64 {
         let slope = self.slope(0);
         self.steepest = self.steepest.max(slope);
-        slope.max(1e-3 * self.steepest)
+        slope.max(0.1 * self.steepest)
     }
 
     /// The residuals of the optimality conditions.
     pub(crate) fn residuals(&mut self) -> Residuals {
-        let terms = (self.multipliers.iter().enumerate()).map(|(i, l)| l.abs() * self.slope(1 + i));
-        let scale = terms.fold(0.0, f64::max).max(self.objective_scale());
+        let scale = match self.objective_scale() {
+            0.0 => self.steepest_term(),
+            scale => scale,
+        };
         let products =
             (self.multipliers.iter().zip(&self.values[1..])).skip(self.problem.equalities);
         let product = products.map(|(l, f)| (l * f).abs()).fold(0.0, f64::max);
         Residuals {
-            stationarity: self.stationarity(1.0, &self.multipliers, scale),
-            complementarity: if product > 0.0 { product / scale } else { 0.0 },
+            stationarity: self.stationarity(1.0, scale),
+            complementarity: if scale > 0.0 {
+                product / scale
+            } else {
+                product
+            },
             violation: self.violation(),
         }
     }
 
-    /// The largest scaled derivative of the Lagrangian that the bounds do not stop, divided by `scale`.
-    fn stationarity(&self, objective: f64, multipliers: &[f64], scale: f64) -> f64 {
+    /// The largest scaled derivative of a constraint times its multiplier.
+    fn steepest_term(&self) -> f64 {
+        let terms = self.multipliers.iter().enumerate();
+        terms
+            .map(|(i, l)| l.abs() * self.slope(1 + i))
+            .fold(0.0, f64::max)
+    }
+
+    /// The largest scaled derivative of the Lagrangian that the bounds do not stop, divided by `scale`. `objective` is
+    /// the weight of the objective.
+    fn stationarity(&self, objective: f64, scale: f64) -> f64 {
         let component = |j: usize| {
-            let weighted = multipliers.iter().zip(&self.gradients[1..]);
+            let weighted = self.multipliers.iter().zip(&self.gradients[1..]);
             let sum: f64 = weighted.map(|(l, gradient)| l * gradient[j]).sum();
             let slope = (objective * self.gradients[0][j] + sum) * self.length(j);
             if slope == 0.0 {
@@ -223,18 +244,30 @@ impl<'p, 'a> Run<'p, 'a> {
             .fold(0.0, f64::max)
     }
 
-    /// True if the point violates a constraint and is a stationary point of the violation, that is, of the sum of the
-    /// violated constraints with their multipliers as weights.
+    /// True if the Lagrangian is about stationary, relative to its largest term, and constraints with a multiplier hold
+    /// with equality or are violated.
+    pub(crate) fn is_balanced(&mut self) -> bool {
+        let scale = self.objective_scale().max(self.steepest_term());
+        self.slack() <= self.stop.kkt * scale && self.stationarity(1.0, scale) <= BALANCED
+    }
+
+    /// The largest product of the slack of an inequality that holds with its multiplier.
+    fn slack(&self) -> f64 {
+        let products =
+            (self.multipliers.iter().zip(&self.values[1..])).skip(self.problem.equalities);
+        products.map(|(l, f)| -l * f).fold(0.0, f64::max)
+    }
+
+    /// True if the point is a stationary point of the violation: without the objective, the multipliers satisfy the
+    /// optimality conditions, or all slopes are small compared with the violations.
     pub(crate) fn is_infeasible(&self) -> bool {
-        let weight = |(i, &l): (usize, &f64)| match self.violation_of(i) > self.stop.feasibility {
-            true => l,
-            false => 0.0,
-        };
-        let weights: Vec<f64> = self.multipliers.iter().enumerate().map(weight).collect();
-        let terms = (weights.iter().enumerate()).map(|(i, l)| l.abs() * self.slope(1 + i));
-        let scale = terms.fold(0.0, f64::max);
-        self.violation() > self.stop.feasibility
-            && self.stationarity(0.0, &weights, scale) <= self.stop.kkt
+        let excess = |(i, l): (usize, &f64)| l.abs() * self.violation_of(i);
+        let excess: f64 = self.multipliers.iter().enumerate().map(excess).sum();
+        let scale = self.steepest_term().max(excess * FLAT / self.stop.kkt);
+        excess > 0.0
+            && self.violation() > self.stop.feasibility
+            && self.slack() <= self.stop.kkt * scale
+            && self.stationarity(0.0, scale) <= self.stop.kkt
     }
 
     /// The result of the run.

@@ -2,36 +2,40 @@
 //! nonlinear programming codes", Lecture Notes in Economics and Mathematical Systems 187, 1981. Where a variable has no
 //! bounds in the collection, `mma` gets the bounds that stand here, which are inactive at the optimum.
 
+use std::fmt;
+
 use autodiff::{Real, jacobian, lit};
+use cosmic_optimiser::mma::{self, Options, Variant};
+use cosmic_optimiser::{OptimiserError, Problem, Solution, Stop, augmented};
 
 /// A problem with a known optimum.
 #[derive(Clone, Copy)]
-pub struct Case {
-    pub name: &'static str,
+pub(crate) struct Case {
+    pub(crate) name: &'static str,
     /// The number of equalities, which come before the inequalities.
-    pub equalities: usize,
+    pub(crate) equalities: usize,
     /// The bounds of each variable.
-    pub bounds: &'static [[f64; 2]],
-    pub start: &'static [f64],
+    pub(crate) bounds: &'static [[f64; 2]],
+    pub(crate) start: &'static [f64],
     /// The objective at the optimum.
-    pub optimum: f64,
-    pub values: fn(&[f64]) -> Vec<f64>,
-    pub gradients: fn(&[f64]) -> Vec<f64>,
+    pub(crate) optimum: f64,
+    pub(crate) values: fn(&[f64]) -> Vec<f64>,
+    pub(crate) gradients: fn(&[f64]) -> Vec<f64>,
 }
 
 impl Case {
     /// The lower and the upper bounds.
-    pub fn bounds(&self) -> [Vec<f64>; 2] {
+    pub(crate) fn bounds(&self) -> [Vec<f64>; 2] {
         [0, 1].map(|side| self.bounds.iter().map(|bound| bound[side]).collect())
     }
 
     /// The objective minus the optimum, relative to the optimum if that is above 1.
-    pub fn excess(&self, objective: f64) -> f64 {
+    pub(crate) fn excess(&self, objective: f64) -> f64 {
         (objective - self.optimum) / self.optimum.abs().max(1.0)
     }
 
     /// The largest violation of a constraint.
-    pub fn violation(&self, constraints: &[f64]) -> f64 {
+    pub(crate) fn violation(&self, constraints: &[f64]) -> f64 {
         let violation = |(i, f): (usize, &f64)| match i < self.equalities {
             true => f.abs(),
             false => f.max(0.0),
@@ -50,7 +54,7 @@ macro_rules! problems {
         $(fn $name<R: Real>($x: &[R]) -> Vec<R> { $values })*
 
         /// All problems.
-        pub const CASES: &[Case] = &[$(Case {
+        pub(crate) const CASES: &[Case] = &[$(Case {
             name: stringify!($name),
             equalities: $equalities,
             bounds: &$bounds,
@@ -73,6 +77,97 @@ fn sphere_and_products<R: Real>(x: &[R]) -> [R; 3] {
         x[1] * x[2] - lit(5.0) * x[3] * x[4],
         x[0].powi(3) + x[1].powi(3) + lit(1.0),
     ]
+}
+
+/// A driver of this crate with its default options.
+pub(crate) type Driver = fn(&mut Problem<'_>, &[f64]) -> Result<Solution, OptimiserError>;
+
+/// The drivers, by the names that the table of the README gives them.
+pub(crate) const DRIVERS: [(&str, Driver); 3] = [
+    ("GCMMA", |problem, start| {
+        mma::minimise(problem, start, &Options::default())
+    }),
+    ("plain MMA", |problem, start| {
+        let variant = Variant::Plain;
+        mma::minimise(
+            problem,
+            start,
+            &Options {
+                variant,
+                ..Options::default()
+            },
+        )
+    }),
+    ("augmented", |problem, start| {
+        augmented::minimise(problem, start, &Stop::default())
+    }),
+];
+
+/// The results of NLopt, by `examples/comparison.py`.
+pub(crate) const NLOPT: &str = include_str!("data/nlopt.txt");
+
+/// What a run cost, and how far from the optimum it ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// The number of evaluations until a point was within 1e-6 of the optimum; 0 if none was.
+    pub(crate) near: usize,
+    /// The number of evaluations in all.
+    pub(crate) all: usize,
+    pub(crate) excess: f64,
+    pub(crate) violation: f64,
+}
+
+impl Effort {
+    /// Reads a line of `data/nlopt.txt`: the problem, the algorithm, and its effort.
+    pub(crate) fn parse(line: &str) -> Option<(&str, &str, Self)> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let effort = Effort {
+            near: words[2].parse().ok()?,
+            all: words[3].parse().ok()?,
+            excess: words[4].parse().ok()?,
+            violation: words[5].parse().ok()?,
+        };
+        Some((words[0], words[1], effort))
+    }
+}
+
+/// A cell of the table in the README.
+impl fmt::Display for Effort {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.near {
+            0 => write!(f, "no: {:.0e}, {:.0e}", self.excess, self.violation),
+            near => write!(f, "{near} of {}", self.all),
+        }
+    }
+}
+
+/// Runs a driver on a problem from its start.
+pub(crate) fn run(case: &Case, driver: Driver) -> (Solution, Effort) {
+    let (mut near, mut all) = (0, 0);
+    let values = |x: &[f64]| {
+        let values = (case.values)(x);
+        all += 1;
+        let off = case
+            .excess(values[0])
+            .abs()
+            .max(case.violation(&values[1..]));
+        if near == 0 && off <= 1e-6 {
+            near = all;
+        }
+        values
+    };
+    let [lower, upper] = case.bounds();
+    let mut problem =
+        Problem::new(&lower, &upper, values, case.gradients).with_equalities(case.equalities);
+    let solution = driver(&mut problem, case.start).expect("a well-posed problem");
+    drop(problem);
+    let effort = Effort {
+        near,
+        all,
+        excess: case.excess(solution.objective),
+        violation: solution.violation,
+    };
+    (solution, effort)
 }
 
 const INF: f64 = f64::INFINITY;
