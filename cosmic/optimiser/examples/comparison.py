@@ -14,7 +14,7 @@ import nlopt
 import numpy as np
 
 EVALUATIONS = 5000
-COMMAND = ["target/debug/examples/comparison", "serve"]
+COMMAND = ["cargo", "run", "--quiet", "-p", "cosmic-optimiser", "--example", "comparison", "--", "serve"]
 server = subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 

@@ -1,13 +1,13 @@
 //! What all drivers share: the stopping rule, the result, and the point that a run has reached.
 
-use crate::error::OptimiserError;
+use crate::error::{OptimiserError, require};
 use crate::problem::Problem;
 
 /// When a run ends.
 ///
 /// Let `g_ij` be the derivative of function `i` by variable `j`, multiplied by the range of the variable (for a variable
 /// with an infinite bound, by `max(1, |x_j|)`), and let `l_i` be the multipliers, with `l_0 = 1`. The *scale* of the
-/// objective is the largest `|g_0j|`, but at least a tenth of the largest one so far. The *KKT residual* is the larger of
+/// objective is the largest `|g_0j|`, but at least a tenth of the largest one at the start. The *KKT residual* is the larger of
 /// - stationarity: the largest `|sum_i l_i g_ij|`, divided by the scale. For a variable near a bound, it is the distance
 ///   to the bound (divided by the range) if that is smaller and the bound prevents the descent;
 /// - complementarity: the largest `|l_i f_i|` of an inequality, divided by the scale.
@@ -110,18 +110,28 @@ pub(crate) struct Run<'p, 'a> {
     pub(crate) iterations: usize,
     /// The size of the step to the point, relative to the ranges of the variables.
     pub(crate) step: f64,
-    /// The largest scaled derivative of the objective so far.
-    steepest: f64,
+    /// The largest scaled derivative of the objective at the start, or at the first point where it is not 0.
+    first_slope: f64,
 }
 
 impl<'p, 'a> Run<'p, 'a> {
-    /// Begins a run. Evaluates nothing yet.
+    /// Begins a run. Evaluates nothing yet. Refuses bounds, a start and tolerances that do not make sense.
     pub(crate) fn new(
         problem: &'p mut Problem<'a>,
         start: &[f64],
         stop: &Stop,
     ) -> Result<Self, OptimiserError> {
         problem.begin(start)?;
+        for (name, value, least) in [
+            ("kkt", stop.kkt, f64::MIN_POSITIVE),
+            ("feasibility", stop.feasibility, 0.0),
+            ("step", stop.step, 0.0),
+        ] {
+            require(value >= least && value.is_finite(), || {
+                let allowed = if least > 0.0 { "above 0" } else { "at least 0" };
+                format!("the tolerance `{name}` is {value}; it must be finite and {allowed}")
+            })?;
+        }
         Ok(Run {
             problem,
             stop: stop.clone(),
@@ -131,7 +141,7 @@ impl<'p, 'a> Run<'p, 'a> {
             multipliers: Vec::new(),
             iterations: 0,
             step: f64::INFINITY,
-            steepest: 0.0,
+            first_slope: 0.0,
         })
     }
 
@@ -179,8 +189,10 @@ impl<'p, 'a> Run<'p, 'a> {
     /// The scale of the objective at the point: see [`Stop`].
     pub(crate) fn objective_scale(&mut self) -> f64 {
         let slope = self.slope(0);
-        self.steepest = self.steepest.max(slope);
-        slope.max(0.1 * self.steepest)
+        if self.first_slope == 0.0 {
+            self.first_slope = slope;
+        }
+        slope.max(0.1 * self.first_slope)
     }
 
     /// The residuals of the optimality conditions.

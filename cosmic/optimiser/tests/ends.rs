@@ -330,6 +330,15 @@ fn ill_posed_problems_are_refused() {
         error.to_string(),
         "upper bounds: entry 0 is inf; it must be finite"
     );
+    let stop = Stop {
+        kkt: 0.0,
+        ..Stop::default()
+    };
+    let error = augmented::minimise(&mut fine(), &[0.5; 2], &stop).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the tolerance `kkt` is 0; it must be finite and above 0"
+    );
     let mut equality = make(vec![1.0, 1.0], vec![1.0; 4]).with_equalities(1);
     let error = mma::minimise(&mut equality, &[0.5; 2], &Options::default()).unwrap_err();
     assert!(
