@@ -57,6 +57,8 @@ fi
 say 'packages, unpacked, built and tested outside the repository'
 packages=$(mktemp -d)
 trap 'rm -rf "$packages"' EXIT
+# The loop below builds them.
+cargo publish --quiet --workspace --dry-run --no-verify --allow-dirty --target-dir "$packages/publish"
 cargo package --quiet --no-verify --allow-dirty --target-dir "$packages/target" \
   -p cosmic-autodiff -p cosmic-autodiff-derive -p cosmic-codesign -p cosmic-optimiser -p cosmic-lab -p cosmic-program
 patches=()

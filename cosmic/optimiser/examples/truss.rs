@@ -51,31 +51,31 @@ fn ends(bar: [usize; 2]) -> impl Iterator<Item = (usize, f64)> {
 }
 
 /// The displacements under the load: solves the stiffness matrix by elimination.
-fn displacements<R: Real>(areas: &[R]) -> Vec<R> {
+fn displacements<R: Real>(areas: &[R]) -> [R; FREE] {
     let mut matrix = [[R::zero(); FREE]; FREE];
     for (&bar, &area) in BARS.iter().zip(areas) {
         let stiffness = lit(MODULUS / geometry(bar).0) * area;
         for (row, left) in ends(bar) {
             for (column, right) in ends(bar) {
-                matrix[row][column] = matrix[row][column] + lit(left * right) * stiffness;
+                matrix[row][column] += lit(left * right) * stiffness;
             }
         }
     }
-    let mut u: Vec<R> = LOAD.iter().map(|&force| R::lit(force)).collect();
+    let mut u = LOAD.map(R::lit);
     for pivot in 0..FREE {
         for row in pivot + 1..FREE {
             let factor = matrix[row][pivot] / matrix[pivot][pivot];
             for column in pivot..FREE {
-                matrix[row][column] = matrix[row][column] - factor * matrix[pivot][column];
+                matrix[row][column] -= factor * matrix[pivot][column];
             }
-            u[row] = u[row] - factor * u[pivot];
+            u[row] -= factor * u[pivot];
         }
     }
     for row in (0..FREE).rev() {
         for column in row + 1..FREE {
-            u[row] = u[row] - matrix[row][column] * u[column];
+            u[row] -= matrix[row][column] * u[column];
         }
-        u[row] = u[row] / matrix[row][row];
+        u[row] /= matrix[row][row];
     }
     u
 }
