@@ -201,6 +201,9 @@ impl Driver<'_, '_> {
         } = self;
         let gradient = lagrangian.gradient(&run.values, &run.gradients);
         let start = lagrangian.value(&run.values);
+        if !start.is_finite() || !gradient.iter().all(|slope| slope.is_finite()) {
+            return Err(OptimiserError::Overflow);
+        }
         let first = (0..run.point.len()).map(|j| 0.1 * run.length(j)).collect();
         let mut reached = Vec::new();
         let problem = &mut *run.problem;

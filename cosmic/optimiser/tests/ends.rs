@@ -254,14 +254,26 @@ fn a_start_that_is_not_finite_is_named() {
     }
 }
 
-/// The functions are finite, but the curvature of the dual is not.
+/// Values and derivatives are finite, but numbers that the drivers compute from them are not.
 #[test]
 fn overflow_is_a_status() {
+    let overflow = Status::Failed(OptimiserError::Overflow);
+    // The scaled derivative of the objective, and the square of the constraint.
+    let mut steep = Problem::new(
+        &[-1e10],
+        &[1e10],
+        |x| vec![1e300 * x[0], 1e200],
+        |_| vec![1e300, 0.0],
+    );
+    for (name, driver) in DRIVERS {
+        let end = driver(&mut steep, &[0.5]).unwrap();
+        assert_eq!(end.status, overflow, "{name}");
+    }
+    // The curvature of the dual.
     for (_, driver) in &DRIVERS[..2] {
         let functions = |x: &[f64]| vec![x[0], 1e300 - 1e303 * x[0]];
         let mut problem = Problem::new(&[-1.0], &[1.0], functions, |_| vec![1.0, -1e303]);
-        let end = driver(&mut problem, &[0.5]).unwrap();
-        assert_eq!(end.status, Status::Failed(OptimiserError::Overflow));
+        assert_eq!(driver(&mut problem, &[0.5]).unwrap().status, overflow);
     }
 }
 

@@ -52,8 +52,8 @@ pub struct Options {
 /// Minimises the objective of a problem with inequality constraints and finite bounds, from a start within the bounds.
 /// The start may violate constraints.
 ///
-/// The cost beyond the user's functions is proportional to the number of variables, and to the third power of the
-/// number of constraints.
+/// The cost beyond the user's functions is proportional to the number of variables and to the square of the number of
+/// constraints.
 ///
 /// # Errors
 /// If a list has the wrong length, a bound or an entry of the start is not finite, bounds cross, the start is outside
@@ -139,6 +139,9 @@ impl Driver<'_, '_> {
             0.0 => self.weight,
             scale => self.weight / scale,
         };
+        if !scale.is_normal() {
+            return Err(OptimiserError::Overflow);
+        }
         if let Some(curvature) = self.curvatures.first_mut() {
             *curvature *= scale / self.scale;
         }
