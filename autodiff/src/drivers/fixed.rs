@@ -27,8 +27,8 @@ pub fn value_and_gradient_array<R: Real, const N: usize>(
 /// ```
 /// use autodiff::{Real, value_and_jacobian_array};
 ///
-/// let polar = |&[r, angle]: &_| [r * Real::cos(angle), r * Real::sin(angle)];
-/// let (point, jacobian) = value_and_jacobian_array(polar, [2.0, 0.0]);
+/// let (point, jacobian) =
+///     value_and_jacobian_array(|&[r, angle]| [r * angle.cos(), r * angle.sin()], [2.0, 0.0]);
 /// assert_eq!((point, jacobian), ([2.0, 0.0], [[1.0, 0.0], [0.0, 2.0]]));
 /// ```
 #[inline]
