@@ -7,7 +7,7 @@ use num_traits::Zero;
 use super::origin::{CLEAN, Origin, count, note};
 use crate::dual::Dual;
 use crate::operators::{literal_operators, operators};
-use crate::real::{Fused, Mask, Real};
+use crate::real::{Accepts, Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
 /// A number that remembers its origin: the operation in which the number itself, or a partial that it depends on,
@@ -194,11 +194,14 @@ impl<R: Real> Real for Traced<R> {
         )
     }
     #[track_caller]
-    fn dot(a: &[Self], b: &[Self]) -> Self {
+    fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
+    where
+        Self: Accepts<T>,
+    {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
         let mut sum = Self::zero();
         for (&x, &y) in a.iter().zip(b) {
-            sum = x.fma(y, sum);
+            sum = x.fma(Self::accept(y), sum);
         }
         sum
     }
