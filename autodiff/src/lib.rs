@@ -24,11 +24,11 @@
 //! | the gradient of one scalar with respect to many arguments | [`gradient`], [`value_and_gradient`] | a few for array operations, tens for scalar operations on the tape, for any number of arguments |
 //! | the gradient with respect to a handful of arguments | [`gradient_forward`] | 2 to 3 for every four arguments; no tape |
 //! | the cotangents of several values at once | [`vjp`] | like `gradient` |
-//! | a Jacobian | [`jacobian`] | 2 to 3 for every four arguments |
+//! | a Jacobian | [`jacobian`], [`value_and_jacobian`] | 2 to 3 for every four arguments |
 //! | a Jacobian of few values with respect to many arguments | [`jacobian_reverse`] | one recording, one sweep per value |
 //! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour of its columns: 3 for a tridiagonal Jacobian of any size |
 //! | a Hessian times a vector | [`hessian_vector`] | a few gradients |
-//! | a Hessian | [`hessian`] | a few gradients for every four arguments |
+//! | a Hessian | [`hessian`], [`value_gradient_hessian`] | a few gradients for every four arguments |
 //! | a Hessian that is mostly zeros | [`sparse_hessian`] | a gradient per colour |
 //! | the gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows only with the state |
 //! | the gradient of thousands of time steps, from many starts | [`Rollout::run_batch`] | about half of single runs (nine tenths with two starts), in lanes over the starts |
@@ -38,7 +38,8 @@
 //! | the derivative of a solver's solution | [`implicit::root`] | two Jacobians |
 //! | a derivative whose rule you write yourself | [`custom`] | |
 //!
-//! Every driver takes the function, then the point, then any other arguments. [`check`] tells whether a gradient is
+//! Every driver takes the function, then the point, then any other arguments. A driver whose name ends in `_into`
+//! writes to buffers of the caller, as [`value_and_gradient_into`] does. [`check`] tells whether a gradient is
 //! right. [`trace`] finds where a NaN came from. [`DoubleDouble`] runs the same source in 31 digits to show rounding
 //! errors.
 //!
@@ -109,7 +110,8 @@ pub use drivers::{
     Dense, Function, gradient, gradient_forward, hessian, hessian_vector, implicit, jacobian,
     jacobian_reverse, jvp, sparse,
     sparse::{sparse_hessian, sparse_jacobian},
-    value_and_gradient, vjp,
+    value_and_gradient, value_and_gradient_into, value_and_jacobian, value_and_jacobian_into,
+    value_gradient_hessian, value_gradient_hessian_into, vjp,
 };
 pub use dual::Dual;
 pub use elementary::Elementary;

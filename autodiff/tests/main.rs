@@ -42,4 +42,5 @@ mod rounding;
 mod rules;
 mod sparse;
 mod trace;
+mod values;
 mod weighted;

@@ -25,6 +25,7 @@ mod seed;
 mod gradient;
 mod jacobian;
 mod hessian;
+mod values;
 mod lu;
 pub mod implicit;
 pub mod sparse;
@@ -36,3 +37,7 @@ pub use gradient::{Function, gradient, gradient_forward, value_and_gradient};
 pub use hessian::{hessian, hessian_vector};
 pub use jacobian::{jacobian, jacobian_reverse, jvp, vjp};
 pub(crate) use seed::along;
+pub use values::{
+    value_and_gradient_into, value_and_jacobian, value_and_jacobian_into, value_gradient_hessian,
+    value_gradient_hessian_into,
+};
