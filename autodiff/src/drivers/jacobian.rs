@@ -129,20 +129,11 @@ pub(crate) fn joined_columns<R: Real>(
             rows,
             "the function's number of values must not depend on its argument"
         );
-        copy_columns(&y, pass * CHUNK, columns, &mut entries);
+        let first = pass * CHUNK;
+        let width = CHUNK.min(columns - first);
+        for (i, y) in y.iter().enumerate() {
+            entries[i * columns + first..][..width].copy_from_slice(&y.tangent[..width]);
+        }
     }
     Dense::new(rows, columns, entries)
-}
-
-/// Writes the columns of one pass, from column `first` on, to the entries of a Jacobian.
-pub(super) fn copy_columns<R: Real>(
-    y: &[Dual<R, CHUNK>],
-    first: usize,
-    columns: usize,
-    entries: &mut [R],
-) {
-    let width = CHUNK.min(columns - first);
-    for (i, y) in y.iter().enumerate() {
-        entries[i * columns + first..][..width].copy_from_slice(&y.tangent[..width]);
-    }
 }

@@ -1,7 +1,7 @@
 //! Computes derivatives together with the values, in new vectors or in buffers of the caller.
 
 use super::dense::Dense;
-use super::jacobian::{copy_columns, joined_columns};
+use super::jacobian::joined_columns;
 use super::seed::{CHUNK, seeded};
 use crate::dual::Dual;
 use crate::real::Real;
@@ -60,7 +60,10 @@ pub fn value_and_jacobian_into<R: Real>(
                 *value = y.value;
             }
         }
-        copy_columns(&y, first, x.len(), jacobian);
+        let width = CHUNK.min(x.len() - first);
+        for (row, y) in jacobian.chunks_exact_mut(x.len().max(1)).zip(&y) {
+            row[first..][..width].copy_from_slice(&y.tangent[..width]);
+        }
     }
 }
 
