@@ -13,27 +13,9 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use num_traits::{One, Zero};
 
 use crate::dual::Dual;
-use crate::elementary::{Elementary, functions};
+use crate::elementary::{Elementary, elementary_methods, functions};
 pub use crate::literal::{Accepts, Literal};
 pub use crate::mask::Mask;
-
-/// Defines a method for each [`Elementary`] function.
-macro_rules! elementary_methods {
-    (
-        basic { $($_basic:tt)* }
-        composed {
-            $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
-        }
-    ) => {
-        $(
-            #[doc = $about]
-            #[inline(always)]
-            fn $method(self) -> Self {
-                self.elementary(Elementary::$Function)
-            }
-        )*
-    };
-}
 
 /// The real numbers of generic code. The [module](self) describes the derivatives at kinks.
 ///
@@ -44,10 +26,14 @@ macro_rules! elementary_methods {
 /// `is_zero` of the supertrait `Zero` is not a comparison. It tells whether the number is the additive identity, so
 /// that work on it can be skipped. For lanes it is true if all of them are zero. For a number that carries a derivative
 /// it is false, even if the primal is zero. So do not branch on a value with `if x.is_zero()`, although it compiles.
-/// The pitfalls of the [crate](crate#pitfalls) show what to write instead.
+/// The [pitfalls](crate::guide#pitfalls) show what to write instead.
 ///
 /// Other crates may implement the trait for their own numbers. Within a major version, new methods have defaults. A
 /// new function is a new variant of [`Elementary`], whose [`value`](Elementary::value) works for any number.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a number type that can be differentiated: it does not implement `Real`",
+    note = "arguments and points are `f64` or `f32`: write `1.0`, not `1`"
+)]
 pub trait Real:
     Copy
     + Debug
@@ -234,25 +220,29 @@ pub trait Real:
         Self::select(divides, length, x + y)
     }
 
+    /// Returns `self * ln(y)`, a term of an entropy, and 0 where `self` is 0 unless `y` is NaN.
+    #[inline(always)]
+    fn xlogy<T>(self, y: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let (y, zero) = (Self::accept(y), Self::zero());
+        let plain = self * y.ln();
+        let held = y.detach();
+        let inside = zero.less(held) & held.finite() & held.recip().finite();
+        let at_end = !inside & held.less_equal(held) & self.detach().abs().less_equal(zero);
+        if Self::Mask::IS_SINGLE && !at_end.any() {
+            return plain;
+        }
+        Self::select(at_end, zero.straight_through(self * held.ln()), plain)
+    }
+
     // Derivatives.
 
     /// Returns the same value as a constant, without derivatives.
     fn detach(self) -> Self;
-    /// Returns the value of `self` with the derivative of `soft`. This is the straight-through estimator.
-    ///
-    /// ```
-    /// use autodiff::{Dual, Real};
-    ///
-    /// /// 1 above zero and otherwise 0, with the derivative of a sigmoid.
-    /// fn gate<R: Real>(x: R) -> R {
-    ///     let hard = R::select(R::zero().less(x), R::one(), R::zero());
-    ///     let soft = (R::one() + (-x).exp()).recip();
-    ///     hard.straight_through(soft)
-    /// }
-    ///
-    /// let y = gate(Dual::<f64, 1>::variable(0.0, 0));
-    /// assert_eq!((y.value, y.tangent), (0.0, [0.25]));
-    /// ```
+    /// Returns the value of `self` with the derivative of `soft`. This is the straight-through estimator; the module
+    /// [`custom`](crate::custom) has an example.
     fn straight_through(self, soft: Self) -> Self;
     /// Returns `partial * cotangent`, or zero if the cotangent is exactly zero, even if the partial is infinite. In
     /// forward mode the second factor is a tangent. Every chain rule of this crate uses this product.
@@ -290,6 +280,55 @@ pub trait Real:
             sum += term;
         }
         sum
+    }
+    /// Returns the Euclidean length of a slice. Squares of long and short slices neither overflow nor underflow.
+    #[inline(always)]
+    fn norm(x: &[Self]) -> Self {
+        let (zero, one) = (Self::zero(), Self::one());
+        let mut largest = zero;
+        for &x in x {
+            largest = x.detach().abs().max(largest);
+        }
+        let ordinary = Self::lit(1e-15).less(largest) & largest.less(1e15);
+        if Self::Mask::IS_SINGLE && ordinary.all() {
+            return Self::dot(x, x).sqrt();
+        }
+        let scaled = !ordinary & zero.less(largest) & largest.finite();
+        let (unit, mut sum) = (Self::select(scaled, largest, one), zero);
+        for &x in x {
+            let x = x / unit;
+            sum = x.fma(x, sum);
+        }
+        let origin = sum.less_equal(zero);
+        Self::select(origin, zero, Self::select(origin, one, sum).sqrt() * unit)
+    }
+    /// Returns the logarithm of the sum of `e^x_i`, without overflow. Its slopes are the softmax of the slice.
+    ///
+    /// ```
+    /// use autodiff::{Real, Var, gradient};
+    ///
+    /// assert_eq!(gradient(Var::logsumexp, &[900.0, 900.0, -900.0]), [0.5, 0.5, 0.0]);
+    /// ```
+    #[inline(always)]
+    fn logsumexp(x: &[Self]) -> Self {
+        let Some((&first, others)) = x.split_first() else {
+            return Self::lit(f64::NEG_INFINITY);
+        };
+        // The sum of the powers is `e^top (1 + rest)`. Without the largest term, nothing cancels in derivatives.
+        let (mut top, mut rest) = (first, Self::zero());
+        for &x in others {
+            let (larger, endless) = (top.less(x), !top.finite() & !x.finite());
+            let gap = Self::select(larger, top - x, x - top);
+            let ordered = x.less_equal(top) | top.less_equal(x);
+            let power = Self::select(endless & ordered, Self::zero(), gap.exp());
+            rest = Self::select(larger, (rest + Self::one()) * power, rest + power);
+            top = Self::select(larger, x, top);
+        }
+        Self::select(
+            top.finite() | !rest.less_equal(rest),
+            top + rest.ln_1p(),
+            top,
+        )
     }
     /// Evaluates a [`Fused`] function. It is one entry on the reverse tape.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {

@@ -41,6 +41,7 @@ mod rollout;
 mod rounding;
 mod rules;
 mod sparse;
+mod special;
 mod trace;
 mod values;
 mod weighted;

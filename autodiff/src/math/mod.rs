@@ -6,6 +6,7 @@ mod abreast;
 pub(crate) mod exact;
 mod power;
 pub(crate) mod rounding;
+mod special;
 mod table;
 
 #[cfg(lanes)]

@@ -148,7 +148,7 @@ impl Mask for SymbolMask {
 
 /// Defines methods that each record one operation.
 macro_rules! recorded {
-    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
+    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
         $(
             fn $method(self) -> Self {
                 unary(Unary::$Basic, self)

@@ -269,7 +269,7 @@ macro_rules! define_lanes {
             fn elementary(self, function: Elementary) -> Self {
                 match function.of_system() {
                     Some(_) => self.each(self, |x, _| x.elementary(function)),
-                    None => function.value(self),
+                    None => function.composed(self),
                 }
             }
             #[inline(always)]

@@ -92,7 +92,7 @@ macro_rules! impl_real_for_float {
             fn elementary(self, function: Elementary) -> Self {
                 match function.of_system() {
                     Some(system) => system(self as f64) as $float,
-                    None => function.value(self),
+                    None => function.composed(self),
                 }
             }
             #[inline(always)]
