@@ -23,6 +23,7 @@ mod emitted;
 mod foreign;
 mod fused;
 mod graph;
+mod higher;
 mod implicit;
 mod kinks;
 mod layout;
