@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use crate::real::{Accepts, Literal, Real};
+use crate::real::{Accepts, Literal, Mask, Real};
 
 /// Makes a constant that can stand on either side of an operator in code over any [`Real`]: `lit(2.0) * x +
 /// lit(1.0)`. An argument of a method is a plain float, `x.max(0.0)`. An initial value is [`R::lit(2.0)`](Real::lit).
@@ -20,6 +20,7 @@ pub fn lit(value: f64) -> Literal {
     Literal(value)
 }
 
+#[diagnostic::do_not_recommend]
 impl<R: Real> Accepts<R> for R {
     #[inline(always)]
     fn accept(argument: R) -> R {
@@ -27,10 +28,20 @@ impl<R: Real> Accepts<R> for R {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<R: Real> Accepts<Literal> for R {
     #[inline(always)]
     fn accept(argument: Literal) -> R {
         R::lit(argument.0)
+    }
+}
+
+/// Returns a number as text for a message: its primal, or all lanes.
+pub(crate) fn printed<R: Real>(number: R) -> String {
+    if R::Mask::IS_SINGLE {
+        format!("{:?}", number.primal())
+    } else {
+        format!("{number:?}")
     }
 }
 

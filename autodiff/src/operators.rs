@@ -80,6 +80,7 @@ macro_rules! literal_operators {
         $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
     };
     ([$($generics:tt)*] $number:ty, |$a:ident, $b:ident| $product:expr) => {
+        #[diagnostic::do_not_recommend]
         impl<$($generics)*> $crate::literal::Accepts<f64> for $number {
             #[inline(always)]
             fn accept(argument: f64) -> Self {

@@ -5,6 +5,7 @@ use std::panic::Location;
 use num_traits::Zero;
 
 use super::origin::{CLEAN, Origin, count, note};
+use crate::constant::printed;
 use crate::dual::Dual;
 use crate::operators::{literal_operators, operators};
 use crate::real::{Accepts, Fused, Mask, Real};
@@ -73,7 +74,7 @@ impl<R: Real> Traced<R> {
             listed(operands.iter().map(|(x, _)| x.value)),
             listed(operands.iter().map(|&(_, partial)| partial)),
         ];
-        let numbers = format!("of {of}: value {value:?}, partial {partials}");
+        let numbers = format!("of {of}: value {}, partial {partials}", printed(value));
         Self {
             value,
             active,
@@ -124,7 +125,7 @@ fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]
 }
 
 fn listed<R: Real>(numbers: impl Iterator<Item = R>) -> String {
-    let words: Vec<String> = numbers.map(|x| format!("{x:?}")).collect();
+    let words: Vec<String> = numbers.map(printed).collect();
     words.join(" and ")
 }
 
