@@ -13,8 +13,8 @@ use crate::reverse::{Var, with_tape};
 /// ```
 /// use autodiff::{Real, value_and_jacobian};
 ///
-/// let polar = |x: &[_]| vec![x[0] * x[1].cos(), x[0] * x[1].sin()];
-/// let (values, jacobian) = value_and_jacobian(polar, &[2.0, 0.0]);
+/// let (values, jacobian) =
+///     value_and_jacobian(|x| vec![x[0] * x[1].cos(), x[0] * x[1].sin()], &[2.0, 0.0]);
 /// assert_eq!(values, [2.0, 0.0]);
 /// assert_eq!(jacobian, [[1.0, 0.0], [0.0, 2.0]]);
 /// ```
