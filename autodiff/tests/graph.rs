@@ -119,7 +119,9 @@ fn what_is_left_out_is_a_ghost() {
     assert_eq!(full.slot_of_edge(), less.slot_of_edge());
     let of_slot = less.edge_of_slot();
     for (edge, &slot) in full.slot_of_edge().iter().enumerate() {
-        assert_eq!(of_slot[slot], (!marked[edge]).then_some(edge));
+        let is_left = !marked[edge];
+        assert_eq!(of_slot[slot], is_left.then_some(edge));
+        assert_eq!(less.nodes_of_slot()[slot], is_left.then_some(edges()[edge]));
     }
     let ones = less.to_slots(&vec![1.0; marked.len()]);
     let left = marked.iter().filter(|marked| !**marked).count();

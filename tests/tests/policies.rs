@@ -4,6 +4,7 @@ use autodiff::check::{Options, Verdict};
 use autodiff::{Array, Kernel, Real};
 use cosmic::Registry;
 use cosmic::case::Case;
+use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
@@ -14,19 +15,41 @@ use cosmic_lab::verify::{Plan, check_gradients_of};
 /// is its own mirror image.
 const POLICIES: [&str; 5] = ["mlp", "clock", "reflex", "gaits", "mirrored"];
 
-/// A policy with two parts: a hidden layer that reads the observation, and a rhythm. The rhythm is the same for all
-/// edges, multiplied by a factor for each edge.
+/// A policy with three parts: a hidden layer that reads the observation, a rhythm, and what the bars feel. The rhythm is
+/// the same for all edges, multiplied by a factor for each edge.
 #[derive(Debug)]
 struct Reflex;
 
 #[derive(Clone)]
 struct Mixed;
 
-impl Kernel<4, 1> for Mixed {
+impl Kernel<5, 1> for Mixed {
     #[inline(always)]
-    fn eval<R: Real>(&self, [sin, cos, factor, reflex]: [R; 4]) -> [R; 1] {
-        [(factor * (sin + cos) + reflex).tanh()]
+    fn eval<R: Real>(&self, [sin, cos, factor, reflex, felt]: [R; 5]) -> [R; 1] {
+        [(factor * (sin + cos + R::lit(30.0) * felt) + reflex).tanh()]
     }
+}
+
+/// A number that depends on the positions and velocities of both ends of a bar and on its rest length, each in another
+/// way.
+#[derive(Clone)]
+struct Felt;
+
+impl Kernel<9, 1> for Felt {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x0, y0, u0, v0, x1, y1, u1, v1, rest]: [R; 9]) -> [R; 1] {
+        let length = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0);
+        [length - rest * rest + y0 * y1 + R::lit(0.1) * (u0 * v1 - v0 * u1)]
+    }
+}
+
+fn felt(step: &mut PolicyStep) -> Array {
+    let [tail, head] = step.ends();
+    let [x0, y0, u0, v0] = tail.array();
+    let [x1, y1, u1, v1] = head.array();
+    let rest = step.rest_lengths();
+    step.program()
+        .map(Felt, [x0, y0, u0, v0, x1, y1, u1, v1, rest])[0]
 }
 
 impl Policy for Reflex {
@@ -50,7 +73,8 @@ impl Policy for Reflex {
         let clock = step.clock();
         let [sin, cos] = [0, 1].map(|k| step.for_every_edge(clock, k));
         let factor = step.per_edge("factor");
-        step.program().map(Mixed, [sin, cos, factor, reflex])[0]
+        let felt = felt(step);
+        step.program().map(Mixed, [sin, cos, factor, reflex, felt])[0]
     }
 }
 
@@ -165,6 +189,54 @@ fn a_step_uses_the_observation() {
         for (a, b) in found.iter().zip(&expected) {
             // The tolerance is for sums of some forty terms of order one.
             assert!((a - b).abs() < 1e-13, "{policy}, {settings}: {a} {b}");
+        }
+    }
+}
+
+/// A policy gets the ends of every bar in the ground's frame, with heights above the ground, and the rest lengths.
+#[test]
+fn a_policy_feels_its_bars() {
+    #[derive(Debug)]
+    struct Feels;
+    impl Policy for Feels {
+        fn parameters(&self, robot: &Sizes) -> Vec<Block> {
+            vec![Block::biases("unused", robot.edges)]
+        }
+        fn record(&self, step: &mut PolicyStep) -> Array {
+            step.per_edge("unused");
+            felt(step)
+        }
+    }
+    let registry = Registry::default().with_policy("feels", Feels);
+    for physics in ["", "incline_deg = 12.0\nground_height = 0.3"] {
+        let text = format!(
+            "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[controller]\npolicy = \"feels\"\n[physics]\n{physics}"
+        );
+        let mut case = Case::of_scene(&registry.parse("feels", &text).unwrap(), 1).unwrap();
+        let moved = case.start.x.iter_mut().chain(&mut case.start.v);
+        for (k, vector) in moved.enumerate() {
+            *vector = *vector + Vector::new([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
+        }
+        let (task, ground) = (case.task(), case.task().ground());
+        let start = Trajectory::new(vec![0], vec![case.start.clone()]);
+        let moments = task.moments(&case.own_design(), &case.controller, &start);
+        let below = Vector::new([0.0, ground.height]);
+        let end = |node: usize| {
+            let x = ground.vector_to_ground(case.start.x[node] - below).array();
+            let v = ground.vector_to_ground(case.start.v[node]).array();
+            [x[0], x[1], v[0], v[1]]
+        };
+        for (edge, &[tail, head]) in case.lattice.edges.iter().enumerate() {
+            let ([tail, head], rest) = ([end(tail), end(head)], case.lattice.rest_length[edge]);
+            let [x0, y0, u0, v0] = tail;
+            let [x1, y1, u1, v1] = head;
+            let [expected] = Felt.eval([x0, y0, u0, v0, x1, y1, u1, v1, rest]);
+            // The tolerance is for roundings of a few numbers below one.
+            let found = moments[0].activation[edge];
+            assert!(
+                (found - expected).abs() < 1e-14,
+                "{edge}: {found} {expected}"
+            );
         }
     }
 }

@@ -206,6 +206,16 @@ impl Graph {
         edges
     }
 
+    /// For each slot, the nodes `[tail, head]` of the edge in it or `None` for a ghost. With it,
+    /// [`Program::gather`](crate::Program::gather) brings numbers of the nodes to the edges.
+    pub fn nodes_of_slot(&self) -> Vec<Option<[usize; 2]>> {
+        let mut nodes = vec![None; self.0.slots];
+        for edge in self.edges_by_slot() {
+            nodes[edge.slot] = Some([edge.tail, edge.head]);
+        }
+        nodes
+    }
+
     /// The number of registers that hold at least one edge, on this machine and for numbers of type `R`.
     pub fn lanes<R: Real>(&self) -> usize {
         let in_use = |group: &OffsetGroup| {

@@ -16,6 +16,8 @@ use crate::scene::{ControllerSettings, Senses};
 pub(crate) struct Seen {
     /// Positions and velocities of the nodes.
     pub(crate) nodes: Particle<Array>,
+    /// The rest length of the edge in every slot, m.
+    pub(crate) rest_length: Array,
     /// The two numbers `sin(omega t)` and `cos(omega t)`.
     pub(crate) clock: Array,
     /// The presence of each node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
@@ -370,6 +372,23 @@ impl<'a> PolicyStep<'a> {
         self.program().gather(x, &vec![Some(index); slots])
     }
 
+    /// Gathers positions (m, from the point of the ground below the world's origin) and velocities (m/s) of the two ends of
+    /// every edge, in the ground's frame. The arrays have the order of the activations. Where an array has no edge, these
+    /// numbers and the rest length are 0.
+    pub fn ends(&mut self) -> [Particle<Array>; 2] {
+        let nodes = self.outputs.graph.nodes_of_slot();
+        [0, 1].map(|end| {
+            let indices: Vec<_> = nodes.iter().map(|of| of.map(|of| of[end])).collect();
+            let gather = |array| self.program.any().gather(array, &indices);
+            Particle::new(self.seen.nodes.array().map(gather))
+        })
+    }
+
+    /// The rest length of every edge, m, in the order of the activations.
+    pub fn rest_lengths(&self) -> Array {
+        self.seen.rest_length
+    }
+
     /// The program that the step is recorded into. A policy can map [kernels](autodiff::Kernel) over arrays with it.
     pub fn program(&mut self) -> AnyProgram<'_> {
         self.program.any()
@@ -392,6 +411,7 @@ impl<'a> PolicyStep<'a> {
             clock,
             presence,
             goal,
+            ..
         } = self.seen;
         let senses = self.senses;
         let arrays = match presence {

@@ -316,9 +316,9 @@ settings! {
             },
             source "D3; paper: false";
         /// Whether the controller is also trained for a second goal, mirrored behind the origin: the payload should get
-        /// as far back as it gets ahead. Robots are ranked by the worse of the two goals. The controller does not steer
-        /// yet: with the default `goal_scale` the robot walks to the same side for both goals, and it walks well both
-        /// ways with none of the scales 0.05, 0.5, 1.5 and 3.
+        /// as far back as it gets ahead. Robots are ranked by the worse of the two goals. The paper's goal is too small an
+        /// input for a robot to steer by: with each of the scales 0.05, 0.5, 1.5 and 3 it walks to the same side for both
+        /// goals, or badly. For a robot that steers, choose `goals = "given"`.
         two_goals: bool = false, since 1, source "paper: false";
         /// Whether the goal is a number of the controller, or an input of every rollout that may change while the robot
         /// walks. A given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with

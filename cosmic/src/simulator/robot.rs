@@ -107,6 +107,7 @@ impl Robot {
         let p = &mut declared.0;
         let seen = Seen {
             nodes: self.state(p),
+            rest_length: p.state(self.graph.slots()),
             clock: p.input(2),
             presence: None,
             goal: self.goals.as_ref().map(|_| [(); 2].map(|()| p.state(2))),
@@ -332,6 +333,7 @@ impl Robot {
         let goal = sum.or(given.goals.first().copied());
         let seen = Seen {
             nodes: given.seen.unwrap_or(state),
+            rest_length: given.rest_length,
             clock,
             presence: given.presence,
             goal,
