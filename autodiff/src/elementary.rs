@@ -69,10 +69,10 @@ macro_rules! functions {
                 ln_gamma LnGamma "The logarithm of the absolute value of the gamma function.":
                     |x| special::ln_gamma(x),
                     |x, y| x.digamma();
-                digamma Digamma "The digamma function, which is the slope of [`ln_gamma`](crate::Real::ln_gamma).":
+                digamma Digamma "The digamma function, which is the slope of `ln_gamma`.":
                     |x| special::digamma(x),
                     |x, y| x.trigamma();
-                trigamma Trigamma "The trigamma function, which is the slope of [`digamma`](crate::Real::digamma).":
+                trigamma Trigamma "The trigamma function, which is the slope of `digamma`.":
                     |x| special::trigamma(x),
                     |x, y| special::tetragamma(x);
                 cot_pi CotPi "The cotangent of `pi x`, and NaN at integers.":

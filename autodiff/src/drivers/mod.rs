@@ -69,7 +69,9 @@ pub use gradient::{Function, gradient, gradient_forward, value_and_gradient};
 pub use hessian::{hessian, hessian_vector};
 pub use higher::{Dual2, Dual3, Nested, ThirdDerivatives, derivatives, third_derivatives};
 pub use jacobian::{jacobian, jacobian_reverse, jvp, vjp};
-pub(crate) use seed::{CHUNK, along};
+#[cfg(feature = "nalgebra")]
+pub(crate) use seed::CHUNK;
+pub(crate) use seed::along;
 pub use values::{
     value_and_gradient_into, value_and_jacobian, value_and_jacobian_into, value_gradient_hessian,
     value_gradient_hessian_into,
