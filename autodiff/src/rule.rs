@@ -190,7 +190,7 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
     let (x, y, length) = (x.detach(), y.detach(), value.detach());
     // A subnormal length has few digits, so it is computed again on a larger scale.
-    let (tiny, large) = (value.less(small()), small::<R>().recip());
+    let (tiny, large) = (value.less(small::<R>()), small::<R>().recip());
     let (a, b) = (x * large, y * large);
     let length = R::select(tiny, (a * a + b * b).sqrt(), length);
     let by_x = (R::select(tiny, a, x) / length).straight_through(cosine);
@@ -311,12 +311,18 @@ macro_rules! by_rule {
             self.value.primal()
         }
         #[$attribute]
-        fn less(self, other: Self) -> R::Mask {
-            self.value.less(other.value)
+        fn less<T>(self, other: T) -> R::Mask
+        where
+            Self: $crate::real::Accepts<T>,
+        {
+            self.value.less(Self::accept(other).value)
         }
         #[$attribute]
-        fn less_equal(self, other: Self) -> R::Mask {
-            self.value.less_equal(other.value)
+        fn less_equal<T>(self, other: T) -> R::Mask
+        where
+            Self: $crate::real::Accepts<T>,
+        {
+            self.value.less_equal(Self::accept(other).value)
         }
         #[$attribute]
         fn finite(self) -> R::Mask {
@@ -339,9 +345,13 @@ macro_rules! by_rule {
         )*
         $(
             #[$attribute]
-            fn $method_of_two(self, other: Self) -> Self {
-                let ($y, $z, $name_of_two) = (self, other, stringify!($method_of_two));
-                let $rule_of_two = $crate::rule::$method_of_two(self.value, other.value);
+            fn $method_of_two<T>(self, other: T) -> Self
+            where
+                Self: $crate::real::Accepts<T>,
+            {
+                let ($y, $z, $name_of_two) =
+                    (self, Self::accept(other), stringify!($method_of_two));
+                let $rule_of_two = $crate::rule::$method_of_two($y.value, $z.value);
                 $of_two
             }
         )*

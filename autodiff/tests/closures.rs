@@ -3,7 +3,7 @@
 
 use crate::common::assert_close;
 use autodiff::{
-    Dual, Real, Var, gradient, gradient_forward, hessian, hessian_vector, jacobian,
+    Dual, Real, Tape, Var, gradient, gradient_forward, hessian, hessian_vector, jacobian,
     jacobian_reverse, lit, value_and_gradient_array, value_and_jacobian_array,
 };
 
@@ -110,4 +110,54 @@ fn a_primal_is_plain_in_every_number() {
     assert_eq!(seen, [6.0]);
     assert_eq!(hessian(|x| x[0].primal() * x[0], &[3.0]), [[0.0]]);
     assert_eq!(0.5f32.primal(), 0.5);
+}
+
+/// Every method of two numbers, with constants of each kind that generic code can pass.
+fn of_floats<R: Real>(x: &[R]) -> R {
+    let (x, y) = (x[0], x[1]);
+    let powers = x.max(0.25).powf(2.5) + y.min(-0.5).atan2(1.0) + x.hypot(3.0);
+    let clamped = (x * lit(4.0)).clamp(-1.0, 1.5) * y.clamp(R::lit(-2.0), lit(2.0));
+    let chosen = R::select(x.less(0.5) | y.less_equal(-4.0), x, y);
+    powers + clamped + chosen + R::dot(&[x, y, x * y], &[2.0, -3.0, 0.5])
+}
+
+fn of_numbers<R: Real>(x: &[R]) -> R {
+    let (x, y, c) = (x[0], x[1], R::lit);
+    let powers = x.max(c(0.25)).powf(c(2.5)) + y.min(c(-0.5)).atan2(c(1.0)) + x.hypot(c(3.0));
+    let clamped = (x * c(4.0)).clamp(c(-1.0), c(1.5)) * y.clamp(c(-2.0), c(2.0));
+    let chosen = R::select(x.less(c(0.5)) | y.less_equal(c(-4.0)), x, y);
+    powers + clamped + chosen + R::dot(&[x, y, x * y], &[2.0, -3.0, 0.5].map(c))
+}
+
+#[test]
+fn an_argument_that_is_a_float_is_that_constant() {
+    for x in [[0.125, -1.0], [0.75, 0.5], [-2.0, -8.0]] {
+        assert_eq!(of_floats(&x), of_numbers(&x));
+        assert_eq!(
+            of_floats(&x.map(|x| x as f32)),
+            of_numbers(&x.map(|x| x as f32))
+        );
+        assert_eq!(gradient(of_floats, &x), gradient(of_numbers, &x));
+        assert_eq!(
+            gradient_forward(of_floats, &x),
+            gradient_forward(of_numbers, &x)
+        );
+        assert_eq!(hessian(of_floats, &x), hessian(of_numbers, &x));
+    }
+    let mut tape = Tape::new();
+    tape.record(&[2.0, 3.0], |x| x[0].max(0.0).clamp(-9.0, 9.0));
+    assert_eq!(tape.len(), 2, "constants and choices record nothing");
+    tape.record(&[2.0, 3.0], |x| Var::dot(x, &[4.0, 5.0]));
+    assert_eq!(tape.len(), 3, "a dot product with floats is one entry");
+}
+
+#[test]
+fn closures_pass_floats_to_methods() {
+    let slope = gradient(
+        |x| x[0].max(0.0) + x[1].clamp(-1.0, 1.0) * x[0].powf(2.0),
+        &[3.0, 0.5],
+    );
+    assert_eq!(slope, [4.0, 9.0]);
+    let slope = gradient_forward(|x| Dual::dot(x, &[2.0, 5.0]) + x[0].atan2(1.0), &[0.0, 1.0]);
+    assert_eq!(slope, [3.0, 5.0]);
 }

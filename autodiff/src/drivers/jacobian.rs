@@ -74,21 +74,19 @@ pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>>,
     x: &[R],
 ) -> Dense<R> {
-    columns(&function, x)
+    values_and_columns(&function, x).1
 }
 
-/// Implements [`jacobian`] for a function behind a reference, so that it is compiled once per number type.
-#[allow(clippy::type_complexity)]
-fn columns<R: Real>(
-    function: &dyn Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>>,
-    x: &[R],
-) -> Dense<R> {
-    if x.is_empty() {
-        return Dense::new(function(&[]).len(), 0, Vec::new());
-    }
+/// A function with several values, in forward mode.
+pub(super) type Values<'f, R> = dyn Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>> + 'f;
+
+/// Returns the values and the Jacobian. The function is behind a reference, so that this is compiled once per number
+/// type.
+pub(super) fn values_and_columns<R: Real>(function: &Values<R>, x: &[R]) -> (Vec<R>, Dense<R>) {
     let mut joined = Joined::new(x.len());
     each_pass(x, |first, x| joined.add(first, &function(x)));
-    joined.into_dense()
+    let values = joined.values.clone();
+    (values, joined.into_dense())
 }
 
 /// Returns the Jacobian at `x`, with one row per value and one column per argument. The function is recorded once, and
@@ -129,7 +127,7 @@ pub(crate) fn joined_columns<R: Real, const N: usize>(
 
 /// A Jacobian of which some columns are known.
 struct Joined<R> {
-    rows: usize,
+    values: Vec<R>,
     columns: usize,
     entries: Vec<R>,
 }
@@ -137,7 +135,7 @@ struct Joined<R> {
 impl<R: Real> Joined<R> {
     fn new(columns: usize) -> Self {
         Self {
-            rows: 0,
+            values: Vec::new(),
             columns,
             entries: Vec::new(),
         }
@@ -146,12 +144,12 @@ impl<R: Real> Joined<R> {
     /// Adds the columns from column `first` on, given the values of the pass that computed them.
     fn add<const N: usize>(&mut self, first: usize, y: &[Dual<R, N>]) {
         if first == 0 {
-            self.rows = y.len();
+            self.values.extend(y.iter().map(|y| y.value));
             self.entries.resize(y.len() * self.columns, R::zero());
         }
         assert_eq!(
             y.len(),
-            self.rows,
+            self.values.len(),
             "the function's number of values must not depend on its argument"
         );
         let rows = self.entries.chunks_exact_mut(self.columns.max(1));
@@ -166,6 +164,6 @@ impl<R: Real> Joined<R> {
     }
 
     fn into_dense(self) -> Dense<R> {
-        Dense::new(self.rows, self.columns, self.entries)
+        Dense::new(self.values.len(), self.columns, self.entries)
     }
 }

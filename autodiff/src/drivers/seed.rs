@@ -43,10 +43,11 @@ pub(crate) fn seeded<R: Real, const N: usize>(x: &[R], first: usize) -> Vec<Dual
 
 /// Calls `pass` for the first, the second, ... [`WIDE`] arguments. It gets the index of the first of them, and `x` as
 /// dual numbers like those of [`seeded`]. They are made only once, and up to 16 of them need no memory from the system.
+/// Without arguments there is one pass, in which a function says how many values it has.
 pub(super) fn each_pass<R: Real>(x: &[R], mut pass: impl FnMut(usize, &[Dual<R, WIDE>])) {
     let constants = x.iter().map(|&value| Dual::constant(value));
     let mut duals: SmallVec<[_; 16]> = constants.collect();
-    for first in (0..x.len()).step_by(WIDE) {
+    for first in (0..x.len().max(1)).step_by(WIDE) {
         let last = x.len().min(first + WIDE);
         for j in first..last {
             duals[j].tangent[j - first] = R::one();

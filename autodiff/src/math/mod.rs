@@ -7,6 +7,7 @@ mod abreast;
 pub(crate) mod exact;
 mod power;
 pub(crate) mod rounding;
+mod special;
 mod table;
 #[cfg(test)]
 mod tests;

@@ -2,19 +2,20 @@
 //! inaccurate derivative, so each function has a separate formula for its derivative (the partial). Higher derivatives
 //! come from differentiating the partial.
 
+use super::special;
 use crate::elementary::{Elementary, functions};
 use crate::real::{Mask, Real};
 use crate::rule;
 
 impl Elementary {
-    /// Returns the system's function if it is more accurate on floats than [`value`](Self::value). For example, a
-    /// quotient of logarithms is not exact at powers of the base.
+    /// Returns a function of f64 if it is more accurate on floats than [`value`](Self::value). For example, a quotient of
+    /// logarithms is not exact at powers of the base. Every special function has one.
     #[inline(always)]
     pub(crate) fn of_system(self) -> Option<fn(f64) -> f64> {
         match self {
             Self::Log2 => Some(f64::log2),
             Self::Log10 => Some(f64::log10),
-            _ => None,
+            _ => special::of_floats(self),
         }
     }
 }
@@ -25,6 +26,9 @@ macro_rules! values_and_partials {
         composed {
             $($_method:ident $Function:ident $_about:literal: |$x:ident| $value:expr, |$of:ident, $y:ident| $partial:expr;)*
         }
+        special {
+            $($_special:ident $Special:ident $_about_special:literal: |$z:ident| $series:expr, |$of_special:ident, $w:ident| $slope:expr;)*
+        }
     ) => {
         impl Elementary {
             /// Returns the value, computed with methods of [`Real`]. Implementations of [`Real::elementary`] call this
@@ -32,10 +36,24 @@ macro_rules! values_and_partials {
             #[inline(always)]
             pub fn value<R: Real>(self, x: R) -> R {
                 match self {
+                    $(Self::$Special => {
+                        let $z = x;
+                        $series
+                    })*
+                    _ => self.composed(x),
+                }
+            }
+
+            /// Like [`value`](Self::value), for functions that are not special. Floats and lanes call this, so that they
+            /// do not compile the series, which they never use.
+            #[inline(always)]
+            pub(crate) fn composed<R: Real>(self, x: R) -> R {
+                match self {
                     $(Self::$Function => {
                         let $x = x;
                         $value
                     })*
+                    _ => unreachable!("a special function has a function of f64"),
                 }
             }
 
@@ -65,6 +83,10 @@ macro_rules! values_and_partials {
                     $(Self::$Function => {
                         let ($of, $y) = (x, y);
                         $partial
+                    })*
+                    $(Self::$Special => {
+                        let ($of_special, $w) = (x, y);
+                        $slope
                     })*
                 }
             }

@@ -39,7 +39,12 @@ fn slices<R>(values: &Values<R>) -> SmallVec<[&[R]; 4]> {
 
 /// Returns the common generation of all variables.
 fn generation<R: Real>(inputs: &[&[Var<R>]]) -> u32 {
-    inputs.iter().copied().flatten().fold(CONSTANT, Var::common)
+    inputs
+        .iter()
+        .copied()
+        .flatten()
+        .copied()
+        .fold(CONSTANT, Var::common)
 }
 
 fn constants<R: Real>(outputs: Vec<R>) -> Vec<Var<R>> {
@@ -82,7 +87,7 @@ fn push<R: Real>(
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// Returns the values of a slice of variables. A slice of up to eight variables needs no allocation.
-pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
-    slice.iter().map(|x| x.value).collect()
+/// Returns the values of variables. A list of up to eight variables needs no allocation.
+pub(super) fn values<R: Real>(numbers: impl Iterator<Item = Var<R>>) -> SmallVec<[R; 8]> {
+    numbers.map(|x| x.value).collect()
 }
