@@ -40,6 +40,7 @@ mod recorded;
 mod rollout;
 mod rounding;
 mod rules;
+mod solve;
 mod sparse;
 mod trace;
 mod weighted;
