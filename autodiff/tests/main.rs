@@ -41,6 +41,7 @@ mod recorded;
 mod rollout;
 mod rounding;
 mod rules;
+mod solve;
 mod sparse;
 mod special;
 mod trace;
