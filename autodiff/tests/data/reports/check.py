@@ -104,7 +104,7 @@ def both(of_sign):
 
 
 def close(a, b):
-    return a == b or abs(a - b) <= mpf(10) ** -30 * max(abs(a), abs(b))
+    return a == b or mpmath.isfinite(a - b) and abs(a - b) <= mpf(10) ** -30 * max(abs(a), abs(b))
 
 
 def value(f, x):
