@@ -2,19 +2,31 @@
 //!
 //! D. P. Kingma and J. Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1.
 
-use serde::{Deserialize, Serialize};
+use crate::error::{OptimiserError, check, check_length};
 
-use super::error::{OptimiserError, check, check_length};
-use crate::scene::AdamSettings;
+/// The optimisation method Adam. The learning rate is an argument of each update.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adam {
+    /// The decays of the mean of the gradient and of the mean of its square, each from 0 to below 1. 0.9 and 0.999 by
+    /// default.
+    pub betas: [f64; 2],
+    /// A positive number that keeps the update from dividing by zero. 1e-8 by default.
+    pub epsilon: f64,
+}
 
-/// The optimisation method Adam. Of its settings it uses only `betas` and `epsilon`. The learning rate is an argument
-/// of each update.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Adam(pub AdamSettings);
+impl Default for Adam {
+    fn default() -> Self {
+        Adam {
+            betas: [0.9, 0.999],
+            epsilon: 1e-8,
+        }
+    }
+}
 
 /// The state of Adam between updates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct AdamState {
     /// The number of updates so far.
     pub updates: u64,
@@ -55,7 +67,7 @@ impl Adam {
             return Err(OptimiserError::Overflow);
         }
         state.updates += 1;
-        let ([beta1, beta2], epsilon) = (self.0.betas, self.0.epsilon);
+        let ([beta1, beta2], epsilon) = (self.betas, self.epsilon);
         let correct1 = bias_correction(beta1, state.updates);
         let correct2 = bias_correction(beta2, state.updates);
         for (j, &slope) in gradient.iter().enumerate() {

@@ -1,4 +1,4 @@
-use cosmic::optimiser::mma::Bracket;
+use cosmic_optimiser::mma::Bracket;
 
 /// A function that is constant at 1e-6 up to a kink at 7 and then falls steeply. Because of the elastic cost, the
 /// slope along a line search can be such a function.

@@ -1,4 +1,4 @@
-use cosmic::optimiser::mma::solve_positive;
+use cosmic_optimiser::mma::solve_positive;
 
 #[test]
 fn a_positive_system_is_solved() {

@@ -1,4 +1,4 @@
-//! The method of moving asymptotes, for bounded variables under a few inequality constraints.
+//! The method of moving asymptotes (MMA), for bounded variables under a few inequality constraints.
 //!
 //! K. Svanberg, "The method of moving asymptotes: a new method for structural optimization",
 //! International Journal for Numerical Methods in Engineering 24 (1987) 359-373, in the form of
@@ -11,6 +11,11 @@
 //! its direction. Because of the elastic variables `y`, each subproblem has a solution even if no point meets all
 //! constraints. The subproblem is solved through its dual, up to rounding error. That is cheap for up to about ten
 //! constraints.
+//!
+//! [`minimise`] runs the method to a stopping rule. Its default is the globally convergent version of K. Svanberg, "A
+//! class of globally convergent optimization methods based on conservative convex separable approximations", SIAM
+//! Journal on Optimization 12 (2002) 555-573, which cannot cycle. [`Mma::update`] is a single update of the original
+//! method, for callers with a loop of their own.
 
 mod bracket;
 mod cholesky;
@@ -18,7 +23,12 @@ mod subproblem;
 mod dual;
 mod settings;
 mod method;
+mod driver;
 
+#[doc(hidden)]
 pub use bracket::Bracket;
+#[doc(hidden)]
 pub use cholesky::solve_positive;
+pub use driver::{Options, Variant, minimise};
 pub use method::{Linearisation, Mma, MmaDiagnostics, MmaState, Update};
+pub use settings::MmaSettings;

@@ -1,16 +1,14 @@
 //! The method of moving asymptotes: its state and its updates.
 
-use serde::{Deserialize, Serialize};
-
-use super::dual::{self, Solution};
-use super::settings::check_settings;
+use super::dual;
+use super::settings::{MmaSettings, check_settings};
 use super::subproblem::{Elastic, Room, Subproblem};
-use crate::optimiser::error::{OptimiserError, check, check_finite, check_length, require};
-use crate::scene::MmaSettings;
+use crate::error::{OptimiserError, check, check_finite, check_length, require};
 
 /// The state of MMA between updates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MmaState {
     /// The number of updates so far.
     pub updates: u64,
@@ -25,6 +23,23 @@ pub struct MmaState {
     /// The multipliers of the last update. The search for the next multipliers starts there. Empty before the first
     /// update.
     pub multipliers: Vec<f64>,
+}
+
+/// The lower and the upper asymptote of each variable.
+#[derive(Debug, Clone)]
+pub(super) struct Asymptotes {
+    low: Vec<f64>,
+    upp: Vec<f64>,
+}
+
+impl MmaState {
+    /// Records an update that started from `point`.
+    pub(super) fn advance(&mut self, point: &[f64], asymptotes: Asymptotes, multipliers: &[f64]) {
+        self.updates += 1;
+        self.before_previous = std::mem::replace(&mut self.previous, point.to_vec());
+        (self.low, self.upp) = (asymptotes.low, asymptotes.upp);
+        self.multipliers = multipliers.to_vec();
+    }
 }
 
 /// An optimisation problem at one point: the values and the first derivatives of its functions.
@@ -53,7 +68,8 @@ pub struct Update {
 }
 
 /// A report on how a subproblem was solved.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MmaDiagnostics {
     /// The number of Newton steps that maximised the dual.
     pub newton_steps: usize,
@@ -71,7 +87,7 @@ pub struct Mma {
     upper: Vec<f64>,
     /// The variables whose lower and upper bounds differ. The others never move.
     moving: Vec<usize>,
-    subproblem: Subproblem,
+    pub(super) subproblem: Subproblem,
 }
 
 impl Mma {
@@ -103,6 +119,10 @@ impl Mma {
         })
     }
 
+    pub(super) fn settings(&self) -> &MmaSettings {
+        &self.settings
+    }
+
     /// The state before the first update from `start`.
     #[must_use]
     pub fn init(&self, start: &[f64]) -> MmaState {
@@ -127,19 +147,44 @@ impl Mma {
         at: &Linearisation<'_>,
     ) -> Result<Update, OptimiserError> {
         self.check_input(state, at)?;
-        let (low, upp) = self.asymptotes(state, at.point);
-        self.build(at, &low, &upp);
+        let asymptotes = self.asymptotes(state, at.point);
+        let curvatures = vec![self.settings.raa0; 1 + at.constraints.len()];
+        let update = self.solve(at, &asymptotes, &curvatures, &state.multipliers)?;
+        state.advance(at.point, asymptotes, &update.multipliers);
+        Ok(update)
+    }
+
+    /// Solves the subproblem at a point. `curvatures` has an entry for the objective and for each constraint. The search
+    /// for the multipliers starts at `guess`. Unlike [`Mma::update`], this does not check the input.
+    pub(super) fn solve(
+        &mut self,
+        at: &Linearisation<'_>,
+        asymptotes: &Asymptotes,
+        curvatures: &[f64],
+        guess: &[f64],
+    ) -> Result<Update, OptimiserError> {
+        self.build(at, asymptotes, curvatures);
         let elastic = Elastic {
             linear: self.settings.c,
             quadratic: self.settings.d,
         };
-        let solution = dual::maximise(&mut self.subproblem, elastic, &state.multipliers)
-            .ok_or(OptimiserError::Overflow)?;
-        state.updates += 1;
-        state.before_previous = std::mem::replace(&mut state.previous, at.point.to_vec());
-        (state.low, state.upp) = (low, upp);
-        state.multipliers.clone_from(&solution.multipliers);
-        Ok(self.finish(at.point, elastic, solution))
+        let solution =
+            dual::maximise(&mut self.subproblem, elastic, guess).ok_or(OptimiserError::Overflow)?;
+        let mut point = at.point.to_vec();
+        for (&j, step) in self.moving.iter().zip(&self.subproblem.steps) {
+            // The clamp only removes a rounding error.
+            point[j] = (point[j] + step).clamp(self.lower[j], self.upper[j]);
+        }
+        let extension = |&multiplier: &f64| elastic.extension(multiplier);
+        Ok(Update {
+            point,
+            diagnostics: MmaDiagnostics {
+                newton_steps: solution.newton_steps,
+                residual: solution.residual,
+                elastic: solution.multipliers.iter().map(extension).collect(),
+            },
+            multipliers: solution.multipliers,
+        })
     }
 
     fn check_input(&self, state: &MmaState, at: &Linearisation<'_>) -> Result<(), OptimiserError> {
@@ -172,7 +217,7 @@ impl Mma {
     /// The lower and upper asymptotes for an update from `point` (Svanberg 1987, section 4). In the first two updates
     /// their distance from the point is fixed. Later it grows for variables that keep their direction, and shrinks for
     /// variables that oscillate.
-    fn asymptotes(&self, state: &MmaState, point: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn asymptotes(&self, state: &MmaState, point: &[f64]) -> Asymptotes {
         let p = &self.settings;
         let (mut low, mut upp) = (point.to_vec(), point.to_vec());
         for &j in &self.moving {
@@ -195,10 +240,10 @@ impl Mma {
             low[j] = (x - factor * (previous - state.low[j])).clamp(x - farthest, x - nearest);
             upp[j] = (x + factor * (state.upp[j] - previous)).clamp(x + nearest, x + farthest);
         }
-        (low, upp)
+        Asymptotes { low, upp }
     }
 
-    fn build(&mut self, at: &Linearisation<'_>, low: &[f64], upp: &[f64]) {
+    fn build(&mut self, at: &Linearisation<'_>, asymptotes: &Asymptotes, curvatures: &[f64]) {
         let Mma {
             settings,
             moving,
@@ -206,6 +251,7 @@ impl Mma {
             upper,
             subproblem,
         } = self;
+        let Asymptotes { low, upp } = asymptotes;
         subproblem.reset(moving.iter().map(|&j| {
             let (x, range) = (at.point[j], upper[j] - lower[j]);
             let (to_low, to_upp) = (x - low[j], upp[j] - x);
@@ -216,30 +262,14 @@ impl Mma {
                 to_low,
                 least: (lower[j] - x).max(-stretch * to_low).max(-reach),
                 most: (upper[j] - x).min(stretch * to_upp).min(reach),
-                floor: settings.raa0 / range,
+                range,
             }
         }));
-        subproblem.set_objective(moving.iter().map(|&j| at.objective_gradient[j]));
-        for (&value, row) in at.constraints.iter().zip(at.jacobian) {
-            subproblem.add_constraint(value, moving.iter().map(|&j| row[j]));
-        }
-    }
-
-    fn finish(&self, point: &[f64], elastic: Elastic, solution: Solution) -> Update {
-        let mut point = point.to_vec();
-        for (&j, step) in self.moving.iter().zip(&self.subproblem.steps) {
-            // The clamp only removes a rounding error.
-            point[j] = (point[j] + step).clamp(self.lower[j], self.upper[j]);
-        }
-        let extension = |&multiplier: &f64| elastic.extension(multiplier);
-        Update {
-            point,
-            diagnostics: MmaDiagnostics {
-                newton_steps: solution.newton_steps,
-                residual: solution.residual,
-                elastic: solution.multipliers.iter().map(extension).collect(),
-            },
-            multipliers: solution.multipliers,
+        let gradient = moving.iter().map(|&j| at.objective_gradient[j]);
+        subproblem.set_objective(gradient, curvatures[0]);
+        for (i, (&value, row)) in at.constraints.iter().zip(at.jacobian).enumerate() {
+            let gradient = moving.iter().map(|&j| row[j]);
+            subproblem.add_constraint(value, gradient, curvatures[1 + i]);
         }
     }
 }

@@ -1,4 +1,4 @@
-use cosmic::optimiser::adam::{Adam, bound_norm};
+use cosmic_optimiser::adam::{Adam, bound_norm};
 
 /// The paper's mean as a sum (section 3): `m_t = (1 - beta) sum_i beta^(t - i) g_i`, divided by `1 - beta^t`.
 fn corrected_mean(decay: f64, values: &[f64]) -> f64 {
@@ -20,9 +20,9 @@ fn steps_are_those_of_the_weighted_means() {
         slopes.push(slope);
         squares.push(slope * slope);
         adam.update(&mut state, &mut x, &[slope], rate).unwrap();
-        let mean = corrected_mean(adam.0.betas[0], &slopes);
-        let square = corrected_mean(adam.0.betas[1], &squares);
-        let expected = before - rate * mean / (square.sqrt() + adam.0.epsilon);
+        let mean = corrected_mean(adam.betas[0], &slopes);
+        let square = corrected_mean(adam.betas[1], &squares);
+        let expected = before - rate * mean / (square.sqrt() + adam.epsilon);
         // The rounding error is 1e-16 * 50 * 1e3: fifty terms, some with opposite signs, are divided by
         // 1 - beta2 = 1e-3.
         assert!((x[0] - expected).abs() < 1e-11, "{} {expected}", x[0]);

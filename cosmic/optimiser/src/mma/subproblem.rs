@@ -42,8 +42,8 @@ pub(super) struct Room {
     pub(super) least: f64,
     /// The largest step, which is at least 0.
     pub(super) most: f64,
-    /// A positive number that is added to `rise` and `fall` of every model: `raa0 / (xmax - xmin)`.
-    pub(super) floor: f64,
+    /// The upper bound of the variable minus its lower bound, above 0.
+    pub(super) range: f64,
 }
 
 /// The two terms `a s / (a - s)` and `-b s / (b + s)` of a step. A model multiplies them by its [`ModelWeights`].
@@ -99,20 +99,27 @@ impl Subproblem {
         }
     }
 
-    /// Sets the model of the objective from its gradient, with an entry per variable.
-    pub(super) fn set_objective(&mut self, gradient: impl Iterator<Item = f64>) {
-        self.objective.set(&self.reach, gradient);
+    /// Sets the model of the objective from its gradient, with an entry per variable. `curvature / range` is added to
+    /// the weights of the model.
+    pub(super) fn set_objective(&mut self, gradient: impl Iterator<Item = f64>, curvature: f64) {
+        self.objective.set(&self.reach, gradient, curvature);
     }
 
-    /// Adds the model of the next constraint from its value and gradient.
-    pub(super) fn add_constraint(&mut self, value: f64, gradient: impl Iterator<Item = f64>) {
+    /// Adds the model of the next constraint from its value and gradient. `curvature / range` is added to the weights
+    /// of the model.
+    pub(super) fn add_constraint(
+        &mut self,
+        value: f64,
+        gradient: impl Iterator<Item = f64>,
+        curvature: f64,
+    ) {
         let index = self.values.len();
         if self.constraints.len() == index {
             self.constraints.push(ModelWeights::default());
             self.scaled.push(Vec::new());
         }
         let slopes = &mut self.constraints[index];
-        slopes.set(&self.reach, gradient);
+        slopes.set(&self.reach, gradient, curvature);
         let (mut size, mut peak) = (value.abs(), value);
         for (j, reach) in self.reach.iter().enumerate() {
             let low = slopes.term(j, shares(reach, reach.least));
@@ -148,6 +155,27 @@ impl Subproblem {
         self.lagrangian.change(&self.up, &self.down) + dot(multipliers, &self.values)
     }
 
+    /// The models of all functions at the last steps: the change of the objective, then the value of each constraint.
+    pub(super) fn models(&self) -> Vec<f64> {
+        let (up, down): (Vec<f64>, Vec<f64>) = (self.reach.iter().zip(&self.steps))
+            .map(|(reach, &step)| shares(reach, step))
+            .unzip();
+        let constraints = self.values.iter().zip(&self.constraints);
+        std::iter::once(self.objective.change(&up, &down))
+            .chain(constraints.map(|(value, slopes)| value + slopes.change(&up, &down)))
+            .collect()
+    }
+
+    /// The increase of a model at the last steps if its curvature increases by 1 (Svanberg 2002, the function `d_k`).
+    /// It is at least 0, and 0 only if no variable moves.
+    pub(super) fn bend(&self) -> f64 {
+        let term = |(reach, step): (&Room, &f64)| {
+            let (above, below) = (reach.to_upp - step, reach.to_low + step);
+            (reach.to_upp + reach.to_low) / above * step / below * step / reach.range
+        };
+        self.reach.iter().zip(&self.steps).map(term).sum()
+    }
+
     /// Computes the negative curvature of the dual at the last multipliers, without the part of the elastic variables,
     /// and writes it to `matrix`. The entries are `sum_j s_ij s_kj / curvature_j` over the variables inside their
     /// boxes, where `s` are the slopes of the models. The matrix has only the rows and columns of the constraints
@@ -174,11 +202,11 @@ impl Subproblem {
 }
 
 impl ModelWeights {
-    fn set(&mut self, reach: &[Room], gradient: impl Iterator<Item = f64>) {
+    fn set(&mut self, reach: &[Room], gradient: impl Iterator<Item = f64>, curvature: f64) {
         self.rise.clear();
         self.fall.clear();
         for (slope, reach) in gradient.zip(reach) {
-            let both = CONVEXITY * slope.abs() + reach.floor;
+            let both = CONVEXITY * slope.abs() + curvature / reach.range;
             self.rise.push(slope.max(0.0) + both);
             self.fall.push((-slope).max(0.0) + both);
         }

@@ -2,8 +2,8 @@
 //! satisfies the optimality conditions. The tests take these conditions from the formulas in the papers.
 
 use autodiff::{Dense, Real, jacobian};
-use cosmic::optimiser::{Linearisation, Mma, MmaState, OptimiserError, Update};
-use cosmic::scene::MmaSettings;
+use cosmic_optimiser::OptimiserError;
+use cosmic_optimiser::mma::{Linearisation, Mma, MmaSettings, MmaState, Update};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
