@@ -170,8 +170,8 @@ fn the_determinant_of_the_identity_has_second_derivatives() {
             (0..x.len()).filter(keep).map(|k| x[k]).collect()
         };
         let term = |column: usize| {
-            let term = x[column] * expanded(&minor(column), size - 1);
-            if column % 2 == 0 { term } else { -term }
+            let sign = [1.0, -1.0][column % 2];
+            x[column] * expanded(&minor(column), size - 1) * R::lit(sign)
         };
         if size == 1 {
             x[0]
