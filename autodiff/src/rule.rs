@@ -103,12 +103,13 @@ pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
     (value, (-value).fma(value, R::one()))
 }
 
-/// Returns `1 - x^2`. The derivative is accurate for `x` near 0, and the value is accurate for `x` near 1.
+/// Returns `1 - x^2`. The value is accurate for `x` near 1. The derivative has no factor that is 0 at 1, because in
+/// reverse mode its product with an infinite cotangent would be NaN.
 #[inline(always)]
 pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
     let one = R::one();
-    let small = x.abs().less(R::lit(0.5));
-    R::select(small, one - x * x, (one - x) * (one + x))
+    let (small, smooth) = (x.abs().less(R::lit(0.5)), one - x * x);
+    R::select(small, smooth, (one - x) * (one + x)).straight_through(smooth)
 }
 
 /// The rule of the absolute value.

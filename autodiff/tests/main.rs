@@ -38,6 +38,7 @@ mod parameters;
 mod precision;
 mod program;
 mod recorded;
+mod reports;
 mod rollout;
 mod rounding;
 mod rules;

@@ -68,6 +68,27 @@ fn recordings_nest_and_run_in_singles() {
     assert_close(&slope, &value_and_gradient(|x| mixed.eval(x), &x).1, 1e-4);
 }
 
+/// The tape treats a constant factor of zero as a choice. A replay must do the same at a single point and in lanes.
+#[test]
+fn a_constant_factor_of_zero_stops_an_infinite_cotangent() {
+    let zero = || Sym::lit(0.0);
+    for function in [
+        formula(2, |x| (zero() * x[0] + x[1]).ln()),
+        formula(2, |x| (x[0] * zero() + x[1]).ln()),
+        formula(2, |x| zero().fma(x[0], x[1]).ln()),
+        formula(2, |x| x[0].fma(zero(), x[1]).ln()),
+    ] {
+        let recorded = Recorded::new(&function, 2).expect("no values");
+        let x = [1.0, 0.0];
+        let expected = value_and_gradient(|x| function.eval(x), &x);
+        assert_eq!(expected.1, [0.0, f64::INFINITY]);
+        assert_eq!(recorded.value_and_gradient(&x), expected);
+        for both in recorded.values_and_gradients(&[x; 9]) {
+            assert_eq!(both, expected);
+        }
+    }
+}
+
 /// The sum of `mixed` over points that are variables. The argument holds the points column by column.
 struct Summed(Recorded);
 
