@@ -19,6 +19,7 @@ cargo check -p cosmic-autodiff --features derive
 cargo check -p cosmic-autodiff --features nalgebra
 cargo check -p cosmic-autodiff --features rayon
 cargo check -p cosmic-codesign --no-default-features
+cargo check -p cosmic-optimiser
 if rustup target add wasm32-unknown-unknown >/dev/null 2>&1; then
   cargo check -p cosmic-codesign --no-default-features --target wasm32-unknown-unknown
 else
@@ -29,7 +30,7 @@ oldest=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 say "the oldest Rust, $oldest"
 if rustup toolchain install "$oldest" --profile minimal >/dev/null 2>&1; then
   cargo +"$oldest" check --target-dir target/oldest --all-features \
-    -p cosmic-autodiff -p cosmic-codesign -p cosmic-lab -p cosmic-program
+    -p cosmic-autodiff -p cosmic-codesign -p cosmic-optimiser -p cosmic-lab -p cosmic-program
 else
   echo "no toolchain $oldest: skipped"
 fi
@@ -56,8 +57,10 @@ fi
 say 'packages, unpacked, built and tested outside the repository'
 packages=$(mktemp -d)
 trap 'rm -rf "$packages"' EXIT
+# The loop below builds them.
+cargo publish --quiet --workspace --dry-run --no-verify --allow-dirty --target-dir "$packages/publish"
 cargo package --quiet --no-verify --allow-dirty --target-dir "$packages/target" \
-  -p cosmic-autodiff -p cosmic-autodiff-derive -p cosmic-codesign -p cosmic-lab -p cosmic-program
+  -p cosmic-autodiff -p cosmic-autodiff-derive -p cosmic-codesign -p cosmic-optimiser -p cosmic-lab -p cosmic-program
 patches=()
 for archive in "$packages"/target/package/*.crate; do
   tar xzf "$archive" -C "$packages"

@@ -1,5 +1,5 @@
 //! Fits a damped oscillation to observations by Levenberg-Marquardt, with nalgebra.
-use autodiff::{Real, jacobian};
+use autodiff::{Real, value_and_jacobian};
 use nalgebra::{DMatrix, DVector};
 
 /// The residuals `a exp(-b t) cos(c t) - y` at observations `(t, y)`.
@@ -11,10 +11,6 @@ impl Residuals {
         let residual = |&(t, y): &_| model(R::lit(t)) - R::lit(y);
         self.0.iter().map(residual).collect()
     }
-
-    fn at(&self, x: &DVector<f64>) -> DVector<f64> {
-        self.eval(x.as_slice()).into()
-    }
 }
 
 fn main() {
@@ -23,12 +19,12 @@ fn main() {
     let problem = Residuals(times.map(observe).collect());
     let (mut x, mut damping) = (DVector::from(vec![1.0, 0.0, 1.5]), 0.01);
     for _ in 0..12 {
-        let r = problem.at(&x);
-        let j = DMatrix::from(jacobian(|x| problem.eval(x), x.as_slice()));
+        let (r, j) = value_and_jacobian(|x| problem.eval(x), x.as_slice());
+        let (r, j) = (DVector::from(r), DMatrix::from(j));
         let normal = j.tr_mul(&j) + DMatrix::identity(3, 3) * damping;
         let better = &x - normal.cholesky().unwrap().solve(&j.tr_mul(&r));
         println!("|r| = {:.3e}, damping {damping:.0e}", r.norm());
-        if problem.at(&better).norm() < r.norm() {
+        if DVector::from(problem.eval(better.as_slice())).norm() < r.norm() {
             (x, damping) = (better, 0.1 * damping);
         } else {
             damping *= 10.0;

@@ -2,10 +2,10 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use crate::real::{Literal, Real};
+use crate::real::{Accepts, Literal, Mask, Real};
 
 /// Makes a constant that can stand on either side of an operator in code over any [`Real`]: `lit(2.0) * x +
-/// lit(1.0)`. For an argument or an initial value, write [`R::lit(2.0)`](Real::lit).
+/// lit(1.0)`. An argument of a method is a plain float, `x.max(0.0)`. An initial value is [`R::lit(2.0)`](Real::lit).
 ///
 /// ```
 /// use autodiff::{Real, lit};
@@ -18,6 +18,31 @@ use crate::real::{Literal, Real};
 #[inline(always)]
 pub fn lit(value: f64) -> Literal {
     Literal(value)
+}
+
+#[diagnostic::do_not_recommend]
+impl<R: Real> Accepts<R> for R {
+    #[inline(always)]
+    fn accept(argument: R) -> R {
+        argument
+    }
+}
+
+#[diagnostic::do_not_recommend]
+impl<R: Real> Accepts<Literal> for R {
+    #[inline(always)]
+    fn accept(argument: Literal) -> R {
+        R::lit(argument.0)
+    }
+}
+
+/// Returns a number as text for a message: its primal, or all lanes.
+pub(crate) fn printed<R: Real>(number: R) -> String {
+    if R::Mask::IS_SINGLE {
+        format!("{:?}", number.primal())
+    } else {
+        format!("{number:?}")
+    }
 }
 
 /// Implements the operators whose left operand is a literal: `literal op number`.

@@ -10,6 +10,8 @@
 ///   value at `x`, and the other returns the partial at `x`, given the value `y`. Formulas must select and not branch,
 ///   so that they run in lanes. Constants must be small integers and halves, which every number type represents
 ///   exactly. Longer formulas are functions in `math/table.rs`.
+/// - *Special* functions have entries like composed functions. Their values on floats and in lanes are those of a
+///   function of f64, in `math/special.rs`.
 macro_rules! functions {
     ($then:ident) => {
         $then! {
@@ -49,18 +51,63 @@ macro_rules! functions {
                     |x, y| cardinal_partial(y * (x.tanh().recip() - x.recip()), x, 1.0);
                 sigmoid Sigmoid "The logistic function `1 / (1 + e^-x)`. It is correct everywhere, while the \
                     derivative of that formula is NaN when `e^-x` overflows.":
-                    |x| sigmoid(x).0,
-                    |x, y| sigmoid(x).1;
+                    |x| sigmoid(x),
+                    |x, y| sigmoid_partial(x);
                 softplus Softplus "`ln(1 + e^x)`, a smooth `max(x, 0)` with the slope `sigmoid`. It is correct \
                     everywhere.":
                     |x| softplus(x),
                     |x, y| x.sigmoid();
+                xlogx Xlogx "`x ln(x)`, and 0 at 0.":
+                    |x| R::select(x.abs().less_equal(0.0), R::zero(), x * x.ln()),
+                    |x, y| R::one() + x.ln();
+            }
+            special {
+                erf Erf "The error function.": |x| special::erf(x), |x, y| special::erf_slope(x);
+                erfc Erfc "`1 - erf(x)`, accurate where `erf(x)` is close to 1.":
+                    |x| special::erfc(x),
+                    |x, y| -special::erf_slope(x);
+                ln_gamma LnGamma "The logarithm of the absolute value of the gamma function.":
+                    |x| special::ln_gamma(x),
+                    |x, y| x.digamma();
+                digamma Digamma "The digamma function, which is the slope of `ln_gamma`.":
+                    |x| special::digamma(x),
+                    |x, y| x.trigamma();
+                trigamma Trigamma "The trigamma function, which is the slope of `digamma`.":
+                    |x| special::trigamma(x),
+                    |x, y| special::tetragamma(x);
+                cot_pi CotPi "The cotangent of `pi x`, and NaN at integers.":
+                    |x| special::cot_pi(x),
+                    |x, y| special::cot_pi_slope(y);
             }
         }
     };
 }
 
-pub(crate) use functions;
+/// Defines a method of [`Real`](crate::Real) for each [`Elementary`] function.
+macro_rules! elementary_methods {
+    (
+        basic { $($_basic:tt)* }
+        composed {
+            $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
+        }
+        special {
+            $($special:ident $Special:ident $about_special:literal: |$_z:ident| $_series:expr, |$_of_special:ident, $_w:ident| $_slope:expr;)*
+        }
+    ) => {
+        $crate::elementary::elementary_methods!(@each $($method $Function $about)* $($special $Special $about_special)*);
+    };
+    (@each $($method:ident $Function:ident $about:literal)*) => {
+        $(
+            #[doc = $about]
+            #[inline(always)]
+            fn $method(self) -> Self {
+                self.elementary(Elementary::$Function)
+            }
+        )*
+    };
+}
+
+pub(crate) use {elementary_methods, functions};
 
 macro_rules! define {
     (
@@ -68,17 +115,22 @@ macro_rules! define {
         composed {
             $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
         }
+        special {
+            $($special:ident $Special:ident $about_special:literal: |$_z:ident| $_series:expr, |$_of_special:ident, $_w:ident| $_slope:expr;)*
+        }
     ) => {
         /// A function of one number, as an argument of [`Real::elementary`](crate::Real::elementary). These functions
         /// are composed of other methods of `Real`, so a number type need not implement them.
         ///
         /// At an end of the domain the derivative is the limit from inside. It is infinite for `asin`, `acos`,
-        /// `acosh`, `atanh`, `ln_1p` and the logarithms, and for `cbrt` at 0. Outside the domain it is NaN, like
-        /// the value.
+        /// `acosh`, `atanh`, `ln_1p`, `xlogx` and the logarithms, for `cbrt` at 0, and for `ln_gamma`, `digamma` and
+        /// `trigamma` at 0, where the domain is taken to be the positive numbers. Outside the domain it is NaN, like the
+        /// value. At negative integers `ln_gamma` is infinite, and its derivatives are NaN.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum Elementary {
             $(#[doc = $about] $Function,)*
+            $(#[doc = $about_special] $Special,)*
         }
 
         impl Elementary {
@@ -86,6 +138,7 @@ macro_rules! define {
             pub(crate) fn name(self) -> &'static str {
                 match self {
                     $(Self::$Function => stringify!($method),)*
+                    $(Self::$Special => stringify!($special),)*
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::dual::Dual;
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
-use crate::real::{ByType, Fused, Real};
+use crate::real::{Accepts, ByType, Fused, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
@@ -148,18 +148,26 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         self.apply(rule::abs(self.value))
     }
     #[inline(always)]
-    fn max(self, bound: Self) -> Self {
+    fn max<T>(self, bound: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let bound = Self::accept(bound);
         if rule::is_nan(self.value) {
             return self.apply((self.value.max(bound.value), self.value));
         }
-        Self::select(self.less_equal(bound), bound, self)
+        Self::select(self.less_equal::<Self>(bound), bound, self)
     }
     #[inline(always)]
-    fn min(self, bound: Self) -> Self {
+    fn min<T>(self, bound: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let bound = Self::accept(bound);
         if rule::is_nan(self.value) {
             return self.apply((self.value.min(bound.value), self.value));
         }
-        Self::select(bound.less_equal(self), bound, self)
+        Self::select(bound.less_equal::<Self>(self), bound, self)
     }
     #[inline(always)]
     fn signum(self) -> Self {

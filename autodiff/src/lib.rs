@@ -18,38 +18,18 @@
 //! assert_eq!(gradient(|x| 0.5 * x[0] * x[0] + 1.0, &[3.0]), [3.0]);
 //! ```
 //!
-//! | to get | use | cost in evaluations |
-//! | --- | --- | --- |
-//! | a derivative along a direction | [`jvp`] | about 2 |
-//! | the gradient of one scalar with respect to many arguments | [`gradient`], [`value_and_gradient`] | a few for array operations, tens for scalar operations on the tape, for any number of arguments |
-//! | the gradient with respect to a handful of arguments | [`gradient_forward`] | 2 to 3 for every four arguments; no tape |
-//! | the cotangents of several values at once | [`vjp`] | like `gradient` |
-//! | a Jacobian | [`jacobian`] | 2 to 3 for every four arguments |
-//! | a Jacobian of few values with respect to many arguments | [`jacobian_reverse`] | one recording, one sweep per value |
-//! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour of its columns: 3 for a tridiagonal Jacobian of any size |
-//! | a Hessian times a vector | [`hessian_vector`] | a few gradients |
-//! | a Hessian | [`hessian`] | a few gradients for every four arguments |
-//! | a Hessian that is mostly zeros | [`sparse_hessian`] | a gradient per colour |
-//! | the gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows only with the state |
-//! | the gradient of thousands of time steps, from many starts | [`Rollout::run_batch`] | about half of single runs (nine tenths with two starts), in lanes over the starts |
-//! | values and gradients of one function at many points | [`data::Recorded`] | a few, in lanes over the points |
-//! | the gradient of a sum over data, such as a network's loss | [`data::Sum`] | a few, in lanes over the data |
-//! | Jacobians of one small function at many points | [`data::jacobians`] | one per input, in lanes over the points; a few with an [emitted](emit::adjoint) adjoint |
-//! | the derivative of a solver's solution | [`implicit::root`] | two Jacobians |
-//! | a derivative whose rule you write yourself | [`custom`] | |
+//! | module | what it has |
+//! | --- | --- |
+//! | [`guide`] | how to write functions, what compiler errors mean, many time steps, the terms, and the pitfalls with their wrong numbers |
+//! | [`drivers`] | **which driver to use when**: [`gradient`], [`jacobian`], [`hessian`], [`jvp`] and others, with their costs |
+//! | [`real`] | the number trait, and the value of the derivative at every kink |
+//! | [`sparse`], [`implicit`], [`custom`] | large Jacobians, solutions of equations, derivatives of your own |
+//! | [`steps`], [`data`] | thousands of time steps, sums over data, many points: recorded once, run in SIMD lanes |
+//! | [`parameters`] | nested structures of parameters instead of one slice |
+//! | [`interop`] | code over num-traits' `Float`, nalgebra's matrices, complex numbers |
+//! | [`check`], [`trace`], [`DoubleDouble`] | is a gradient right, where does a NaN come from, how large are rounding errors |
 //!
-//! Every driver takes the function, then the point, then any other arguments. [`check`] tells whether a gradient is
-//! right. [`trace`] finds where a NaN came from. [`DoubleDouble`] runs the same source in 31 digits to show rounding
-//! errors.
-//!
-//! - [`guide`]: writing functions, the traits, many time steps, the terms;
-//! - [`real`]: the value of the derivative at every kink;
-//! - the folder `examples`: short programs, listed in the README.
-//!
-//! # Pitfalls
-//!
-//! The [guide](guide#pitfalls) lists them: kinks, `if` on values, intermediate overflow, `sqrt` of zero, aliasing,
-//! builds without optimisation.
+//! The folder `examples` has short programs, which the README lists.
 //!
 //! # Features
 //!
@@ -100,26 +80,37 @@ pub mod diagnose;
 #[doc = include_str!("../guide.md")]
 pub mod guide {}
 
+#[doc(inline)]
 pub use arrays::{Array, Graph, Kernel, Matrix, Pullback};
 pub use constant::lit;
+#[doc(inline)]
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
+#[doc(inline)]
 pub use drivers::parallel;
+#[doc(inline)]
 pub use drivers::{
-    Dense, Function, gradient, gradient_forward, hessian, hessian_vector, implicit, jacobian,
-    jacobian_reverse, jvp, sparse,
+    Dense, Dual2, Dual3, Function, Nested, ThirdDerivatives, derivatives, gradient,
+    gradient_forward, hessian, hessian_vector, implicit, jacobian, jacobian_reverse, jvp, sparse,
     sparse::{sparse_hessian, sparse_jacobian},
-    value_and_gradient, vjp,
+    third_derivatives, value_and_gradient, value_and_gradient_array, value_and_gradient_into,
+    value_and_jacobian, value_and_jacobian_array, value_and_jacobian_into, value_gradient_hessian,
+    value_gradient_hessian_into, vjp,
 };
 pub use dual::Dual;
 pub use elementary::Elementary;
+#[doc(inline)]
 pub use interop::Element;
 #[cfg(feature = "nalgebra")]
+#[doc(inline)]
 pub use interop::nalgebra;
+#[doc(inline)]
 pub use parameters::Parameters;
+#[doc(inline)]
 pub use real::{Fused, Mask, Real};
 pub use record::emit;
 pub use reverse::{Tape, Var};
+#[doc(inline)]
 pub use steps::{AnyProgram, CotangentBound, Given, Memory, Model, Program, Rollout};
 
 /// The code of the README, so that the documentation tests compile and run it.

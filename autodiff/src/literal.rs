@@ -1,6 +1,30 @@
-//! The type of a constant that [`lit`](crate::lit) makes in generic code.
+//! The type of a constant that [`lit`](crate::lit) makes in generic code, and the arguments that methods accept.
 
 /// A constant that [`lit`](crate::lit) makes. It can stand on either side of an operator in code over any
 /// [`Real`](crate::Real).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Literal(pub(crate) f64);
+
+/// Number types whose methods accept an argument of type `T`.
+///
+/// Every [`Real`](crate::Real) accepts its own type, a float, and a [`Literal`]. So a constant needs no conversion:
+///
+/// ```
+/// use autodiff::{Real, gradient};
+///
+/// fn penalty<R: Real>(x: &[R]) -> R {
+///     x[0].max(0.0).powf(1.5) + x[1].clamp(-1.0, 1.0) + R::dot(x, &[2.0, 3.0])
+/// }
+/// assert_eq!(gradient(penalty, &[4.0, 5.0]), [5.0, 3.0]);
+/// ```
+///
+/// A number type of another crate implements this trait only for `f64`.
+#[diagnostic::on_unimplemented(
+    message = "a method of `{Self}` does not accept an argument of type `{T}`",
+    label = "not accepted as an argument",
+    note = "it accepts another `{Self}`, a float such as `2.0`, or `lit(2.0)`"
+)]
+pub trait Accepts<T> {
+    /// Converts an argument to this number type.
+    fn accept(argument: T) -> Self;
+}

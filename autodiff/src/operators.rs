@@ -73,12 +73,25 @@ macro_rules! operators {
 }
 
 /// Implements the operators whose right operand is a literal: `number op literal`. Multiplication may have a separate
-/// expression, because a literal has no tangents to multiply.
+/// expression, because a literal has no tangents to multiply. The number type also accepts floats as arguments of its
+/// methods; with `@operators`, which is for f64, it gets only the operators.
 macro_rules! literal_operators {
     ($generics:tt $number:ty) => {
         $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
     };
-    ($generics:tt $number:ty, |$a:ident, $b:ident| $product:expr) => {
+    ([$($generics:tt)*] $number:ty, |$a:ident, $b:ident| $product:expr) => {
+        #[diagnostic::do_not_recommend]
+        impl<$($generics)*> $crate::literal::Accepts<f64> for $number {
+            #[inline(always)]
+            fn accept(argument: f64) -> Self {
+                Self::lit(argument)
+            }
+        }
+        $crate::operators::literal_operators! {
+            @operators [$($generics)*] $number, |$a, $b| $product
+        }
+    };
+    (@operators $generics:tt $number:ty, |$a:ident, $b:ident| $product:expr) => {
         $crate::operators::right_operand! {
             $generics $number, Add add $crate::literal::Literal, |a, b| a + <$number>::lit(b.0)
         }

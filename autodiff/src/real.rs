@@ -4,71 +4,7 @@
 //! lanes, an `if` cannot decide differently for each lane. So the code must not branch on a value: it computes a mask
 //! and calls [`select`](Real::select).
 //!
-//! # Conventions at kinks
-//!
-//! Where a function has no derivative, every mode of this crate uses the value in this table. "Bound" means the
-//! other operand, which passes its own derivative. `tests/kinks.rs` has a test for each row.
-//!
-//! | function | where | derivative with respect to the argument |
-//! | --- | --- | --- |
-//! | `abs(x)` | `x = 0` | 0 |
-//! | `signum(x)` | everywhere | 0, and `signum(0) = 0` |
-//! | `x.max(bound)` | `x = bound` | 0: the value and the derivative are those of the bound |
-//! | `x.min(bound)` | `x = bound` | 0: the value and the derivative are those of the bound |
-//! | `x.clamp(lo, hi)` | at and beyond a bound | 0: the value and the derivative are those of the bound |
-//! | `select(m, a, b)` | everywhere | the derivative of the chosen operand; the other operand passes nothing |
-//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)`, `1/x` | `x = 0` | infinite: the limit from inside the domain, also at -0 (but `rsqrt(-0)` is -infinity itself) |
-//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)` | `x < 0` | NaN, like the value |
-//! | [`Elementary`] functions | at an end of the domain; `cbrt` at 0 | infinite: the limit from inside |
-//! | [`Elementary`] functions | outside the domain | NaN, like the value |
-//! | any function | forward: the tangent is exactly 0 | 0, even where the partial is infinite or NaN |
-//! | any function | reverse: the cotangent is 0 because of a *choice* | 0, even where the partial is infinite or NaN |
-//! | any function | reverse on the tape: the cotangent was *computed* and is 0 | NaN where the partial is infinite or NaN, unless a partial of 0 further back stops it |
-//! | `hypot(x, y)` | `x = y = 0` | 0 with respect to both |
-//! | `hypot(x, y)` | either is infinite | NaN with respect to an infinite one, 0 with respect to a finite one |
-//! | `powi(x, 0)` | everywhere | 0 |
-//! | `powf(x, y)` | `x = 0` | with respect to `x`: the limit of `y x^(y-1)`; with respect to `y`: 0 |
-//! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 with respect to both |
-//! | any function but `powi(x, 0)`, `powf(x, 0)` and `powf(1, y)`, which are 1 | the argument is NaN | NaN, like the value |
-//! | sums, differences, products with a constant, `select` | the argument is NaN | the constant slope of the linear function; the value is NaN |
-//! | `x.max(bound)`, `x.min(bound)`, `x.clamp(lo, hi)`, `powi(x, 1)` in lanes, as in a kernel | `x` is NaN | 1; the value is NaN |
-//! | `max`, `min`, `clamp` | a bound is NaN | the bound is ignored: a bound is taken to be a number |
-//!
-//! Second derivatives of `powf` where `x = 0` follow from these rows one by one, and depend on the order
-//! in which they are taken.
-//!
-//! # Zero times infinity
-//!
-//! A cotangent is 0 because of a choice in four cases: `select`, `max`, `min`, `clamp` or an `if` chose another
-//! operand; the number passes through `abs` at 0 or `powi(x, 0)`; the number is multiplied by a constant factor of 0,
-//! such as a mask from `select`; or the caller passes 0. Any other zero was computed: a number underflowed, a partial
-//! is 0, or terms cancelled. A computed zero times an infinite partial is unknown, so the tape returns NaN, as forward
-//! mode does. For example `1 / (1 / x)` at 0 has the slope 1, but its partials are infinity and 0 and do not determine
-//! the slope. A partial of 0 further back stops the NaN, as it stops a tangent: `sqrt(x * x)^2` at 0 has the slope 0.
-//!
-//! It still matters which a mode meets first, the zero or the infinity. The slope of `0 * sqrt(x)` at 0 is 0 in reverse
-//! mode and NaN in forward mode. For `sqrt(x * x)` it is the other way round.
-//!
-//! Sweeps over lanes do not distinguish chosen and computed zeros. In a [`Program`](crate::Program), in
-//! [`data`](crate::data), in [emitted](crate::emit) code and on tapes of lanes, both zeros stop an infinity. A slope of
-//! 0 may then hide an overflow, also between [`Fused`] functions. Forward mode gives another result in these cases:
-//! [`check_gradient`](crate::check::check_gradient) reports the gradient as wrong, and
-//! [`first_non_finite`](crate::trace::first_non_finite) names the operation. A kernel without an emitted
-//! [`vjp`](crate::Kernel::vjp) uses forward mode for its cotangents and follows the rules of forward mode. In the
-//! matrix products of a program, a zero cotangent times an infinite number is NaN.
-//!
-//! # Second derivatives at kinks
-//!
-//! A second derivative is the derivative of the first derivative in the table above, in all four nestings of modes.
-//! Where the table says 0, the second derivative is 0 too. So if a smooth function is composed of functions with kinks,
-//! its second derivative may be wrong. Write the smooth function directly instead: `x * x + y * y`. `tests/kinks.rs`
-//! has a test per row.
-//!
-//! | function | where | second derivative |
-//! | --- | --- | --- |
-//! | `abs(x)^2`, `hypot(x, y)^2` | at 0 | 0; the correct value is 2 |
-//! | `x.max(0)^2`, `x.min(0)^2` | at 0 | 0, the second derivative of the bound |
-//! | `sqrt(x * x)^2`, `sqrt(x * x + y * y)^2` | at 0 | NaN; the correct value is 2 |
+#![doc = include_str!("kinks.md")]
 
 use std::fmt::Debug;
 use std::iter::{Product, Sum};
@@ -77,40 +13,27 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use num_traits::{One, Zero};
 
 use crate::dual::Dual;
-use crate::elementary::{Elementary, functions};
-pub use crate::literal::Literal;
+use crate::elementary::{Elementary, elementary_methods, functions};
+pub use crate::literal::{Accepts, Literal};
 pub use crate::mask::Mask;
-
-/// Defines a method for each [`Elementary`] function.
-macro_rules! elementary_methods {
-    (
-        basic { $($_basic:tt)* }
-        composed {
-            $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
-        }
-    ) => {
-        $(
-            #[doc = $about]
-            #[inline(always)]
-            fn $method(self) -> Self {
-                self.elementary(Elementary::$Function)
-            }
-        )*
-    };
-}
 
 /// The real numbers of generic code. The [module](self) describes the derivatives at kinks.
 ///
-/// Constants are made by [`lit`](crate::lit). They carry no derivative and are not recorded. Comparisons only use the
-/// primal.
+/// Constants are made by [`lit`](crate::lit). They carry no derivative and are not recorded. Where a method
+/// [accepts](Accepts) a second number, a float will do: `x.max(0.0)`, `x.powf(2.5)`, `x.less(1.0)`. Comparisons only
+/// use the primal.
 ///
 /// `is_zero` of the supertrait `Zero` is not a comparison. It tells whether the number is the additive identity, so
 /// that work on it can be skipped. For lanes it is true if all of them are zero. For a number that carries a derivative
 /// it is false, even if the primal is zero. So do not branch on a value with `if x.is_zero()`, although it compiles.
-/// The pitfalls of the [crate](crate#pitfalls) show what to write instead.
+/// The [pitfalls](crate::guide#pitfalls) show what to write instead.
 ///
 /// Other crates may implement the trait for their own numbers. Within a major version, new methods have defaults. A
 /// new function is a new variant of [`Elementary`], whose [`value`](Elementary::value) works for any number.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a number type that can be differentiated: it does not implement `Real`",
+    note = "arguments and points are `f64` or `f32`: write `1.0`, not `1`"
+)]
 pub trait Real:
     Copy
     + Debug
@@ -136,6 +59,9 @@ pub trait Real:
     + DivAssign<Literal>
     + Sum
     + Product
+    + Accepts<Self>
+    + Accepts<f64>
+    + Accepts<Literal>
     + for<'a> Sum<&'a Self>
     + for<'a> Product<&'a Self>
 {
@@ -159,12 +85,16 @@ pub trait Real:
     // Comparison.
 
     /// Compares: `self < other`. The result is false if either number is NaN.
-    fn less(self, other: Self) -> Self::Mask;
+    fn less<T>(self, other: T) -> Self::Mask
+    where
+        Self: Accepts<T>;
     /// Compares: `self <= other`. The result is false if either number is NaN.
-    fn less_equal(self, other: Self) -> Self::Mask;
+    fn less_equal<T>(self, other: T) -> Self::Mask
+    where
+        Self: Accepts<T>;
     /// Returns whether the primal is neither infinite nor NaN.
     fn finite(self) -> Self::Mask {
-        self.abs().less(Self::lit(f64::INFINITY))
+        self.abs().less(f64::INFINITY)
     }
     /// Returns `if_true` where the mask is true, and `if_false` elsewhere. The operand that is not chosen passes no
     /// derivative, even if its partials are infinite.
@@ -203,6 +133,11 @@ pub trait Real:
     fn sin(self) -> Self;
     /// Returns the cosine of an angle in radians.
     fn cos(self) -> Self;
+    /// Returns the sine and the cosine. On floats this takes as long as one of them.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
     /// Returns the tangent of an angle in radians.
     #[inline(always)]
     fn tan(self) -> Self {
@@ -220,11 +155,15 @@ pub trait Real:
     }
     /// Returns the angle of the point `(x, self)`, in radians: the inverse tangent of `self / x` in the point's
     /// quadrant.
-    fn atan2(self, x: Self) -> Self;
+    fn atan2<T>(self, x: T) -> Self
+    where
+        Self: Accepts<T>;
     /// Returns the power with an integer exponent.
     fn powi(self, exponent: i32) -> Self;
     /// Returns the power with a real exponent. The base must not be negative.
-    fn powf(self, exponent: Self) -> Self;
+    fn powf<T>(self, exponent: T) -> Self
+    where
+        Self: Accepts<T>;
     /// Returns the value of an [`Elementary`] function. There is also a separate method for each of these functions.
     fn elementary(self, function: Elementary) -> Self;
     /// Returns the inverse tangent, which is between `-pi/2` and `pi/2`.
@@ -244,25 +183,39 @@ pub trait Real:
     }
     /// Returns the larger one of `self` and `bound`. If they are equal, returns the bound.
     #[inline(always)]
-    fn max(self, bound: Self) -> Self {
+    fn max<T>(self, bound: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let bound = Self::accept(bound);
         Self::select(self.less_equal(bound), bound, self)
     }
     /// Returns the smaller one of `self` and `bound`. If they are equal, returns the bound.
     #[inline(always)]
-    fn min(self, bound: Self) -> Self {
+    fn min<T>(self, bound: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let bound = Self::accept(bound);
         Self::select(bound.less_equal(self), bound, self)
     }
     /// Limits `self` to `[lo, hi]`. At a bound and beyond, the result is the bound itself. If `lo > hi`, the result is
     /// `hi`.
     #[inline(always)]
-    fn clamp(self, lo: Self, hi: Self) -> Self {
+    fn clamp<L, H>(self, lo: L, hi: H) -> Self
+    where
+        Self: Accepts<L> + Accepts<H>,
+    {
         self.max(lo).min(hi)
     }
     /// Returns `sqrt(self^2 + other^2)`. Before they are squared, both numbers are divided by the larger magnitude, so
     /// that the squares neither overflow nor underflow.
     #[inline(always)]
-    fn hypot(self, other: Self) -> Self {
-        let (zero, x, y) = (Self::zero(), self.abs(), other.abs());
+    fn hypot<T>(self, other: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let (zero, x, y) = (Self::zero(), self.abs(), Self::accept(other).abs());
         let scale = x.max(y);
         let (a, b) = (x / scale, y / scale);
         let length = scale * (a * a + b * b).sqrt();
@@ -272,25 +225,29 @@ pub trait Real:
         Self::select(divides, length, x + y)
     }
 
+    /// Returns `self * ln(y)`, a term of an entropy, and 0 where `self` is 0 unless `y` is NaN.
+    #[inline(always)]
+    fn xlogy<T>(self, y: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let (y, zero) = (Self::accept(y), Self::zero());
+        let plain = self * y.ln();
+        let held = y.detach();
+        let inside = zero.less(held) & held.finite() & held.recip().finite();
+        let at_end = !inside & held.less_equal(held) & self.detach().abs().less_equal(zero);
+        if Self::Mask::IS_SINGLE && !at_end.any() {
+            return plain;
+        }
+        Self::select(at_end, zero.straight_through(self * held.ln()), plain)
+    }
+
     // Derivatives.
 
     /// Returns the same value as a constant, without derivatives.
     fn detach(self) -> Self;
-    /// Returns the value of `self` with the derivative of `soft`. This is the straight-through estimator.
-    ///
-    /// ```
-    /// use autodiff::{Dual, Real};
-    ///
-    /// /// 1 above zero and otherwise 0, with the derivative of a sigmoid.
-    /// fn gate<R: Real>(x: R) -> R {
-    ///     let hard = R::select(R::zero().less(x), R::one(), R::zero());
-    ///     let soft = (R::one() + (-x).exp()).recip();
-    ///     hard.straight_through(soft)
-    /// }
-    ///
-    /// let y = gate(Dual::<f64, 1>::variable(0.0, 0));
-    /// assert_eq!((y.value, y.tangent), (0.0, [0.25]));
-    /// ```
+    /// Returns the value of `self` with the derivative of `soft`. This is the straight-through estimator; the module
+    /// [`custom`](crate::custom) has an example.
     fn straight_through(self, soft: Self) -> Self;
     /// Returns `partial * cotangent`, or zero if the cotangent is exactly zero, even if the partial is infinite. In
     /// forward mode the second factor is a tangent. Every chain rule of this crate uses this product.
@@ -305,13 +262,17 @@ pub trait Real:
     // Functions of slices. The default implementations are loops, because closures might be compiled without the
     // instruction set of the lanes.
 
-    /// Returns the sum of `a_i b_i`, added from first to last. It is one entry on the reverse tape.
+    /// Returns the sum of `a_i b_i`, added from first to last. It is one entry on the reverse tape. `b` may be a slice
+    /// of floats.
     #[inline(always)]
-    fn dot(a: &[Self], b: &[Self]) -> Self {
+    fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
+    where
+        Self: Accepts<T>,
+    {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
         let mut sum = Self::zero();
         for i in 0..a.len() {
-            sum = a[i].fma(b[i], sum);
+            sum = a[i].fma(Self::accept(b[i]), sum);
         }
         sum
     }
@@ -324,6 +285,55 @@ pub trait Real:
             sum += term;
         }
         sum
+    }
+    /// Returns the Euclidean length of a slice. Squares of long and short slices neither overflow nor underflow.
+    #[inline(always)]
+    fn norm(x: &[Self]) -> Self {
+        let (zero, one) = (Self::zero(), Self::one());
+        let mut largest = zero;
+        for &x in x {
+            largest = x.detach().abs().max(largest);
+        }
+        let ordinary = Self::lit(1e-15).less(largest) & largest.less(1e15);
+        if Self::Mask::IS_SINGLE && ordinary.all() {
+            return Self::dot(x, x).sqrt();
+        }
+        let scaled = !ordinary & zero.less(largest) & largest.finite();
+        let (unit, mut sum) = (Self::select(scaled, largest, one), zero);
+        for &x in x {
+            let x = x / unit;
+            sum = x.fma(x, sum);
+        }
+        let origin = sum.less_equal(zero);
+        Self::select(origin, zero, Self::select(origin, one, sum).sqrt() * unit)
+    }
+    /// Returns the logarithm of the sum of `e^x_i`, without overflow. Its slopes are the softmax of the slice.
+    ///
+    /// ```
+    /// use autodiff::{Real, Var, gradient};
+    ///
+    /// assert_eq!(gradient(Var::logsumexp, &[900.0, 900.0, -900.0]), [0.5, 0.5, 0.0]);
+    /// ```
+    #[inline(always)]
+    fn logsumexp(x: &[Self]) -> Self {
+        let Some((&first, others)) = x.split_first() else {
+            return Self::lit(f64::NEG_INFINITY);
+        };
+        // The sum of the powers is `e^top (1 + rest)`. Without the largest term, nothing cancels in derivatives.
+        let (mut top, mut rest) = (first, Self::zero());
+        for &x in others {
+            let (larger, endless) = (top.less(x), !top.finite() & !x.finite());
+            let gap = Self::select(larger, top - x, x - top);
+            let ordered = x.less_equal(top) | top.less_equal(x);
+            let power = Self::select(endless & ordered, Self::zero(), gap.exp());
+            rest = Self::select(larger, (rest + Self::one()) * power, rest + power);
+            top = Self::select(larger, x, top);
+        }
+        Self::select(
+            top.finite() | !rest.less_equal(rest),
+            top + rest.ln_1p(),
+            top,
+        )
     }
     /// Evaluates a [`Fused`] function. It is one entry on the reverse tape.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {

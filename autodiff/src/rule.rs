@@ -65,13 +65,14 @@ pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
 /// The rule of the sine.
 #[inline(always)]
 pub(crate) fn sin<R: Real>(x: R) -> (R, R) {
-    (x.sin(), x.cos())
+    x.sin_cos()
 }
 
 /// The rule of the cosine.
 #[inline(always)]
 pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
-    (x.cos(), -x.sin())
+    let (sin, cos) = x.sin_cos();
+    (cos, -sin)
 }
 
 /// The rule of the tangent.
@@ -102,12 +103,13 @@ pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
     (value, (-value).fma(value, R::one()))
 }
 
-/// Returns `1 - x^2`. The derivative is accurate for `x` near 0, and the value is accurate for `x` near 1.
+/// Returns `1 - x^2`. The value is accurate for `x` near 1. The derivative has no factor that is 0 at 1, because in
+/// reverse mode its product with an infinite cotangent would be NaN.
 #[inline(always)]
 pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
     let one = R::one();
-    let small = x.abs().less(R::lit(0.5));
-    R::select(small, one - x * x, (one - x) * (one + x))
+    let (small, smooth) = (x.abs().less(R::lit(0.5)), one - x * x);
+    R::select(small, smooth, (one - x) * (one + x)).straight_through(smooth)
 }
 
 /// The rule of the absolute value.
@@ -189,7 +191,7 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
     let (x, y, length) = (x.detach(), y.detach(), value.detach());
     // A subnormal length has few digits, so it is computed again on a larger scale.
-    let (tiny, large) = (value.less(small()), small::<R>().recip());
+    let (tiny, large) = (value.less(small::<R>()), small::<R>().recip());
     let (a, b) = (x * large, y * large);
     let length = R::select(tiny, (a * a + b * b).sqrt(), length);
     let by_x = (R::select(tiny, a, x) / length).straight_through(cosine);
@@ -310,12 +312,18 @@ macro_rules! by_rule {
             self.value.primal()
         }
         #[$attribute]
-        fn less(self, other: Self) -> R::Mask {
-            self.value.less(other.value)
+        fn less<T>(self, other: T) -> R::Mask
+        where
+            Self: $crate::real::Accepts<T>,
+        {
+            self.value.less(Self::accept(other).value)
         }
         #[$attribute]
-        fn less_equal(self, other: Self) -> R::Mask {
-            self.value.less_equal(other.value)
+        fn less_equal<T>(self, other: T) -> R::Mask
+        where
+            Self: $crate::real::Accepts<T>,
+        {
+            self.value.less_equal(Self::accept(other).value)
         }
         #[$attribute]
         fn finite(self) -> R::Mask {
@@ -338,9 +346,13 @@ macro_rules! by_rule {
         )*
         $(
             #[$attribute]
-            fn $method_of_two(self, other: Self) -> Self {
-                let ($y, $z, $name_of_two) = (self, other, stringify!($method_of_two));
-                let $rule_of_two = $crate::rule::$method_of_two(self.value, other.value);
+            fn $method_of_two<T>(self, other: T) -> Self
+            where
+                Self: $crate::real::Accepts<T>,
+            {
+                let ($y, $z, $name_of_two) =
+                    (self, Self::accept(other), stringify!($method_of_two));
+                let $rule_of_two = $crate::rule::$method_of_two($y.value, $z.value);
                 $of_two
             }
         )*

@@ -189,7 +189,7 @@ fn check_and_trace_find_an_infinity_that_a_zero_hides() {
 }
 
 /// Functions of one number.
-const FUNCTIONS: [fn(Sym) -> Sym; 30] = [
+const FUNCTIONS: [fn(Sym) -> Sym; 37] = [
     |x| x.recip(),
     |x| lit(1.0) / x,
     |x| x.sqrt(),
@@ -215,6 +215,13 @@ const FUNCTIONS: [fn(Sym) -> Sym; 30] = [
     |x| x.atanh(),
     |x| x.exp_m1(),
     |x| x.ln_1p(),
+    |x| x.xlogx(),
+    |x| x.erf(),
+    |x| x.erfc(),
+    |x| x.ln_gamma(),
+    |x| x.digamma(),
+    |x| x.trigamma(),
+    |x| x.cot_pi(),
     |x| x.log2(),
     |x| x.cbrt(),
     |x| x.sigmoid(),

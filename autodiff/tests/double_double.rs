@@ -55,6 +55,11 @@ impl Case {
             "atan2" => a.atan2(b),
             "powi" => a.powi(b.to_f64() as i32),
             "powf" => a.powf(b),
+            "erf" => a.erf(),
+            "erfc" => a.erfc(),
+            "ln_gamma" => a.ln_gamma(),
+            "digamma" => a.digamma(),
+            "trigamma" => a.trigamma(),
             other => panic!("no function is called {other}"),
         }
     }
@@ -72,6 +77,9 @@ impl Case {
             "add" | "mul" | "div" | "sqrt" => 1e-31,
             "powi" => 1e-31 * (1.0 + self.b.to_f64().abs()),
             "powf" => 1e-30 + 1e-31 * (self.b * self.a.ln()).to_f64().abs(),
+            // Numbers up to 1 cancel.
+            "erfc" => 1e-30 / self.value[0].clamp(0.01, 1.0) + 1e-31 * self.a.to_f64().powi(2),
+            "ln_gamma" | "digamma" | "trigamma" => 1e-29,
             _ => 1e-30,
         }
     }

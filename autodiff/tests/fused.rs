@@ -47,7 +47,7 @@ fn dot_and_sum_equal_their_written_out_forms() {
 #[test]
 fn empty_slices_sum_to_a_constant_zero() {
     let zeros: [Var<f64>; 2] =
-        Tape::new().record(&[1.0], |_| [Var::sum_of(&[]), Var::dot(&[], &[])]);
+        Tape::new().record(&[1.0], |_| [Var::sum_of(&[]), Var::dot(&[], &[0.0; 0])]);
     assert!(
         zeros
             .iter()

@@ -234,6 +234,19 @@ fn a_point_that_is_no_root_is_refused() {
     let error = at([0.8, 0.6 + 1e-4]).expect_err("a tenth of a thousandth away");
     assert!(matches!(error, NoRoot::Far { unknown: 1, .. }), "{error}");
     assert!(error.to_string().contains("not a root"), "{error}");
+    // On a tape, the message has the same numbers.
+    let recorded = gradient(
+        |p| {
+            let x = Var::lits(&[0.8, 0.6 + 1e-4]);
+            assert_eq!(
+                root(Turned, &x, p).expect_err("far away").to_string(),
+                error.to_string()
+            );
+            p[0]
+        },
+        &[0.5],
+    );
+    assert_eq!(recorded, [1.0]);
     assert!(root_within(Turned, &[0.8, 0.6 + 1e-4], &[0.5], 1e-3).is_ok());
     assert!(at([f64::NAN, 0.6]).is_err());
     // Single precision has fewer digits, so the same point is accepted.

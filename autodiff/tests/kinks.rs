@@ -1,4 +1,4 @@
-//! Each row of the tables of conventions in `real.rs` has a test, which runs in forward, reverse and nested modes.
+//! Each row of the tables of conventions in `kinks.md` has a test, which runs in forward, reverse and nested modes.
 
 use crate::common::{
     Formula, Sym, assert_gradient, assert_gradients, formula, forward_gradient, hessian_rows,

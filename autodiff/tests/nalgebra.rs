@@ -1,15 +1,18 @@
 //! nalgebra's algorithms on elements, compared with f64, with differences, and with the equations that they solve.
 
-use crate::common::{assert_close, differences, unit};
+use crate::common::{assert_close, assert_refused, differences, unit};
 use ::nalgebra::{
-    ComplexField, DMatrix, RealField, SMatrix, SVector, SimdValue, UnitQuaternion, Vector3,
-    convert, try_convert,
+    ComplexField, DMatrix, Matrix3, RealField, SMatrix, SVector, SimdValue, UnitQuaternion,
+    Vector3, convert, try_convert,
 };
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::implicit::{Residual, root};
-use autodiff::nalgebra::{Element, rotation, symmetric_eigen, vector};
+use autodiff::nalgebra::{
+    Element, angle, exp, rotation, rotation_vector, symmetric_eigen, symmetric_eigen_groups, vector,
+};
 use autodiff::{
-    Dense, DoubleDouble, Dual, Function, Real, gradient, hessian, jacobian, jacobian_reverse, jvp,
+    Dense, DoubleDouble, Dual, Function, Real, Var, gradient, hessian, jacobian, jacobian_reverse,
+    jvp,
 };
 
 const SIZE: usize = 4;
@@ -214,8 +217,12 @@ fn an_element_is_a_register_of_one_lane() {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn nothing_turns_into_a_float_silently() {
     let moving = Element(Dual::<f64, 1>::variable(2.0, 0));
-    assert_eq!(try_convert::<_, f64>(moving), None);
-    assert_eq!(try_convert::<_, f32>(moving), None);
+    assert_refused("for a matrix exponential, call", || {
+        try_convert::<_, f64>(moving)
+    });
+    assert_refused("its derivative would be lost", || {
+        try_convert::<_, f32>(moving)
+    });
     let constant: Element<Dual<f64, 1>> = convert(2.5_f64);
     assert_eq!((constant.0.value, constant.0.tangent), (2.5, [0.0]));
     let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f64>(moving));
@@ -306,4 +313,173 @@ fn eigenvalues_of_a_diagonal_matrix_have_their_hessian() {
 fn a_repeated_eigenvalue_is_refused() {
     let twice = DMatrix::from_diagonal_element(2, 2, Element(3.0));
     assert!(symmetric_eigen(&twice).is_err());
+    // Each group needs a distance from the next.
+    assert!(symmetric_eigen_groups(&twice, -1.0).is_err());
+}
+
+/// Symmetric functions of the eigenvalues of a matrix, by groups of eigenvalues. Where all eigenvalues are in one group,
+/// the functions follow from the matrix itself.
+struct OfGroups {
+    distance: f64,
+}
+
+impl OfGroups {
+    fn matrix<R: Real>(x: &[R]) -> DMatrix<Element<R>> {
+        let [a, b, c] = [0, 1, 2].map(|k| Element(x[k]));
+        let [two, five] = [2.0, 5.0].map(Element::lit);
+        DMatrix::from_row_slice(
+            3,
+            3,
+            &[two + a, b, c, b, two - a * b, c * c, c, c * c, five + b],
+        )
+    }
+}
+
+impl Function for OfGroups {
+    /// The product of the determinants, plus the sum of the squares of all eigenvalues.
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let groups = symmetric_eigen_groups(&Self::matrix(x), self.distance).expect("groups");
+        let blocks = || groups.iter().map(|group| &group.block);
+        let product = blocks().fold(R::one(), |product, block| product * block.determinant().0);
+        blocks().fold(product, |sum, block| sum + (block * block).trace().0)
+    }
+}
+
+/// The eigenvalues are 2, 2 and 5 at the origin. The determinant and the squared entries of the whole matrix are the same
+/// functions without eigenvalues.
+#[test]
+fn groups_of_repeated_eigenvalues_have_derivatives_of_every_order() {
+    fn whole<R: Real>(x: &[R]) -> R {
+        let matrix = OfGroups::matrix(x);
+        matrix.determinant().0 + matrix.norm_squared().0
+    }
+    for x in [[0.0; 3], [1e-9, 0.0, 0.0], [0.02, -0.01, 0.03]] {
+        for distance in [1.0, 4.0] {
+            let ours = OfGroups { distance };
+            let second = hessian(|x| ours.eval(x), &x);
+            // Sums and products of numbers up to 25, with the roundings of one factorisation.
+            assert_close(&[ours.eval(&x)], &[whole(&x)], 1e-13);
+            assert_close(&gradient(|x| ours.eval(x), &x), &gradient(whole, &x), 1e-12);
+            assert_close(second.as_slice(), hessian(whole, &x).as_slice(), 1e-11);
+        }
+    }
+    let groups = symmetric_eigen_groups(&OfGroups::matrix(&[0.0; 3]), 1.0).expect("two groups");
+    assert_close(
+        &[groups[0].mean().0, groups[1].mean().0],
+        &[2.0, 5.0],
+        1e-15,
+    );
+}
+
+/// The turns are as large as their norm, which decides how often the exponential is squared.
+#[test]
+fn the_exponential_of_a_matrix_follows_from_its_equations() {
+    // The exponential of a skew matrix is the rotation about its vector.
+    for angle in [0.0, 1e-9, 0.3, 2.0, 40.0] {
+        let by_exponential = |x: &[Var<f64>]| {
+            let [i, j, k] = [0, 1, 2].map(|axis| Element(x[axis]));
+            let [zero, i, j, k] = [Element::lit(0.0), i, j, k];
+            let skew = Matrix3::new(zero, -k, j, k, zero, -i, -j, i, zero);
+            exp(&DMatrix::from_row_slice(3, 3, skew.transpose().as_slice()))
+                .iter()
+                .map(|x| x.0)
+                .collect()
+        };
+        let by_rotation = |x: &[Var<f64>]| {
+            let [i, j, k] = [0, 1, 2].map(|axis| Element(x[axis]));
+            let turned = rotation(&Vector3::new(i, j, k)).to_rotation_matrix();
+            turned.matrix().iter().map(|x| x.0).collect()
+        };
+        let x = [0.6, -0.48, 0.64].map(|a| a * angle);
+        let [ours, expected] = [
+            jacobian_reverse(by_exponential, &x),
+            jacobian_reverse(by_rotation, &x),
+        ];
+        // Every squaring doubles the rounding error; there are up to seven.
+        assert_close(ours.as_slice(), expected.as_slice(), 1e-13);
+    }
+    let wide = exp(&DMatrix::from_element(
+        1,
+        1,
+        Element(DoubleDouble::from(3.0)),
+    ));
+    let error = (wide[(0, 0)].0 - DoubleDouble::from(3.0).exp()).to_f64();
+    assert!(f64::abs(error) < 1e-28, "{error:e}");
+    assert_refused("found 1 x 2", || {
+        exp(&DMatrix::from_element(1, 2, Element(1.0)))
+    });
+    assert_refused("the norm is NaN", || {
+        exp(&DMatrix::from_element(1, 1, Element(f64::NAN)))
+    });
+}
+
+/// A coordinate of a rotation vector that becomes a rotation and a vector again.
+struct There;
+
+impl Function for There {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let [i, j, k] = [0, 1, 2].map(|axis| Element(x[axis]));
+        let back = rotation_vector(&rotation(&Vector3::new(i, j, k)));
+        back[0].0 + back[1].0 * R::lit(2.0) + back[2].0 * R::lit(4.0)
+    }
+}
+
+/// The vector of a rotation is that of nalgebra, and composed with `rotation` it is the identity, to second order.
+#[test]
+fn a_rotation_has_its_vector_back() {
+    let axis = [0.6, -0.48, 0.64];
+    for angle in [0.0, 1e-200, 1e-9, 1e-3, 0.4899, 0.4901, 2.0, 3.1] {
+        let x = axis.map(|a| a * angle);
+        // The half angle's sine and cosine have rounding errors of a unit. Near a half turn they are multiplied by
+        // the condition number 1.
+        assert_close(&[There.eval(&x)], &[x[0] + 2.0 * x[1] + 4.0 * x[2]], 1e-14);
+        assert_close(&gradient(|x| There.eval(x), &x), &[1.0, 2.0, 4.0], 1e-14);
+        assert_close(hessian(|x| There.eval(x), &x).as_slice(), &[0.0; 9], 1e-13);
+    }
+    // Beyond a half turn, it is the shorter way round.
+    let turn = rotation(&Vector3::new(0.0, 0.0, 4.0).map(Element));
+    let shorter = 4.0 - 2.0 * std::f64::consts::PI;
+    assert_close(&[rotation_vector(&turn)[2].0], &[shorter], 1e-15);
+    let wide = Vector3::new(0.0, 0.0, 0.4).map(|x| Element(DoubleDouble::from(x)));
+    let error = (rotation_vector(&rotation(&wide))[2].0 - wide[2].0).to_f64();
+    assert!(f64::abs(error) < 1e-31, "{error:e}");
+}
+
+/// The angle between `(1, 0, 0)` and a vector.
+struct Between;
+
+impl Function for Between {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let first = Vector3::new(1.0, 0.0, 0.0).map(Element::<R>::lit);
+        let [i, j, k] = [0, 1, 2].map(|axis| Element(x[axis]));
+        angle(&first, &Vector3::new(i, j, k)).0
+    }
+}
+
+#[test]
+fn angles_between_vectors_are_smooth_but_for_parallel_ones() {
+    for x in [
+        [1.0, 1e-9, 0.0],
+        [3.0, -2.0, 0.5],
+        [0.0, 0.0, 7.0],
+        [-2.0, 1e-7, 1e-7],
+    ] {
+        let across = f64::hypot(x[1], x[2]);
+        assert_close(&[Between.eval(&x)], &[across.atan2(x[0])], 1e-15);
+        // The slopes of `atan2(hypot(y, z), x)`, which has no cancellation.
+        let expected = gradient(|x| x[1].hypot(x[2]).atan2(x[0]), &x);
+        // The difference of the sides is at least 1e-9 long, with a rounding error of 1e-16.
+        assert_close(&gradient(|x| Between.eval(x), &x), &expected, 1e-6);
+        let report = check_gradient(&Between, &[3.0, -2.0, 0.5], &Options::default());
+        assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+    }
+    for parallel in [[2.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0; 3]] {
+        assert_eq!(gradient(|x| Between.eval(x), &parallel), [0.0; 3]);
+    }
+    let [a, b] = [2, 3].map(|n| {
+        DMatrix::from_element(n, 1, Element(1.0))
+            .column(0)
+            .into_owned()
+    });
+    assert_refused("differ in length", || angle(&a, &b));
 }

@@ -103,6 +103,19 @@ functions! {
     "powf_0.3": [2.0, 4.0 + f64::from(x < 1e-308) * x.ln().abs() / 2.0, 8.0 + x.ln().abs() / 2.0] =>
         x.powf(lit(0.3));
     "powf": [2.0, 4.0, 8.0 + x.ln().abs() / 2.0] => x.powf(y);
+    "xlogx": FEW => x.xlogx();
+    "xlogy": FEW => x.xlogy(y);
+    "erf": FEW => x.erf();
+    "erfc": FEW => x.erfc();
+    // Below 0 the value is a difference of logarithms, and near -2.457 it is close to zero.
+    "ln_gamma": [2.0 + 16.0 * f64::from(x < 0.0), 4.0, 8.0] => x.ln_gamma();
+    "digamma": FEW => x.digamma();
+    // A sum of up to seventeen terms.
+    "trigamma": [4.0, 4.0, 8.0] => x.trigamma();
+    "cot_pi": FEW => x.cot_pi();
+    // In the second derivative, terms cancel that are as much larger as the square of the longer side.
+    "norm": [2.0, 4.0, 8.0 + 2.0 * squared_ratio(x, y)] => Sym::norm(&[x, y]);
+    "logsumexp": FEW => Sym::logsumexp(&[x, y]);
     "x_to_x": [2.0, 4.0, 8.0] => x.powf(x);
     "x_to_minus_x": [2.0, 4.0, 8.0] => x.powf(-x);
     // Formulas in which no terms cancel.

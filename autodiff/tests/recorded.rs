@@ -9,7 +9,9 @@ fn mixed() -> Formula {
     formula(4, |x| {
         let inside = Sym::select(x[0].less(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
         let sums = Sym::dot(&x[..2], &x[1..3]) + Sym::sum_of(x) + x[3].sigmoid().ln_1p();
-        let bounded = x[2].max(lit(0.5) * x[0]);
+        let bounded = x[2]
+            .max(lit(0.5) * x[0])
+            .straight_through(x[2] * x[0].detach());
         inside.fma(x[3], sums.tanh()) + bounded.powi(3) - x[1].hypot(x[3])
     })
 }
@@ -37,6 +39,7 @@ fn a_recording_serves_all_points() {
             assert_close(&[*value], &[expected], tolerance);
             assert_close(gradient, &slope, tolerance);
             let alone = recorded.value_and_gradient(x);
+            assert_close(&[alone.0], &[expected], tolerance);
             assert_close(&alone.1, &slope, tolerance);
         }
     }
@@ -63,6 +66,27 @@ fn recordings_nest_and_run_in_singles() {
     let (_, slope) = recorded.value_and_gradient(&singles);
     let slope: Vec<f64> = slope.into_iter().map(f64::from).collect();
     assert_close(&slope, &value_and_gradient(|x| mixed.eval(x), &x).1, 1e-4);
+}
+
+/// The tape treats a constant factor of zero as a choice. A replay must do the same at a single point and in lanes.
+#[test]
+fn a_constant_factor_of_zero_stops_an_infinite_cotangent() {
+    let zero = || Sym::lit(0.0);
+    for function in [
+        formula(2, |x| (zero() * x[0] + x[1]).ln()),
+        formula(2, |x| (x[0] * zero() + x[1]).ln()),
+        formula(2, |x| zero().fma(x[0], x[1]).ln()),
+        formula(2, |x| x[0].fma(zero(), x[1]).ln()),
+    ] {
+        let recorded = Recorded::new(&function, 2).expect("no values");
+        let x = [1.0, 0.0];
+        let expected = value_and_gradient(|x| function.eval(x), &x);
+        assert_eq!(expected.1, [0.0, f64::INFINITY]);
+        assert_eq!(recorded.value_and_gradient(&x), expected);
+        for both in recorded.values_and_gradients(&[x; 9]) {
+            assert_eq!(both, expected);
+        }
+    }
 }
 
 /// The sum of `mixed` over points that are variables. The argument holds the points column by column.

@@ -1,7 +1,8 @@
 //! Compressed Jacobians must agree with dense Jacobians and take as few directions as possible.
 
+use autodiff::implicit::{Residual, root};
 use autodiff::sparse::{Pattern, sparse_hessian, sparse_jacobian};
-use autodiff::{Dense, Dual, Real, custom, gradient, hessian, jacobian, lit};
+use autodiff::{Dense, Dual, Real, Var, custom, gradient, hessian, jacobian, lit};
 
 /// A function whose values depend only on the arguments that the pattern allows.
 struct Local<'a>(&'a Pattern);
@@ -157,6 +158,31 @@ impl custom::Rule for SumOfSquares {
     fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
         x.iter().map(|&x| x + x).collect()
     }
+}
+
+/// The equations `x = p`, whose root is one entry of the tape with several outputs.
+#[derive(Clone)]
+struct Copied;
+
+impl Residual for Copied {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        x.iter().zip(p).map(|(&x, &p)| x - p).collect()
+    }
+}
+
+/// Outputs of several fused functions, also those after the first, must depend on the inputs of their own function.
+#[test]
+fn every_output_of_a_fused_function_depends_on_its_inputs() {
+    let copied = |p: &[Var<f64>]| {
+        let x: Vec<_> = p.iter().map(|p| p.detach()).collect();
+        root(Copied, &x, p).expect("an exact root")
+    };
+    let values = |x: &[Var<f64>]| {
+        let (a, b) = (copied(&x[..2]), copied(&x[2..5]));
+        vec![a[1], a[0] * b[2], b[0], x[4]]
+    };
+    let expected = Pattern::new(5, &[vec![0, 1], (0..5).collect(), vec![2, 3, 4], vec![4]]);
+    assert_eq!(Pattern::traced(values, &[1.0; 5]), expected);
 }
 
 /// Returns the sum of the squared products of neighbours, plus a linear term in the last argument.

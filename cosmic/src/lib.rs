@@ -12,7 +12,8 @@
 //! - Its motion and score: [`simulator`] computes rollouts, and [`objective`] computes losses from them. [`inputs`] has
 //!   the numbers with respect to which losses are differentiated. [`task`] joins all of these. [`domain`] draws random
 //!   variations of a robot and its surroundings. [`case`] is one rollout with all its numbers in a file.
-//! - The search for a good robot: [`optimiser`] does not depend on robots. [`codesign`] is the paper's algorithm 1.
+//! - The search for a good robot: [`optimiser`] is the package `cosmic-optimiser`, which does not depend on
+//!   robots. [`codesign`] is the paper's algorithm 1.
 //! - On disk: [`record`] reads and writes the folder of a run. This module (except for the text of a design) and
 //!   [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
@@ -39,11 +40,11 @@ pub mod objective;
 pub mod inputs;
 pub mod task;
 pub mod domain;
-pub mod optimiser;
 pub mod case;
 pub mod codesign;
 pub mod record;
 
+pub use cosmic_optimiser as optimiser;
 pub use error::{Error, Result};
 pub use registry::Registry;
 

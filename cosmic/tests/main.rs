@@ -54,13 +54,6 @@ mod objective {
     mod measures;
     mod tasks;
 }
-mod optimiser {
-    mod adam;
-    mod mma {
-        mod bracket;
-        mod cholesky;
-    }
-}
 mod parallel;
 mod policy {
     mod block;

@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use cosmic_tests::{files_below, workspace};
 
 /// The source folders of all crates whose architecture is tested.
-const SOURCES: [&str; 6] = [
+const SOURCES: [&str; 7] = [
     "autodiff/src",
+    "cosmic/optimiser/src",
     "cosmic/src",
     "cosmic/lab/src",
     "cosmic/program/src",
@@ -324,8 +325,9 @@ fn upward_imports_are_found() {
 }
 
 /// The folders of tests. The files of each folder form one binary.
-const TESTS: [&str; 5] = [
+const TESTS: [&str; 6] = [
     "autodiff/tests",
+    "cosmic/optimiser/tests",
     "cosmic/tests",
     "cosmic/lab/tests",
     "cosmic/program/tests",

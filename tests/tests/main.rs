@@ -14,7 +14,6 @@ mod inlined_kernels;
 mod integrators;
 mod learned_clock;
 mod mma;
-mod mma_subproblem;
 mod model_gradients;
 mod motion;
 mod moved;

@@ -4,8 +4,7 @@ use std::marker::PhantomData;
 
 use autodiff::{Real, Var, gradient, jacobian};
 use cosmic::objective::AugmentedLagrangian;
-use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaState};
-use cosmic::scene::MmaSettings;
+use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaSettings, MmaState};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -91,6 +90,7 @@ impl Moving {
     fn method<P: Problem>() -> Mma {
         let parameters = MmaSettings {
             move_limit: 0.2,
+            asyinit: 0.05,
             // If a gradient vanishes, the models do not have the curvature of the function. The method then oscillates
             // about the minimum. The size of the oscillation is the smallest distance of the asymptotes, so this
             // distance must be small.

@@ -215,7 +215,7 @@ fn a_policy_feels_its_bars() {
         let mut case = Case::of_scene(&registry.parse("feels", &text).unwrap(), 1).unwrap();
         let moved = case.start.x.iter_mut().chain(&mut case.start.v);
         for (k, vector) in moved.enumerate() {
-            *vector = *vector + Vector::new([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
+            *vector += Vector::new([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
         }
         let (task, ground) = (case.task(), case.task().ground());
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);

@@ -17,6 +17,7 @@ mod map;
 mod edges;
 mod gather;
 mod weighted;
+mod solve;
 
 pub use array::{Array, Matrix};
 pub(crate) use array::{Parameter, TOO_LONG, checked_sum, repeated};
@@ -29,6 +30,7 @@ pub use kernel::{Kernel, Pullback, vjp_by_duals};
 pub(crate) use map::Map;
 pub(crate) use operation::{InLanes, Operation};
 pub(crate) use row::{Bars, RowLayout, StepValues};
+pub(crate) use solve::{Solve, triangle};
 pub(crate) use uniform::checked;
 pub use uniform::{Fixed, MOST_UNIFORMS, UniformKernel, Uniforms, vjp_by_duals_with};
 pub(crate) use weighted::Weighted;

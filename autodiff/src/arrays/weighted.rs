@@ -163,14 +163,18 @@ impl<R: Real> LaneOperation<R> for Weighted {
 const PARTS: usize = WIDEST;
 
 /// A register of numbers that repeat: one number for each start (initial state).
-type Each<R> = [R; WIDEST];
+pub(super) type Each<R> = [R; WIDEST];
 
 /// For each start, returns the sum of `weights`, or of the products of `weights` and `x`.
 ///
 /// # Safety
 /// `x` must be as long as the weights.
 #[inline(always)]
-unsafe fn sum<R: Real, L: Lane<R>>(weights: &[R], x: Option<&[R]>, starts: usize) -> Each<R> {
+pub(super) unsafe fn sum<R: Real, L: Lane<R>>(
+    weights: &[R],
+    x: Option<&[R]>,
+    starts: usize,
+) -> Each<R> {
     // SAFETY: guaranteed by the caller.
     unsafe {
         if starts == 1 && const { fits_registers::<R, L>() } {
@@ -274,9 +278,12 @@ struct Weighed<'a, R, L> {
 
 /// Loads one number for each start (initial state). The numbers repeat, to fill a register.
 #[inline(always)]
-fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
+pub(super) fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
     if starts == 1 {
         return L::splat(numbers[0]);
+    }
+    if starts == L::N {
+        return L::load(numbers);
     }
     let mut all = [R::zero(); WIDEST];
     for k in 0..L::N {

@@ -67,13 +67,23 @@ impl Recorded {
         })
     }
 
-    /// Returns the value and the gradient at a point.
+    fn check(&self, numbers: usize) {
+        let arguments = self.arguments;
+        assert!(
+            numbers == arguments,
+            "a point has {numbers} numbers, but the function has {arguments} arguments"
+        );
+    }
+
+    /// Returns the value and the gradient at a point. [`gradient`](crate::gradient) is faster, unless the function itself
+    /// takes long, for example because it allocates memory. At many points, use
+    /// [`values_and_gradients`](Self::values_and_gradients), which is faster than both.
     ///
     /// # Panics
     /// If the point does not have one number per argument.
     pub fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
-        let mut both = self.values_and_gradients(&[x]);
-        both.remove(0)
+        self.check(x.len());
+        self.plan.value_and_gradient(x)
     }
 
     /// Returns the value and the gradient at each point.
@@ -83,12 +93,8 @@ impl Recorded {
     pub fn values_and_gradients<R: Real>(&self, points: &[impl AsRef<[R]>]) -> Vec<(R, Vec<R>)> {
         let mut columns = vec![Vec::with_capacity(points.len()); self.arguments];
         for point in points {
-            let (point, arguments) = (point.as_ref(), self.arguments);
-            assert!(
-                point.len() == arguments,
-                "a point has {} numbers, but the function has {arguments} arguments",
-                point.len()
-            );
+            let point = point.as_ref();
+            self.check(point.len());
             for (column, &number) in columns.iter_mut().zip(point) {
                 column.push(number);
             }

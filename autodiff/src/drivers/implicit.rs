@@ -11,6 +11,7 @@ use std::fmt;
 use super::jacobian::{joined_columns, vjp};
 use super::lu::Lu;
 use super::seed::{CHUNK, seeded};
+use crate::constant::printed;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
 use crate::real::{Fused, Mask, Real};
@@ -169,7 +170,7 @@ fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> R
     let allowed = tolerance.detach() * (R::one() + largest);
     for (unknown, step) in steps.into_iter().map(Real::abs).enumerate() {
         if !step.less_equal(allowed).all() {
-            let [step, allowed] = [step, allowed].map(|number| format!("{number:?}"));
+            let [step, allowed] = [step, allowed].map(printed);
             return Err(NoRoot::Far {
                 unknown,
                 step,

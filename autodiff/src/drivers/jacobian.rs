@@ -1,7 +1,7 @@
 //! Computes Jacobians, and products of Jacobians with vectors.
 
 use super::dense::Dense;
-use super::seed::{CHUNK, along, seeded};
+use super::seed::{WIDE, along, each_pass};
 use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::{Var, with_tape};
@@ -58,7 +58,7 @@ pub fn vjp<R: Real>(
 /// A boxed closure. Functions that take it are compiled once per number type, not once per closure.
 type VectorOf<'a, R> = Box<dyn FnOnce(&[Var<R>]) -> Vec<Var<R>> + 'a>;
 
-/// Returns the Jacobian at `x`, with one row per value and one column per argument. Each forward pass computes four
+/// Returns the Jacobian at `x`, with one row per value and one column per argument. Each forward pass computes eight
 /// columns. Use [`jacobian_reverse`] if there are fewer values than arguments.
 ///
 /// ```
@@ -71,22 +71,22 @@ type VectorOf<'a, R> = Box<dyn FnOnce(&[Var<R>]) -> Vec<Var<R>> + 'a>;
 /// # Panics
 /// If the number of values differs between passes.
 pub fn jacobian<R: Real>(
-    function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
+    function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>>,
     x: &[R],
 ) -> Dense<R> {
-    columns(&function, x)
+    values_and_columns(&function, x).1
 }
 
-/// Implements [`jacobian`] for a function behind a reference, so that it is compiled once per number type.
-#[allow(clippy::type_complexity)]
-fn columns<R: Real>(
-    function: &dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
-    x: &[R],
-) -> Dense<R> {
-    // At least one pass, because it finds the number of values even if there are no arguments.
-    let passes = (0..x.len().max(1)).step_by(CHUNK);
-    let mut passes = passes.map(|first| function(&seeded(x, first)));
-    joined_columns(&mut passes, x.len())
+/// A function with several values, in forward mode.
+pub(super) type Values<'f, R> = dyn Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>> + 'f;
+
+/// Returns the values and the Jacobian. The function is behind a reference, so that this is compiled once per number
+/// type.
+pub(super) fn values_and_columns<R: Real>(function: &Values<R>, x: &[R]) -> (Vec<R>, Dense<R>) {
+    let mut joined = Joined::new(x.len());
+    each_pass(x, |first, x| joined.add(first, &function(x)));
+    let values = joined.values.clone();
+    (values, joined.into_dense())
 }
 
 /// Returns the Jacobian at `x`, with one row per value and one column per argument. The function is recorded once, and
@@ -113,27 +113,57 @@ pub fn jacobian_reverse<R: Real>(
     })
 }
 
-/// Assembles a Jacobian from several passes. Each pass has computed [`CHUNK`] columns.
-pub(crate) fn joined_columns<R: Real>(
-    passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
+/// Assembles a Jacobian from several passes. Each pass has computed `N` columns.
+pub(crate) fn joined_columns<R: Real, const N: usize>(
+    passes: &mut dyn Iterator<Item = Vec<Dual<R, N>>>,
     columns: usize,
 ) -> Dense<R> {
-    let (mut rows, mut entries) = (0, Vec::new());
+    let mut joined = Joined::new(columns);
     for (pass, y) in passes.enumerate() {
-        if pass == 0 {
-            rows = y.len();
-            entries.resize(rows * columns, R::zero());
+        joined.add(pass * N, &y);
+    }
+    joined.into_dense()
+}
+
+/// A Jacobian of which some columns are known.
+struct Joined<R> {
+    values: Vec<R>,
+    columns: usize,
+    entries: Vec<R>,
+}
+
+impl<R: Real> Joined<R> {
+    fn new(columns: usize) -> Self {
+        Self {
+            values: Vec::new(),
+            columns,
+            entries: Vec::new(),
+        }
+    }
+
+    /// Adds the columns from column `first` on, given the values of the pass that computed them.
+    fn add<const N: usize>(&mut self, first: usize, y: &[Dual<R, N>]) {
+        if first == 0 {
+            self.values.extend(y.iter().map(|y| y.value));
+            self.entries.resize(y.len() * self.columns, R::zero());
         }
         assert_eq!(
             y.len(),
-            rows,
+            self.values.len(),
             "the function's number of values must not depend on its argument"
         );
-        let first = pass * CHUNK;
-        let width = CHUNK.min(columns - first);
-        for (i, y) in y.iter().enumerate() {
-            entries[i * columns + first..][..width].copy_from_slice(&y.tangent[..width]);
+        let rows = self.entries.chunks_exact_mut(self.columns.max(1));
+        for (row, y) in rows.zip(y) {
+            let row = &mut row[first..];
+            // A copy of a fixed length takes few instructions.
+            match row.first_chunk_mut() {
+                Some(row) => *row = y.tangent,
+                None => row.copy_from_slice(&y.tangent[..row.len()]),
+            }
         }
     }
-    Dense::new(rows, columns, entries)
+
+    fn into_dense(self) -> Dense<R> {
+        Dense::new(self.values.len(), self.columns, self.entries)
+    }
 }

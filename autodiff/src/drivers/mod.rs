@@ -4,6 +4,38 @@
 //! of a generic function such as `fn well<R: Real>(x: &[R]) -> R`. If the function is a method, wrap it in a closure:
 //! `|x| well.eval(x)`. Let the closure capture data with respect to which you do not differentiate.
 //!
+//! # Which driver to use when
+//!
+//! | to get | use | cost in evaluations |
+//! | --- | --- | --- |
+//! | a derivative along a direction | [`jvp`] | about 2 |
+//! | the gradient of one scalar with respect to many arguments | [`gradient`], [`value_and_gradient`] | a few for array operations, tens for scalar operations on the tape, for any number of arguments |
+//! | the gradient with respect to a dozen arguments | [`gradient_forward`] | 2 to 3 for every eight arguments; no tape |
+//! | the gradient or the Jacobian with respect to a fixed, small number of arguments | [`value_and_gradient_array`], [`value_and_jacobian_array`] | like `gradient_forward`, in one pass and without allocations |
+//! | the cotangents of several values at once | [`vjp`] | like `gradient` |
+//! | a Jacobian | [`jacobian`], [`value_and_jacobian`] | 2 to 3 for every eight arguments |
+//! | a Jacobian of few values with respect to many arguments | [`jacobian_reverse`] | one recording, one sweep per value |
+//! | a Jacobian that is mostly zeros | [`sparse_jacobian`](crate::sparse_jacobian) | one direction per colour of its columns: 3 for a tridiagonal Jacobian of any size |
+//! | a Hessian times a vector | [`hessian_vector`] | a few gradients |
+//! | a Hessian | [`hessian`], [`value_gradient_hessian`] | a few gradients for every four arguments |
+//! | derivatives of any order with respect to one number | [`derivatives`] | doubles with each order |
+//! | all third derivatives | [`third_derivatives`] | a few gradients for each pair of arguments |
+//! | a Hessian that is mostly zeros | [`sparse_hessian`](crate::sparse_hessian) | a gradient per colour |
+//! | the gradient of thousands of time steps | [`Rollout`](crate::Rollout) of a [`Model`](crate::Model) | a few; memory grows only with the state |
+//! | the gradient of thousands of time steps, from many starts | [`Rollout::run_batch`](crate::Rollout::run_batch) | about half of single runs (nine tenths with two starts), in lanes over the starts |
+//! | values and gradients of one function at many points | [`data::Recorded`](crate::data::Recorded) | a few, in lanes over the points |
+//! | the gradient of a sum over data, such as a network's loss | [`data::Sum`](crate::data::Sum) | a few, in lanes over the data |
+//! | Jacobians of one small function at many points | [`data::jacobians`](crate::data::jacobians) | one per input, in lanes over the points; a few with an [emitted](crate::emit::adjoint) adjoint |
+//! | the derivative of a solver's solution | [`implicit::root`] | two Jacobians |
+//! | a derivative whose rule you write yourself | [`custom`](crate::custom) | |
+//!
+//! A driver whose name ends in `_into` writes to buffers of the caller, as
+//! [`value_and_gradient_into`] does. Newton's method takes
+//! [`value_gradient_hessian`], Levenberg-Marquardt and Gauss-Newton take
+//! [`value_and_jacobian`].
+//!
+//! # Nesting
+//!
 //! All drivers are generic over the number type of `x`, so they nest. To use a number of the outer derivative in an
 //! inner closure, make it a [`Var::constant`](crate::Var::constant). It is constant only to the inner derivative.
 //!
@@ -22,9 +54,12 @@
 
 mod dense;
 mod seed;
+mod fixed;
 mod gradient;
 mod jacobian;
 mod hessian;
+mod higher;
+mod values;
 mod lu;
 pub mod implicit;
 pub mod sparse;
@@ -32,7 +67,15 @@ pub mod sparse;
 pub mod parallel;
 
 pub use dense::Dense;
+pub use fixed::{value_and_gradient_array, value_and_jacobian_array};
 pub use gradient::{Function, gradient, gradient_forward, value_and_gradient};
 pub use hessian::{hessian, hessian_vector};
+pub use higher::{Dual2, Dual3, Nested, ThirdDerivatives, derivatives, third_derivatives};
 pub use jacobian::{jacobian, jacobian_reverse, jvp, vjp};
 pub(crate) use seed::along;
+#[cfg(feature = "nalgebra")]
+pub(crate) use seed::{CHUNK, WIDE};
+pub use values::{
+    value_and_gradient_into, value_and_jacobian, value_and_jacobian_into, value_gradient_hessian,
+    value_gradient_hessian_into,
+};

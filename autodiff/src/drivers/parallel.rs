@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::dense::Dense;
 use super::hessian::hessian_rows;
 use super::jacobian::joined_columns;
-use super::seed::{CHUNK, seeded};
+use super::seed::{CHUNK, WIDE, seeded};
 use super::sparse::Pattern;
 use crate::dual::Dual;
 use crate::real::Real;
@@ -29,11 +29,12 @@ use crate::reverse::{Tape, Var};
 /// assert_eq!(polar, [[1.0, 0.0], [0.0, 2.0]]);
 /// ```
 pub fn jacobian<R: Real>(
-    function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + Sync,
+    function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>> + Sync,
     x: &[R],
 ) -> Dense<R> {
     let pass = |first| function(&seeded(x, first));
-    let passes: Vec<_> = firsts(x.len().max(1)).map(pass).collect();
+    let passes = (0..x.len().max(1)).into_par_iter().step_by(WIDE);
+    let passes: Vec<_> = passes.map(pass).collect();
     joined_columns(&mut passes.into_iter(), x.len())
 }
 

@@ -9,6 +9,7 @@
 use super::dense::Dense;
 use super::gradient::gradient;
 use super::seed::CHUNK;
+use crate::constant::printed;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
@@ -266,7 +267,9 @@ impl Pattern {
             assert!(
                 !wrong.any(),
                 "value {i} depends on an argument that its row of the pattern leaves out: along a test \
-                 direction its derivative is {along:?}, but the entries of the pattern give {sum:?}"
+                 direction its derivative is {}, but the entries of the pattern give {}",
+                printed(along),
+                printed(sum)
             );
         }
     }

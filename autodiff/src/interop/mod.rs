@@ -16,6 +16,28 @@
 //! assert_eq!(hessian(|x| logistic(Element(x[0])).0, &[0.0]), [[0.0]]); // its point of inflection
 //! ```
 //!
+//! # Complex numbers
+//!
+//! A complex number over elements has derivatives with respect to real numbers. The type is that of num-complex, which
+//! nalgebra re-exports; its `exp`, `sqrt`, `norm` and other functions work too. The derivative of an analytic function
+//! with respect to its complex argument is the derivative of the result with respect to the real part of the argument.
+//!
+//! ```
+//! use ::nalgebra::Complex;
+//! use autodiff::{Element, Real, gradient};
+//!
+//! /// The current through a resistor, an inductor and a capacitor in series at 1 volt, by frequency and capacity.
+//! fn current<R: Real>(x: &[R]) -> R {
+//!     let [frequency, capacity, one] = [Element(x[0]), Element(x[1]), Element::lit(1.0)];
+//!     let reactance = frequency * Element::lit(0.5) - one / (frequency * capacity);
+//!     Complex::new(one, reactance).inv().norm().0
+//! }
+//!
+//! // At resonance the current is largest.
+//! assert_eq!((current(&[2.0, 0.5]), gradient(current, &[2.0, 0.5])), (1.0, vec![0.0, 0.0]));
+//! assert!(gradient(current, &[3.0, 0.5])[0] < -0.1);
+//! ```
+//!
 //! # What to know
 //!
 //! - Comparisons on which code branches (`<`, `is_nan`, the choice of pivots) look at primals. They panic if lanes

@@ -13,7 +13,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// Computes `a * b` and its rounding error (Dekker 1971, but with a fused multiply-add instead of splitting the
 /// factors).
-#[inline]
+#[inline(always)]
 pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     (product, Primitive::mul_add(a, b, -product))

@@ -1,14 +1,23 @@
 //! Elementary functions. Their values are computed from additions and multiplications, or composed of other functions.
 
 mod primitive;
+mod scalar;
 #[cfg(lanes)]
 mod abreast;
 pub(crate) mod exact;
 mod power;
 pub(crate) mod rounding;
+mod special;
 mod table;
+#[cfg(test)]
+mod tests;
 
 #[cfg(lanes)]
 pub(crate) use abreast::tanh_abreast;
+#[cfg(lanes)]
+pub(crate) use power::FEW;
 pub(crate) use power::{by_squaring, powi};
-pub(crate) use primitive::{Primitive, SIN_RANGE, exp, sin_cos, tanh};
+pub(crate) use primitive::Primitive;
+#[cfg(lanes)]
+pub(crate) use primitive::{SIN_RANGE, exp, sin_cos};
+pub(crate) use scalar::{double, single};

@@ -5,9 +5,10 @@ use std::ops::Mul;
 
 use super::exact::two_product;
 use super::primitive::Primitive;
+use super::scalar::with_fma;
 
-/// Up to this exponent, plain products are accurate: each adds at most an error of about an ulp.
-const FEW: u32 = 8;
+/// Up to this magnitude of the exponent, plain products are accurate: each adds at most an error of about an ulp.
+pub(crate) const FEW: u32 = 8;
 
 /// Computes `x^exponent`. Each squaring doubles the relative error so far. For exponents above [`FEW`], every number is
 /// therefore a pair of floats. Then the error stays below an ulp of the result up to the largest exponent. If the
@@ -16,7 +17,7 @@ const FEW: u32 = 8;
 pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     let times = exponent.unsigned_abs();
     if times > FEW {
-        return long_power(x, exponent);
+        return long_power_with_fma(x, exponent);
     }
     let power = by_squaring(1.0, x, times);
     if exponent < 0 { power.recip() } else { power }
@@ -45,6 +46,7 @@ struct Pair(f64, f64);
 
 impl Mul for Pair {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (high, low) = two_product(self.0, other.0);
         let cross = self.0 * other.1 + self.1 * other.0;
@@ -54,8 +56,14 @@ impl Mul for Pair {
     }
 }
 
-#[inline(never)]
-fn long_power(x: f64, exponent: i32) -> f64 {
+with_fma! {
+    fn long_power_with_fma(x: f64, exponent: i32) -> f64 {
+        long_power(x, exponent)
+    }
+}
+
+#[inline(always)]
+pub(super) fn long_power(x: f64, exponent: i32) -> f64 {
     let mut base = Pair(x, 0.0);
     if exponent < 0 {
         // The reciprocal is taken first: where the power overflows, its reciprocal would be zero or inaccurate

@@ -31,6 +31,8 @@ pub(crate) trait Primitive:
     const ROUNDING: f64 = Self::Scalar::ROUNDING;
     /// Below the first number the exponential is 0, above the second it is infinite.
     const EXP_RANGE: [f64; 2] = Self::Scalar::EXP_RANGE;
+    /// Up to this magnitude of the argument, the exponential is a normal number.
+    const EXP_MODERATE: f64 = Self::Scalar::EXP_MODERATE;
     /// From this number on `tanh` rounds to 1.
     const TANH_ONE: f64 = Self::Scalar::TANH_ONE;
 
@@ -101,6 +103,14 @@ pub(crate) fn exp<P: Primitive>(x: P) -> P {
     let scaled = (P::constant(1.0) + expm1) * half.exp2_integer() * (n - half).exp2_integer();
     let low = x.where_less(P::constant(least), P::constant(0.0), scaled);
     P::constant(most).where_less(x, P::constant(f64::INFINITY), low)
+}
+
+/// Like [`exp`], for an argument so small in magnitude that the result and the power of two are normal numbers. It has
+/// the same bits, because the products with powers of two are exact.
+#[inline(always)]
+pub(crate) fn moderate_exp<P: Primitive>(x: P) -> P {
+    let (expm1, n) = reduced_exp_m1(x);
+    (P::constant(1.0) + expm1) * n.exp2_integer()
 }
 
 /// Computes `tanh x = (e^2x - 1) / (e^2x + 1)`, without cancellation in the numerator.
@@ -220,6 +230,7 @@ impl Primitive for f64 {
     ];
     const ROUNDING: f64 = 6755399441055744.0; // 1.5 * 2^52
     const EXP_RANGE: [f64; 2] = [-745.2, 709.782712893384];
+    const EXP_MODERATE: f64 = 708.0;
     const TANH_ONE: f64 = 20.0;
 
     operations!(f64, fma, 1023, 52);
@@ -238,6 +249,7 @@ impl Primitive for f32 {
     ];
     const ROUNDING: f64 = 12582912.0; // 1.5 * 2^23
     const EXP_RANGE: [f64; 2] = [-104.0, 88.722839];
+    const EXP_MODERATE: f64 = 87.0;
     const TANH_ONE: f64 = 10.0;
 
     operations!(f32, fmaf, 127, 23);

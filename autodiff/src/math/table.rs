@@ -2,19 +2,20 @@
 //! inaccurate derivative, so each function has a separate formula for its derivative (the partial). Higher derivatives
 //! come from differentiating the partial.
 
+use super::special;
 use crate::elementary::{Elementary, functions};
 use crate::real::{Mask, Real};
 use crate::rule;
 
 impl Elementary {
-    /// Returns the system's function if it is more accurate on floats than [`value`](Self::value). For example, a
-    /// quotient of logarithms is not exact at powers of the base.
+    /// Returns a function of f64 if it is more accurate on floats than [`value`](Self::value). For example, a quotient of
+    /// logarithms is not exact at powers of the base. Every special function has one.
     #[inline(always)]
     pub(crate) fn of_system(self) -> Option<fn(f64) -> f64> {
         match self {
             Self::Log2 => Some(f64::log2),
             Self::Log10 => Some(f64::log10),
-            _ => None,
+            _ => special::of_floats(self),
         }
     }
 }
@@ -25,6 +26,9 @@ macro_rules! values_and_partials {
         composed {
             $($_method:ident $Function:ident $_about:literal: |$x:ident| $value:expr, |$of:ident, $y:ident| $partial:expr;)*
         }
+        special {
+            $($_special:ident $Special:ident $_about_special:literal: |$z:ident| $series:expr, |$of_special:ident, $w:ident| $slope:expr;)*
+        }
     ) => {
         impl Elementary {
             /// Returns the value, computed with methods of [`Real`]. Implementations of [`Real::elementary`] call this
@@ -32,10 +36,24 @@ macro_rules! values_and_partials {
             #[inline(always)]
             pub fn value<R: Real>(self, x: R) -> R {
                 match self {
+                    $(Self::$Special => {
+                        let $z = x;
+                        $series
+                    })*
+                    _ => self.composed(x),
+                }
+            }
+
+            /// Like [`value`](Self::value), for functions that are not special. Floats and lanes call this, so that they
+            /// do not compile the series, which they never use.
+            #[inline(always)]
+            pub(crate) fn composed<R: Real>(self, x: R) -> R {
+                match self {
                     $(Self::$Function => {
                         let $x = x;
                         $value
                     })*
+                    _ => unreachable!("a special function has a function of f64"),
                 }
             }
 
@@ -66,6 +84,10 @@ macro_rules! values_and_partials {
                         let ($of, $y) = (x, y);
                         $partial
                     })*
+                    $(Self::$Special => {
+                        let ($of_special, $w) = (x, y);
+                        $slope
+                    })*
                 }
             }
         }
@@ -73,6 +95,20 @@ macro_rules! values_and_partials {
 }
 
 functions!(values_and_partials);
+
+/// Like [`Real::select`], but a single number evaluates only the operand that is chosen.
+macro_rules! select {
+    ($mask:expr, $if_true:expr, $if_false:expr) => {{
+        let mask = $mask;
+        if !R::Mask::IS_SINGLE {
+            R::select(mask, $if_true, $if_false)
+        } else if mask.any() {
+            $if_true
+        } else {
+            $if_false
+        }
+    }};
+}
 
 /// Returns the value of an odd function at `x`, given its value at `|x|`. A zero `x` keeps its sign.
 #[inline(always)]
@@ -87,10 +123,15 @@ fn odd<R: Real>(x: R, of_size: R) -> R {
 fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
     let half = x * R::lit(0.5);
-    let t = half.tanh();
     let halved = (half + half).less_equal(x) & x.less_equal(half + half);
-    let small = R::select(halved, (t + t) / (one - t), x);
-    R::select(x.abs().less(one), small, x.exp() - one)
+    select!(
+        x.abs().less(one),
+        {
+            let t = half.tanh();
+            R::select(halved, (t + t) / (one - t), x)
+        },
+        x.exp() - one
+    )
 }
 
 /// Computes `ln(1 + x)` by W. Kahan's formula. The factor `x / (u - 1)` compensates for the rounding of `u = 1 + x`.
@@ -117,7 +158,7 @@ fn sinh<R: Real>(x: R) -> R {
     let size = x.abs();
     let above = exp_m1(size);
     let value = R::lit(0.5) * (above + above / (R::one() + above));
-    odd(x, R::select(above.finite(), value, half_exp(size)))
+    odd(x, select!(above.finite(), value, half_exp(size)))
 }
 
 #[inline(always)]
@@ -125,7 +166,7 @@ fn cosh<R: Real>(x: R) -> R {
     let size = x.abs();
     let power = size.exp();
     let value = R::lit(0.5) * (power + power.recip());
-    R::select(power.finite(), value, half_exp(size))
+    select!(power.finite(), value, half_exp(size))
 }
 
 /// Computes `ln(2 x)`. For `x` so large that its square overflows, this is the value of `asinh` and `acosh`.
@@ -172,18 +213,27 @@ fn cbrt<R: Real>(x: R) -> R {
     odd(x, R::select(root.finite(), root, power))
 }
 
-/// Returns the logistic function and its slope. Of `e^x` and `e^-x`, it uses the one that does not overflow. Higher
-/// derivatives are computed from the slope of `tanh(x/2)`, because terms in the derivative of `rest * share` cancel
-/// near 0.
+/// Returns the logistic functions of `|x|` and of `-|x|`. They use `e^-|x|`, which does not overflow.
 #[inline(always)]
-fn sigmoid<R: Real>(x: R) -> (R, R) {
-    let (one, negative) = (R::one(), x.less(R::zero()));
-    let power = R::select(negative, x, -x).exp();
-    let share = (one + power).recip();
-    let rest = power * share;
+fn sigmoids<R: Real>(x: R) -> [R; 2] {
+    let power = R::select(x.less(R::zero()), x, -x).exp();
+    let share = (R::one() + power).recip();
+    [share, power * share]
+}
+
+#[inline(always)]
+fn sigmoid<R: Real>(x: R) -> R {
+    let [share, rest] = sigmoids(x);
+    R::select(x.less(R::zero()), rest, share)
+}
+
+/// Returns the slope of the logistic function. Its derivatives are computed from the slope of `tanh(x/2)`, because terms
+/// in the derivative of `rest * share` cancel near 0.
+#[inline(always)]
+fn sigmoid_partial<R: Real>(x: R) -> R {
+    let [share, rest] = sigmoids(x);
     let moves = rule::tanh(x * R::lit(0.5)).1 * R::lit(0.25);
-    let slope = (rest * share).detach().straight_through(moves);
-    (R::select(negative, rest, share), slope)
+    (rest * share).detach().straight_through(moves)
 }
 
 #[inline(always)]

@@ -77,7 +77,7 @@ impl Run {
 }
 
 macro_rules! define {
-    (basic { $($_method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
+    (basic { $($_method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
         /// A function of one number.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub(crate) enum Unary {

@@ -78,7 +78,26 @@ impl Recording {
         } else if let Op::Constant(_) = op {
             self.push_once(op)
         } else {
+            let op = self.without_zero_slopes(op);
             self.append(op)
+        }
+    }
+
+    /// Detaches a number that is multiplied by a constant zero, so that it gets no cotangent. A replay would compute this
+    /// cotangent as a product with zero, which is NaN if the cotangent of the result is infinite.
+    fn without_zero_slopes(&mut self, op: Op) -> Op {
+        let is_zero = |place: Place| !place.is_shared() && self.constant(place) == Some(0.0);
+        let (Op::Binary(Binary::Mul, [a, b]) | Op::Fma([a, b, _])) = op else {
+            return op;
+        };
+        let [a, b] = match [is_zero(a), is_zero(b)] {
+            [true, false] => [a, self.append(Op::Unary(Unary::Detach, b))],
+            [false, true] => [self.append(Op::Unary(Unary::Detach, a)), b],
+            _ => return op,
+        };
+        match op {
+            Op::Fma([.., term]) => Op::Fma([a, b, term]),
+            _ => Op::Binary(Binary::Mul, [a, b]),
         }
     }
 

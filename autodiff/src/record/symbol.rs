@@ -9,7 +9,7 @@ use super::operation::{Binary, Logic, Op, Place, Run, Unary};
 use super::recording::current;
 use crate::elementary::{Elementary, functions};
 use crate::operators::{literal_operators, operators};
-use crate::real::{Fused, Mask, Real};
+use crate::real::{Accepts, Fused, Mask, Real};
 
 /// A number without a value. Generic code over symbols records one operation for each call. It cannot branch on values,
 /// so one recording is valid for all values.
@@ -148,7 +148,7 @@ impl Mask for SymbolMask {
 
 /// Defines methods that each record one operation.
 macro_rules! recorded {
-    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
+    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
         $(
             fn $method(self) -> Self {
                 unary(Unary::$Basic, self)
@@ -157,8 +157,11 @@ macro_rules! recorded {
     };
     (of_two $($method:ident $Function:ident,)*) => {
         $(
-            fn $method(self, other: Self) -> Self {
-                binary(Binary::$Function, self, other)
+            fn $method<T>(self, other: T) -> Self
+            where
+                Self: Accepts<T>,
+            {
+                binary(Binary::$Function, self, Self::accept(other))
             }
         )*
     };
@@ -168,7 +171,11 @@ impl Real for Symbol {
     type Mask = SymbolMask;
 
     functions!(recorded);
-    recorded! { of_two atan2 Atan2, powf Powf, hypot Hypot, straight_through StraightThrough, }
+    recorded! { of_two atan2 Atan2, powf Powf, hypot Hypot, }
+
+    fn straight_through(self, soft: Self) -> Self {
+        binary(Binary::StraightThrough, self, soft)
+    }
 
     fn abs(self) -> Self {
         unary(Unary::Abs, self)
@@ -187,11 +194,17 @@ impl Real for Symbol {
         });
         f64::NAN
     }
-    fn less(self, other: Self) -> SymbolMask {
-        logic(Logic::Less, self.0, other.0)
+    fn less<T>(self, other: T) -> SymbolMask
+    where
+        Self: Accepts<T>,
+    {
+        logic(Logic::Less, self.0, Self::accept(other).0)
     }
-    fn less_equal(self, other: Self) -> SymbolMask {
-        logic(Logic::LessEqual, self.0, other.0)
+    fn less_equal<T>(self, other: T) -> SymbolMask
+    where
+        Self: Accepts<T>,
+    {
+        logic(Logic::LessEqual, self.0, Self::accept(other).0)
     }
     fn select(mask: SymbolMask, if_true: Self, if_false: Self) -> Self {
         push(Op::Select(mask.0, [if_true.0, if_false.0]))
@@ -208,13 +221,17 @@ impl Real for Symbol {
     fn chain(partial: Self, cotangent: Self) -> Self {
         binary(Binary::Chain, partial, cotangent)
     }
-    fn dot(a: &[Self], b: &[Self]) -> Self {
+    fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
+    where
+        Self: Accepts<T>,
+    {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
-        if let Some(stretches) = stretches(a, b) {
+        let b: Vec<Self> = b.iter().map(|&y| Self::accept(y)).collect();
+        if let Some(stretches) = stretches(a, &b) {
             let dots = stretches.into_iter().map(|(x, len)| push(Op::Dot(x, len)));
             return dots.reduce(|sum, x| sum + x).unwrap_or_else(Self::zero);
         }
-        let pairs = a.iter().zip(b);
+        let pairs = a.iter().zip(&b);
         pairs.fold(Self::zero(), |sum, (&x, &y)| x.fma(y, sum))
     }
     fn sum_of(terms: &[Self]) -> Self {

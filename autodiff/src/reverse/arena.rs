@@ -93,9 +93,10 @@ impl<R: Real> Arena<R> {
 
     /// Appends a fused function: one entry for each output. Returns the index of the first output.
     pub(super) fn push_fused(&mut self, fused: FusedEntry<R>, zero: R) -> u32 {
-        let (first, outputs) = (index(self.long.fused.len()), fused.outputs);
-        self.long.fused.push(fused);
-        let first = self.push_mark([FUSED, first], zero);
+        let (place, first) = (index(self.long.fused.len()), index(self.entries.len()));
+        self.long.fused.push(FusedEntry { first, ..fused });
+        let outputs = self.long.fused[place as usize].outputs;
+        self.push_mark([FUSED, place], zero);
         for _ in 1..outputs {
             self.push_mark([NONE, NONE], zero);
         }
@@ -111,18 +112,12 @@ impl<R: Real> Arena<R> {
             fused,
             ..
         } = &self.long;
-        let marked = |at: &usize| self.entries[*at].parents != [NONE, NONE];
-        // Only the first output of a fused function has the mark. The other outputs follow it.
-        let Some([kind, place]) = (0..=at)
-            .rev()
-            .find(marked)
-            .map(|at| self.entries[at].parents)
-        else {
-            return;
-        };
+        let [kind, place] = self.entries[at].parents;
         match kind {
-            FUSED => {
-                let fused = &fused[place as usize];
+            // Only the first output of a fused function has the mark. The other outputs follow it.
+            FUSED | NONE => {
+                let later = fused.partition_point(|fused| fused.first as usize <= at);
+                let fused = &fused[later - 1];
                 let slices = fused.parents.iter().zip(&fused.lengths);
                 slices.for_each(|(parents, &len)| parents.each(len, &mut visit));
             }

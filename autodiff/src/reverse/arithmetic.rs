@@ -7,7 +7,7 @@ use super::entries::Term;
 use super::fused;
 use super::var::{Var, is_choice};
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
-use crate::real::{Fused, Real};
+use crate::real::{Accepts, Fused, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real> Real for Var<R> {
@@ -27,7 +27,7 @@ impl<R: Real> Real for Var<R> {
             Some(false) => if_false,
             None => {
                 let value = R::select(mask, if_true.value, if_false.value);
-                let generation = Self::common(if_true.generation, &if_false);
+                let generation = Self::common(if_true.generation, if_false);
                 if generation == CONSTANT {
                     return Self::constant(value);
                 }
@@ -71,18 +71,26 @@ impl<R: Real> Real for Var<R> {
     }
     /// Records no entry, because the result is one of the two operands.
     #[inline]
-    fn max(self, bound: Self) -> Self {
+    fn max<T>(self, bound: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let bound = Self::accept(bound);
         if rule::is_nan(self.value) {
             return self.apply((self.value.max(bound.value), self.value));
         }
-        Self::select(self.less_equal(bound), bound, self)
+        Self::select(self.less_equal::<Self>(bound), bound, self)
     }
     #[inline]
-    fn min(self, bound: Self) -> Self {
+    fn min<T>(self, bound: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let bound = Self::accept(bound);
         if rule::is_nan(self.value) {
             return self.apply((self.value.min(bound.value), self.value));
         }
-        Self::select(bound.less_equal(self), bound, self)
+        Self::select(bound.less_equal::<Self>(self), bound, self)
     }
     #[inline]
     fn signum(self) -> Self {
@@ -112,22 +120,26 @@ impl<R: Real> Real for Var<R> {
         partial.apply2(cotangent, (value, [cotangent.value, partial.value]))
     }
     /// Records a single entry.
-    fn dot(a: &[Self], b: &[Self]) -> Self {
-        let value = R::dot(&fused::values(a), &fused::values(b));
-        let generation = a.iter().chain(b).fold(CONSTANT, Self::common);
-        let term = |x: &Self, factor: &Self| Term {
+    fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let b = || b.iter().map(|&y| Self::accept(y));
+        let value = R::dot(&fused::values(a.iter().copied()), &fused::values(b()));
+        let generation = a.iter().copied().chain(b()).fold(CONSTANT, Self::common);
+        let term = |x: Self, factor: Self| Term {
             partial: factor.value,
             parent: x.index,
             stops: factor.is_constant() && is_choice(&factor.value),
         };
-        let by_a = a.iter().zip(b).map(|(x, y)| term(x, y));
-        let by_b = a.iter().zip(b).map(|(x, y)| term(y, x));
+        let by_a = a.iter().zip(b()).map(|(&x, y)| term(x, y));
+        let by_b = a.iter().zip(b()).map(|(&x, y)| term(y, x));
         Self::push_linear(value, by_a.chain(by_b), generation)
     }
     /// Records a single entry.
     fn sum_of(terms: &[Self]) -> Self {
-        let (value, one) = (R::sum_of(&fused::values(terms)), R::one());
-        let generation = terms.iter().fold(CONSTANT, Self::common);
+        let (value, one) = (R::sum_of(&fused::values(terms.iter().copied())), R::one());
+        let generation = terms.iter().copied().fold(CONSTANT, Self::common);
         let term = |x: &Self| Term {
             partial: one,
             parent: x.index,

@@ -4,6 +4,7 @@ use smallvec::SmallVec;
 
 use super::current::{self, CONSTANT};
 use super::fused_entry::{Call, FusedEntry, Parents, SavedCall};
+use super::index::NONE;
 use super::var::Var;
 use crate::real::{Fused, Real};
 
@@ -38,7 +39,12 @@ fn slices<R>(values: &Values<R>) -> SmallVec<[&[R]; 4]> {
 
 /// Returns the common generation of all variables.
 fn generation<R: Real>(inputs: &[&[Var<R>]]) -> u32 {
-    inputs.iter().copied().flatten().fold(CONSTANT, Var::common)
+    inputs
+        .iter()
+        .copied()
+        .flatten()
+        .copied()
+        .fold(CONSTANT, Var::common)
 }
 
 fn constants<R: Real>(outputs: Vec<R>) -> Vec<Var<R>> {
@@ -57,6 +63,7 @@ fn push<R: Real>(
     }
     let entry = FusedEntry {
         call,
+        first: NONE,
         outputs: outputs.len(),
         lengths: inputs.iter().map(|slice| slice.len()).collect(),
         wanted: inputs
@@ -80,7 +87,7 @@ fn push<R: Real>(
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// Returns the values of a slice of variables. A slice of up to eight variables needs no allocation.
-pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
-    slice.iter().map(|x| x.value).collect()
+/// Returns the values of variables. A list of up to eight variables needs no allocation.
+pub(super) fn values<R: Real>(numbers: impl Iterator<Item = Var<R>>) -> SmallVec<[R; 8]> {
+    numbers.map(|x| x.value).collect()
 }

@@ -8,6 +8,8 @@ use crate::real::{Fused, Real};
 /// A call of a [`Fused`] function that was recorded on the tape.
 pub(super) struct FusedEntry<R> {
     pub(super) call: Box<dyn Call<R>>,
+    /// The index of the first output. It is set when the entry is pushed.
+    pub(super) first: u32,
     pub(super) outputs: usize,
     /// The length of each input slice (`lengths`), and whether it contains a variable (`wanted`). Functions take few
     /// slices, so these lists need no allocation.

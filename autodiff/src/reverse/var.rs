@@ -51,7 +51,7 @@ impl<R: Real> Var<R> {
     /// Returns the common generation of a variable and of the operands before it, whose common generation is `so_far`.
     /// Panics if they belong to different recordings.
     #[inline(always)]
-    pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
+    pub(super) fn common(so_far: u32, Var { generation, .. }: Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
             generation
         } else if generation == CONSTANT {

@@ -193,12 +193,18 @@ macro_rules! define_lanes {
                 lanes[0].into()
             }
             #[inline(always)]
-            fn less(self, other: Self) -> $mask {
-                unsafe { $lt(self.0, other.0) }
+            fn less<T>(self, other: T) -> $mask
+            where
+                Self: $crate::real::Accepts<T>,
+            {
+                unsafe { $lt(self.0, <Self as $crate::real::Accepts<T>>::accept(other).0) }
             }
             #[inline(always)]
-            fn less_equal(self, other: Self) -> $mask {
-                unsafe { $le(self.0, other.0) }
+            fn less_equal<T>(self, other: T) -> $mask
+            where
+                Self: $crate::real::Accepts<T>,
+            {
+                unsafe { $le(self.0, <Self as $crate::real::Accepts<T>>::accept(other).0) }
             }
             #[inline(always)]
             fn select(mask: $mask, if_true: Self, if_false: Self) -> Self {
@@ -242,22 +248,33 @@ macro_rules! define_lanes {
                 y
             }
             #[inline(always)]
-            fn atan2(self, x: Self) -> Self {
-                self.each(x, |y, x| Real::atan2(y, x))
+            fn atan2<T>(self, x: T) -> Self
+            where
+                Self: $crate::real::Accepts<T>,
+            {
+                self.each(<Self as $crate::real::Accepts<T>>::accept(x), |y, x| Real::atan2(y, x))
             }
             #[inline(always)]
             fn powi(self, exponent: i32) -> Self {
+                // Scalars compute powers in double precision.
+                if const { size_of::<$scalar>() == 8 } && exponent.unsigned_abs() <= math::FEW {
+                    let power = math::by_squaring(Self::lit(1.0), self, exponent.unsigned_abs());
+                    return if exponent < 0 { power.recip() } else { power };
+                }
                 self.each(self, |x, _| Real::powi(x, exponent))
             }
             #[inline(always)]
-            fn powf(self, exponent: Self) -> Self {
-                self.each(exponent, |x, y| Real::powf(x, y))
+            fn powf<T>(self, exponent: T) -> Self
+            where
+                Self: $crate::real::Accepts<T>,
+            {
+                self.each(<Self as $crate::real::Accepts<T>>::accept(exponent), |x, y| Real::powf(x, y))
             }
             #[inline(always)]
             fn elementary(self, function: Elementary) -> Self {
                 match function.of_system() {
                     Some(_) => self.each(self, |x, _| x.elementary(function)),
-                    None => function.value(self),
+                    None => function.composed(self),
                 }
             }
             #[inline(always)]

@@ -3,10 +3,10 @@
 use crate::elementary::Elementary;
 use crate::math;
 use crate::operators::literal_operators;
-use crate::real::{ByType, Real, Vectorized};
+use crate::real::{Accepts, ByType, Real, Vectorized};
 
 macro_rules! impl_real_for_float {
-    ($float:ident, $lanes:ident) => {
+    ($float:ident, $lanes:ident, $functions:ident) => {
         impl Real for $float {
             type Mask = bool;
 
@@ -19,11 +19,19 @@ macro_rules! impl_real_for_float {
                 self.into()
             }
             #[inline(always)]
-            fn less(self, other: Self) -> bool {
+            fn less<T>(self, other: T) -> bool
+            where
+                Self: Accepts<T>,
+            {
+                let other = Self::accept(other);
                 self < other
             }
             #[inline(always)]
-            fn less_equal(self, other: Self) -> bool {
+            fn less_equal<T>(self, other: T) -> bool
+            where
+                Self: Accepts<T>,
+            {
+                let other = Self::accept(other);
                 self <= other
             }
             #[inline(always)]
@@ -36,7 +44,7 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn exp(self) -> Self {
-                math::exp(self)
+                math::$functions::exp(self)
             }
             #[inline(always)]
             fn ln(self) -> Self {
@@ -44,41 +52,48 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn sin(self) -> Self {
-                if self.abs() <= math::SIN_RANGE as $float {
-                    math::sin_cos(self).0
-                } else {
-                    $float::sin(self)
-                }
+                math::$functions::sin_cos(self).0
             }
             #[inline(always)]
             fn cos(self) -> Self {
-                if self.abs() <= math::SIN_RANGE as $float {
-                    math::sin_cos(self).1
-                } else {
-                    $float::cos(self)
-                }
+                math::$functions::sin_cos(self).1
+            }
+            #[inline(always)]
+            fn sin_cos(self) -> (Self, Self) {
+                math::$functions::sin_cos(self)
+            }
+            #[inline(always)]
+            fn tan(self) -> Self {
+                let (sin, cos) = math::$functions::sin_cos(self);
+                sin / cos
             }
             #[inline(always)]
             fn tanh(self) -> Self {
-                math::tanh(self)
+                math::$functions::tanh(self)
             }
             #[inline(always)]
-            fn atan2(self, x: Self) -> Self {
-                self.atan2(x)
+            fn atan2<T>(self, x: T) -> Self
+            where
+                Self: Accepts<T>,
+            {
+                self.atan2(Self::accept(x))
             }
             #[inline(always)]
             fn powi(self, exponent: i32) -> Self {
                 math::powi(self as f64, exponent) as $float
             }
             #[inline(always)]
-            fn powf(self, exponent: Self) -> Self {
-                self.powf(exponent)
+            fn powf<T>(self, exponent: T) -> Self
+            where
+                Self: Accepts<T>,
+            {
+                self.powf(Self::accept(exponent))
             }
             #[inline(always)]
             fn elementary(self, function: Elementary) -> Self {
                 match function.of_system() {
                     Some(system) => system(self as f64) as $float,
-                    None => function.value(self),
+                    None => function.composed(self),
                 }
             }
             #[inline(always)]
@@ -113,7 +128,7 @@ macro_rules! impl_real_for_float {
     };
 }
 
-literal_operators! { [] f64 }
+literal_operators! { @operators [] f64, |a, b| a * b }
 literal_operators! { [] f32 }
-impl_real_for_float!(f64, f64_lanes);
-impl_real_for_float!(f32, f32_lanes);
+impl_real_for_float!(f64, f64_lanes, double);
+impl_real_for_float!(f32, f32_lanes, single);

@@ -9,7 +9,7 @@ use crate::elementary::Elementary;
 use crate::real::{Mask, Real};
 
 /// The number of tested functions.
-const FUNCTIONS: usize = 27;
+const FUNCTIONS: usize = 29;
 
 #[inline(always)]
 fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
@@ -27,6 +27,8 @@ fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
         x.atan2(R::lit(2.0)),
         x.abs().powf(R::lit(0.3)),
         x.powi(3),
+        x.powi(-8),
+        x.powi(11),
         x.elementary(Elementary::Asin),
         x.elementary(Elementary::Acos),
         x.elementary(Elementary::Sinh),

@@ -180,6 +180,25 @@ impl AnyProgram<'_> {
             Numbers::Other(program) => program.gather_any(x, indices),
         }
     }
+
+    /// Like [`Program::solve`].
+    ///
+    /// # Panics
+    /// Like [`Program::solve`].
+    pub fn solve<const N: usize>(
+        &mut self,
+        graph: &Graph,
+        nodes: &[Array],
+        edges: &[Array],
+        b: [Array; N],
+    ) -> [Array; N] {
+        let equations = [nodes, edges, &b];
+        array(match &mut self.0 {
+            Numbers::Double(program) => program.solve_all(graph, equations),
+            Numbers::Single(program) => program.solve_all(graph, equations),
+            Numbers::Other(program) => program.solve_any(graph, equations),
+        })
+    }
 }
 
 /// Converts the list of outputs to an array of fixed length. There is one output for each result of the kernel.
@@ -200,6 +219,7 @@ trait Replaying {
         uniforms: &[Array],
     ) -> Vec<Array>;
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array;
+    fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 3]) -> Vec<Array>;
 }
 
 impl<R: Real> Replaying for Program<R> {
@@ -227,5 +247,9 @@ impl<R: Real> Replaying for Program<R> {
 
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         self.gather(x, indices)
+    }
+
+    fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 3]) -> Vec<Array> {
+        self.solve_all(graph, equations)
     }
 }

@@ -1,6 +1,8 @@
 //! The kinds of operations in a step.
 
-use crate::arrays::{Array, Bars, DenseLayer, Gather, InLanes, Operation, StepValues, Weighted};
+use crate::arrays::{
+    Array, Bars, DenseLayer, Gather, InLanes, Operation, Solve, StepValues, Weighted,
+};
 use crate::real::Real;
 use crate::record::ReplayedKernel;
 
@@ -13,6 +15,7 @@ pub(crate) enum StepOperation<R: Real> {
     Replayed(ReplayedKernel),
     Gather(InLanes<Gather>),
     Weighted(InLanes<Weighted>),
+    Solve(Box<InLanes<Solve<R>>>),
     Dense(Box<DenseLayer<R>>),
 }
 
@@ -24,6 +27,10 @@ macro_rules! each {
             StepOperation::Replayed($operation) => $work,
             StepOperation::Gather($operation) => $work,
             StepOperation::Weighted($operation) => $work,
+            StepOperation::Solve(boxed) => {
+                let $operation = boxed.$open();
+                $work
+            }
             StepOperation::Dense(boxed) => {
                 let $operation = boxed.$open();
                 $work

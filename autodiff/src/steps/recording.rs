@@ -4,7 +4,7 @@ use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
     Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Operation,
-    Parameter, UniformKernel, Weighted, repeated,
+    Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
 };
 use crate::real::Real;
 
@@ -360,6 +360,101 @@ impl<R: Real> Program<R> {
         self.operations
             .push(StepOperation::Weighted(InLanes(operation)));
         [outputs[0], outputs[1]]
+    }
+
+    /// Solves linear equations `A x = b` with `N` unknowns per node of a graph, and returns `x`: an array over the nodes for
+    /// each unknown of a node. `A` must be symmetric and positive definite. It is a sum of blocks of `N` rows:
+    /// - `nodes`: every node has a block, which acts on its unknowns;
+    /// - `edges`: every edge has a block `S`, which acts on the difference of the unknowns of its ends. It adds `S` to the
+    ///   blocks of both ends, and `-S` to the two blocks between them.
+    ///
+    /// Blocks are symmetric. Each has an array for each entry of its lower triangle, row by row: `[0, 0]`, `[1, 0]`,
+    /// `[1, 1]`, `[2, 0]` and so on. Arrays of nodes have one number for each node, arrays of edges one for each
+    /// [slot](Graph::slots). `b` has an array over the nodes for each unknown of a node.
+    ///
+    /// The matrix is factorised as `L D L'` within a band. The nodes are ordered once, when the step is recorded, so that
+    /// connected nodes are close. The reverse sweep solves once more with the same factor. If `A` is not positive definite,
+    /// the solution can be inaccurate or NaN.
+    ///
+    /// Heat flows along a rod of four cells in implicit steps, which are stable however long they are. The heat that flows
+    /// in a step depends on the temperatures after it:
+    ///
+    /// ```
+    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout};
+    ///
+    /// #[derive(Clone)]
+    /// struct Rod;
+    ///
+    /// impl Model for Rod {
+    ///     fn record<R: Real>(&self, p: &mut Program<R>) {
+    ///         let graph = Graph::new(4, &[[0, 1], [1, 2], [2, 3]]);
+    ///         // How much heat each cell holds per kelvin, and how much flows along an edge per kelvin and step.
+    ///         let (capacity, conductance) = (p.parameter(4), p.parameter(graph.slots()));
+    ///         let temperature = p.state(4);
+    ///         let [heat] = p.map(Product, [capacity, temperature]);
+    ///         let [next] = p.solve(&graph, &[capacity], &[conductance], [heat]);
+    ///         p.advance(temperature, next);
+    ///     }
+    /// }
+    ///
+    /// #[derive(Clone)]
+    /// struct Product;
+    ///
+    /// impl Kernel<2, 1> for Product {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    ///         [a * b]
+    ///     }
+    /// }
+    ///
+    /// let graph = Graph::new(4, &[[0, 1], [1, 2], [2, 3]]);
+    /// let conductance = graph.to_slots(&[50.0; 3]);
+    /// let temperature = Rollout::new(Rod, 20).run(&[100.0, 0.0, 0.0, 0.0], &[&[1.0; 4], &conductance]);
+    /// // All heat is still there, and is spread evenly.
+    /// assert!(temperature.iter().all(|t: &f64| (t - 25.0).abs() < 1e-9));
+    /// ```
+    ///
+    /// # Panics
+    /// If an array has another length than is said above, if their numbers do not fit `N`, if the graph has no nodes, or if
+    /// an array belongs to another program.
+    pub fn solve<const N: usize>(
+        &mut self,
+        graph: &Graph,
+        nodes: &[Array],
+        edges: &[Array],
+        b: [Array; N],
+    ) -> [Array; N] {
+        arrays(&self.solve_all(graph, [nodes, edges, &b]))
+    }
+
+    /// Implements [`solve`](Program::solve).
+    pub(super) fn solve_all(
+        &mut self,
+        graph: &Graph,
+        [nodes, edges, b]: [&[Array]; 3],
+    ) -> Vec<Array> {
+        self.assert_known(&[nodes, edges, b].concat());
+        let entries = triangle(b.len()).len();
+        assert!(
+            nodes.len() == entries && edges.len() == entries,
+            "solve: blocks for {} unknowns per node have {entries} entries in their lower triangle",
+            b.len()
+        );
+        let fits = |arrays: &[Array], len: usize| arrays.iter().all(|array| array.len() == len);
+        assert!(
+            fits(nodes, graph.nodes()) && fits(b, graph.nodes()),
+            "solve: each array of `nodes` and `b` must have one number for each node"
+        );
+        assert!(
+            fits(edges, graph.slots()),
+            "solve: each array of `edges` must have one number for each slot"
+        );
+        assert!(b.len() * graph.nodes() > 0, "solve: there must be unknowns");
+        let x = self.outputs(graph.nodes(), b.len());
+        let solve = Solve::new(graph, [nodes, edges, b], &x, self.starts);
+        self.operations
+            .push(StepOperation::Solve(Box::new(InLanes(solve))));
+        x
     }
 }
 

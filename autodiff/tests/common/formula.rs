@@ -14,7 +14,7 @@ use std::ops::{
 
 use autodiff::data::Summand;
 use autodiff::implicit::Residual;
-use autodiff::real::Literal;
+use autodiff::real::{Accepts, Literal};
 use autodiff::{Elementary, Function, Mask, Real, lit};
 use num_traits::{One, Zero};
 
@@ -317,6 +317,12 @@ operators! {
     Div div DivAssign div_assign,
 }
 
+impl Accepts<f64> for Sym {
+    fn accept(argument: f64) -> Self {
+        Self::lit(argument)
+    }
+}
+
 impl Neg for Sym {
     type Output = Self;
     fn neg(self) -> Self {
@@ -374,13 +380,11 @@ macro_rules! recorded {
         })*
     };
     (@each Two $Kind:ident (y) $($method:ident)*) => {
-        $(fn $method(self, y: Self) -> Self {
-            number(Number::Two($Kind::$method, self, y))
-        })*
-    };
-    (@each Three $Kind:ident (y z) $($method:ident)*) => {
-        $(fn $method(self, y: Self, z: Self) -> Self {
-            number(Number::Three($Kind::$method, [self, y, z]))
+        $(fn $method<T>(self, y: T) -> Self
+        where
+            Self: Accepts<T>,
+        {
+            number(Number::Two($Kind::$method, self, Self::accept(y)))
         })*
     };
 }
@@ -390,8 +394,21 @@ impl Real for Sym {
 
     recorded! {
         One One1 (): recip sqrt rsqrt exp ln sin cos tan tanh layer_tanh atan abs signum detach;
-        Two Two (y): atan2 powf max min hypot straight_through;
-        Three Three (y z): fma clamp;
+        Two Two (y): atan2 powf max min hypot;
+    }
+
+    fn straight_through(self, soft: Self) -> Self {
+        number(Number::Two(Two::straight_through, self, soft))
+    }
+    fn fma(self, factor: Self, term: Self) -> Self {
+        number(Number::Three(Three::fma, [self, factor, term]))
+    }
+    fn clamp<L, H>(self, lo: L, hi: H) -> Self
+    where
+        Self: Accepts<L> + Accepts<H>,
+    {
+        let bounds = (Self::accept(lo), Self::accept(hi));
+        number(Number::Three(Three::clamp, [self, bounds.0, bounds.1]))
     }
 
     fn lit(value: f64) -> Self {
@@ -400,11 +417,17 @@ impl Real for Sym {
     fn primal(self) -> f64 {
         panic!("a formula has no values")
     }
-    fn less(self, other: Self) -> Truth {
-        truth(Compare::Less(self, other))
+    fn less<T>(self, other: T) -> Truth
+    where
+        Self: Accepts<T>,
+    {
+        truth(Compare::Less(self, Self::accept(other)))
     }
-    fn less_equal(self, other: Self) -> Truth {
-        truth(Compare::LessEqual(self, other))
+    fn less_equal<T>(self, other: T) -> Truth
+    where
+        Self: Accepts<T>,
+    {
+        truth(Compare::LessEqual(self, Self::accept(other)))
     }
     fn finite(self) -> Truth {
         truth(Compare::Finite(self))
@@ -427,8 +450,12 @@ impl Real for Sym {
     fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
         number(Number::Three(Three::chain_add, [partial, cotangent, term]))
     }
-    fn dot(a: &[Self], b: &[Self]) -> Self {
-        number(Number::Dot(a.to_vec(), b.to_vec()))
+    fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let b = b.iter().map(|&y| Self::accept(y)).collect();
+        number(Number::Dot(a.to_vec(), b))
     }
     fn sum_of(terms: &[Self]) -> Self {
         number(Number::SumOf(terms.to_vec()))

@@ -100,9 +100,9 @@ impl Every {
         let t44 = x0.exp();
         let t45 = x1.sin();
         let t46 = x1.cos();
-        let t47 = x2.cos();
-        let t48 = x2.sin();
-        let t49 = -t48;
+        let t47 = x2.sin();
+        let t48 = x2.cos();
+        let t49 = -t47;
         let t52 = x1.tan();
         let t54 = t52.fma(t52, t21);
         let t55 = x0.tanh();
@@ -398,7 +398,7 @@ impl Every {
             let t414 = R::chain(t54, y1);
             let t415 = t411 + t414;
             let t416 = -y0;
-            let t417 = t47 * t416;
+            let t417 = t48 * t416;
             let t418 = t45 * t416;
             let t420 = t49.fma(t418, t401);
             let t422 = t46.fma(t417, t415);

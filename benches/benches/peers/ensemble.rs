@@ -66,7 +66,7 @@ mod primal {
 
 /// A rollout whose step is recorded once. The starts run in lanes.
 mod ours {
-    use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient, lit};
+    use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, lit};
 
     use super::{HIDDEN, STEP, STEPS};
 
@@ -105,13 +105,13 @@ mod ours {
             let ends = rollout.run_batch(&starts, &[w1, b1, w2, b2].map(Given::Shared));
             ends.iter().flatten().map(|&x| x * x).sum()
         };
-        gradient(loss, w)
+        autodiff::gradient(loss, w)
     }
 }
 
 /// A rollout on the scalar tape.
 mod ours_tape {
-    use autodiff::{Real, Var, gradient};
+    use autodiff::{Real, Var};
 
     use super::{HIDDEN, STEP, STEPS};
 
@@ -131,7 +131,7 @@ mod ours_tape {
     pub(super) fn gradient(w: &[f64], starts: &[[f64; 2]]) -> Vec<f64> {
         let mut sum = vec![0.0; w.len()];
         for &start in starts {
-            let gradient = gradient(|w| end(w, start), w);
+            let gradient = autodiff::gradient(|w| end(w, start), w);
             sum.iter_mut().zip(gradient).for_each(|(sum, g)| *sum += g);
         }
         sum

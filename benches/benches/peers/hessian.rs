@@ -93,8 +93,8 @@ mod ours {
 
 /// The loss of one datum as a summand, which runs in lanes over the data.
 mod ours_sum {
+    use autodiff::Real;
     use autodiff::data::{Sum, Summand};
-    use autodiff::{Real, hessian};
 
     use super::Datum;
 
@@ -109,7 +109,7 @@ mod ours_sum {
 
     pub(super) fn hessian(data: &[Datum], w: &Datum) -> impl Fn() -> Vec<f64> {
         let sum = Sum::new(Loss, data);
-        move || hessian(|w| sum.run(w), w).into_vec()
+        move || autodiff::hessian(|w| sum.run(w), w).into_vec()
     }
 }
 

@@ -6,10 +6,12 @@
 
 mod document;
 mod ensemble;
+mod forward;
 mod hessian;
 mod network;
 mod ode;
 mod rosenbrock;
+mod scalar;
 mod sparse;
 mod task;
 
@@ -34,7 +36,10 @@ fn main() {
         hessian::task(),
         sparse::task(),
         ensemble::task(),
+        forward::gradient(),
+        forward::jacobian(),
     ];
+    let tasks = tasks.into_iter().chain(scalar::tasks());
     let measured = tasks.map(|mut task| {
         task.compare();
         let outcomes = task.measure(ROUNDS);
@@ -42,7 +47,7 @@ fn main() {
         println!("{}", document::table(&measured));
         measured
     });
-    let summary = document::summary(&measured);
+    let summary = document::summary(&measured.collect::<Vec<_>>());
     let command = "RAYON_NUM_THREADS=1 cargo bench -p benches --bench peers --features candle";
     println!("{}", section("Peers", command, &summary));
 }

@@ -31,7 +31,7 @@ pub(crate) fn task() -> Task {
             }),
             Way::new(
                 "ours",
-                "`gradient_forward`",
+                "`value_and_gradient_array`",
                 &["ours_step", "ours_fit", "ours_forward"],
                 || ours_forward::gradient(seen),
             ),
@@ -147,15 +147,20 @@ mod ours_fit {
 
 /// The gradient in forward mode: four tangents at once, without a tape.
 mod ours_forward {
+    use autodiff::{Function, value_and_gradient_array};
+
     use super::{POINT, ours_fit::Fit};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        autodiff::gradient_forward(|x| Fit(seen).eval(x), &POINT)
+        let (_, gradient) = value_and_gradient_array(|x| Fit(seen).eval(x), POINT);
+        gradient.to_vec()
     }
 }
 
 /// The gradient by one reverse sweep over a recording of all steps.
 mod ours_tape {
+    use autodiff::Function;
+
     use super::{POINT, ours_fit::Fit};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
@@ -165,7 +170,7 @@ mod ours_tape {
 
 /// The gradient by a rollout. The step is a kernel and is recorded once.
 mod ours_rollout {
-    use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
+    use autodiff::{Kernel, Model, Program, Real, Rollout, Var};
 
     use super::{APART, POINT, START, STEPS, ours_step::step};
 
@@ -200,7 +205,7 @@ mod ours_rollout {
             let gaps = states.iter().zip(seen.as_flattened());
             gaps.map(|(&x, &seen)| (x - seen).powi(2)).sum()
         };
-        gradient(loss, &POINT)
+        autodiff::gradient(loss, &POINT)
     }
 }
 

@@ -46,14 +46,14 @@ mod hand {
 
 /// The function as a closure, as in the first example of `autodiff`.
 mod ours {
-    use autodiff::{Var, gradient};
+    use autodiff::Var;
 
     pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
         let term = |x: &[Var<f64>]| {
             let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
             100.0 * valley * valley + slope * slope
         };
-        gradient(|x| x.windows(2).map(term).sum(), x)
+        autodiff::gradient(|x| x.windows(2).map(term).sum(), x)
     }
 }
 

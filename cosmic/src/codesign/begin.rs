@@ -94,12 +94,15 @@ impl CoDesign {
         let lattice = &evaluator.task.lattice;
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
-        let mma = Mma::new(scene.mma.clone(), &lower, &upper)
+        let mma = Mma::new(scene.mma.method(), &lower, &upper)
             .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))?;
         Ok(Self {
             own_loss: true,
             mma,
-            adam: Adam(scene.adam.clone()),
+            adam: Adam {
+                betas: scene.adam.betas,
+                epsilon: scene.adam.epsilon,
+            },
             rules: LayoutRules::new(lattice, &scene.design),
             checked: None,
             evaluator,

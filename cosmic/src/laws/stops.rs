@@ -28,7 +28,7 @@ impl BarForce for Stops {
 
     /// The force is proportional to the share of the actuator material in the bar, so a passive bar has no stops. If
     /// the bar just touches a stop, the derivative is 0, as it is between the stops. (The kink table in
-    /// `autodiff/src/real.rs` defines the derivative of `max` for equal numbers.)
+    /// `autodiff/src/kinks.md` defines the derivative of `max` for equal numbers.)
     #[inline(always)]
     fn tension<R: Real>(stops: &Stops<R>, bar: Bar<R>) -> R {
         let (longest, shortest) = stops.ends(bar.rest_length);

@@ -96,6 +96,24 @@ settings! {
     }
 }
 
+impl MmaSettings {
+    /// The settings that the optimiser itself reads.
+    pub(crate) fn method(&self) -> cosmic_optimiser::MmaSettings {
+        cosmic_optimiser::MmaSettings {
+            move_limit: self.move_limit,
+            asyinit: self.asyinit,
+            asyincr: self.asyincr,
+            asydecr: self.asydecr,
+            asymin: self.asymin,
+            asymax: self.asymax,
+            albefa: self.albefa,
+            raa0: self.raa0,
+            c: self.c,
+            d: self.d,
+        }
+    }
+}
+
 settings! {
     /// Adam, for the controller's weights.
     struct AdamSettings {

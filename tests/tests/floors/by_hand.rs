@@ -4,8 +4,15 @@ use super::{SourceFile, SourceTree};
 
 /// The source files of the application (all crates of `cosmic`), in which derivatives must not be written by hand.
 fn application() -> impl Iterator<Item = SourceFile> {
-    let sources = ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"].into_iter();
-    sources.flat_map(|source| SourceTree::read(source).files.into_values())
+    let sources = [
+        "cosmic/optimiser/src",
+        "cosmic/src",
+        "cosmic/lab/src",
+        "cosmic/program/src",
+    ];
+    sources
+        .into_iter()
+        .flat_map(|source| SourceTree::read(source).files.into_values())
 }
 
 /// The lines of the application's code that contain any of `words`, each as a text `file: line`.

@@ -2,8 +2,7 @@
 
 mod problems;
 
-use cosmic::optimiser::{Linearisation, Mma, MmaState, Update};
-use cosmic::scene::MmaSettings;
+use cosmic::optimiser::{Linearisation, Mma, MmaSettings, MmaState, Update};
 use cosmic_tests::{Reference, reference_subfolder, references};
 use problems::Problem;
 use serde::Deserialize;
@@ -101,7 +100,6 @@ impl Case {
             raa0: p.raa0,
             c: uniform("c", &p.c, usual.c),
             d: uniform("d", &p.d, usual.d),
-            ..usual
         };
         Mma::new(parameters, &self.xmin, &self.xmax).expect("usable settings")
     }

@@ -25,6 +25,7 @@
 //! - 1e-31 for `+ - * /` and `sqrt`;
 //! - 1e-30 for `exp`, `ln`, `tanh`, `atan2`, and for `sin` and `cos` away from their zeros. At a zero the error is
 //!   absolute, 1e-32 times the angle;
+//! - 1e-29 for the special functions away from their zeros. For `erfc(x)` below 0.1 it is 1e-28 plus `x^2` times 1e-31;
 //! - For `powi(n)` the error grows by `n` times 1e-31, and for `powf(y)` by `y ln x` times 1e-31.
 //!
 //! `sin` and `cos` beyond 2^50 radians are NaN. So is `powf` of a negative number, even for an integer exponent.

@@ -12,7 +12,7 @@ use super::number::DoubleDouble;
 use crate::elementary::Elementary;
 use crate::math::by_squaring;
 use crate::math::exact::two_product;
-use crate::real::Real;
+use crate::real::{Accepts, Real};
 
 /// `ln 2` as a sum of floats.
 const LN_2: [f64; 3] = [
@@ -94,11 +94,19 @@ impl Real for DoubleDouble {
         self.high
     }
     #[inline]
-    fn less(self, other: Self) -> bool {
+    fn less<T>(self, other: T) -> bool
+    where
+        Self: Accepts<T>,
+    {
+        let other = Self::accept(other);
         self < other
     }
     #[inline]
-    fn less_equal(self, other: Self) -> bool {
+    fn less_equal<T>(self, other: T) -> bool
+    where
+        Self: Accepts<T>,
+    {
+        let other = Self::accept(other);
         self <= other
     }
     #[inline]
@@ -155,7 +163,11 @@ impl Real for DoubleDouble {
     }
     /// Computes the angle in f64 with the system's function, and adds a correction: the small angle that remains after
     /// the point is turned back by the f64 angle.
-    fn atan2(self, x: Self) -> Self {
+    fn atan2<T>(self, x: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let x = Self::accept(x);
         let angle = self.high.atan2(x.high);
         // The sum below would lose the sign of a zero.
         if self.is_zero() && angle == 0.0 {
@@ -180,7 +192,11 @@ impl Real for DoubleDouble {
     }
     /// Computes `e^(y ln x)`. If `x` is 0, infinite or NaN, the result is that of f64. If `x` is negative, the result
     /// is NaN.
-    fn powf(self, exponent: Self) -> Self {
+    fn powf<T>(self, exponent: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        let exponent = Self::accept(exponent);
         if self.high == 0.0 || !self.high.is_finite() {
             return Self::from(self.high.powf(exponent.high));
         }

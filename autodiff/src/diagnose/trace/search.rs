@@ -4,6 +4,7 @@ use std::panic::Location;
 
 use super::origin::{CLEAN, NonFinite, RUNNING, Trace, note};
 use super::traced::Traced;
+use crate::constant::printed;
 use crate::real::{Mask, Real};
 use crate::restored::Restored;
 
@@ -38,7 +39,7 @@ pub fn first_non_finite<R: Real>(
         let origin = if value.finite().all() {
             CLEAN
         } else {
-            note("argument", place, format!("x[{i}] is {value:?}"))
+            note("argument", place, format!("x[{i}] is {}", printed(value)))
         };
         Traced::variable(value, origin)
     };

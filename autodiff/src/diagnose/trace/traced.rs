@@ -5,9 +5,10 @@ use std::panic::Location;
 use num_traits::Zero;
 
 use super::origin::{CLEAN, Origin, count, note};
+use crate::constant::printed;
 use crate::dual::Dual;
 use crate::operators::{literal_operators, operators};
-use crate::real::{Fused, Mask, Real};
+use crate::real::{Accepts, Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
 /// A number that remembers its origin: the operation in which the number itself, or a partial that it depends on,
@@ -73,7 +74,7 @@ impl<R: Real> Traced<R> {
             listed(operands.iter().map(|(x, _)| x.value)),
             listed(operands.iter().map(|&(_, partial)| partial)),
         ];
-        let numbers = format!("of {of}: value {value:?}, partial {partials}");
+        let numbers = format!("of {of}: value {}, partial {partials}", printed(value));
         Self {
             value,
             active,
@@ -124,7 +125,7 @@ fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]
 }
 
 fn listed<R: Real>(numbers: impl Iterator<Item = R>) -> String {
-    let words: Vec<String> = numbers.map(|x| format!("{x:?}")).collect();
+    let words: Vec<String> = numbers.map(printed).collect();
     words.join(" and ")
 }
 
@@ -194,11 +195,14 @@ impl<R: Real> Real for Traced<R> {
         )
     }
     #[track_caller]
-    fn dot(a: &[Self], b: &[Self]) -> Self {
+    fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
+    where
+        Self: Accepts<T>,
+    {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
         let mut sum = Self::zero();
         for (&x, &y) in a.iter().zip(b) {
-            sum = x.fma(y, sum);
+            sum = x.fma(Self::accept(y), sum);
         }
         sum
     }

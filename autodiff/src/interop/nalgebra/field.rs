@@ -63,6 +63,9 @@ macro_rules! constants_from {
                 fn from_superset_unchecked(_: &Element<R>) -> Self {
                     no_float()
                 }
+                fn from_superset(_: &Element<R>) -> Option<Self> {
+                    no_float()
+                }
                 fn is_in_subset(_: &Element<R>) -> bool {
                     false
                 }
@@ -75,7 +78,7 @@ constants_from! { f64 f32 }
 fn no_float() -> ! {
     panic!(
         "an `Element` cannot be converted to a float, because its derivative would be lost; to get only the \
-         value, take the primal of its field `.0`"
+         value, take the primal of its field `.0`; for a matrix exponential, call `autodiff::nalgebra::exp`"
     )
 }
 

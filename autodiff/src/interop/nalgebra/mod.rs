@@ -23,6 +23,9 @@
 //! assert!(by.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14));
 //! ```
 //!
+//! [`value_and_gradient`], [`value_and_jacobian`] and [`value_gradient_hessian`] take functions of vectors, so that no
+//! element is wrapped by hand: `value_and_gradient(|x| 0.5 * x.norm_squared(), &x)`.
+//!
 //! # What to know
 //!
 //! - The rules of [`interop`](crate::interop) for every [`Element`] hold here too.
@@ -32,21 +35,27 @@
 //! - **Iterative factorisations skip entries that are zero and lose the derivatives with respect to them**, for example
 //!   in a diagonal, triangular or block matrix. `symmetric_eigenvalues` of a diagonal matrix has a Hessian of zeros.
 //!   The element type cannot prevent this: nalgebra uses the same test for zero to see whether an iteration has
-//!   converged. For a symmetric matrix use [`symmetric_eigen`], which is right everywhere. Write other results of SVD,
+//!   converged. For a symmetric matrix use [`symmetric_eigen`], which is right everywhere, and
+//!   [`symmetric_eigen_groups`] if eigenvalues are repeated. Write other results of SVD,
 //!   Schur and the pseudo-inverse as a root ([`implicit`](crate::implicit)) or by a custom rule. LU, QR, Cholesky,
 //!   inverse and determinant are right.
 //! - **Geometry branches at the identity, and its derivative there is wrong.** It is zero for a
 //!   `UnitQuaternion`, `Rotation3` or `Isometry3` of a rotation vector of zero, for `scaled_axis` of the identity
-//!   and for `rotation_between` parallel vectors. [`rotation`] is right everywhere.
-//! - `try_convert` to a float returns `None`. The unchecked conversions panic, and so does the matrix exponential,
-//!   which uses one.
+//!   and for `rotation_between` parallel vectors. [`rotation`], its inverse [`rotation_vector`] and [`angle`] are right
+//!   everywhere.
+//! - A conversion of an element to a float panics, because it would lose the derivative. So does nalgebra's matrix
+//!   exponential, which converts norms: use [`exp`].
 //! - With `use autodiff::*`, `nalgebra` means this module; the crate itself is `::nalgebra`.
 
 mod eigen;
+mod exponential;
 mod field;
 mod parameters;
 mod rotation;
+mod drivers;
 
 pub use super::element::Element;
-pub use eigen::{EigenPair, symmetric_eigen};
-pub use rotation::{rotation, vector};
+pub use drivers::{value_and_gradient, value_and_jacobian, value_gradient_hessian};
+pub use eigen::{EigenGroup, EigenPair, symmetric_eigen, symmetric_eigen_groups};
+pub use exponential::exp;
+pub use rotation::{angle, rotation, rotation_vector, vector};

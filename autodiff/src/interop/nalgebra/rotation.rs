@@ -1,6 +1,6 @@
-//! Makes vectors and rotations of elements from slices and vectors of numbers.
+//! Vectors and rotations of elements, and the angles between them.
 
-use ::nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
+use ::nalgebra::{DVector, Dim, Matrix, Quaternion, RawStorage, U1, UnitQuaternion, Vector3};
 
 use super::super::element::Element;
 use crate::real::Real;
@@ -44,4 +44,65 @@ fn series<R: Real>(square: R, odd: u8) -> R {
         let factor = f64::from(2 * term + odd);
         R::one() - square / R::lit(factor * (factor - 1.0)) * rest
     })
+}
+
+/// Returns the vector of a rotation: its axis, as long as its angle in radians, which is at most pi. It is the inverse
+/// of [`rotation`]. Its derivatives of every order are correct, even at the identity. At a half turn it jumps to the
+/// opposite vector.
+///
+/// ```
+/// use ::nalgebra::Vector3;
+/// use autodiff::nalgebra::{Element, rotation, rotation_vector};
+///
+/// let vector = Vector3::new(0.0, 0.5, 0.0).map(Element);
+/// assert_eq!(rotation_vector(&rotation(&vector))[1].0, 0.5);
+/// ```
+pub fn rotation_vector<R: Real>(rotation: &UnitQuaternion<Element<R>>) -> Vector3<Element<R>> {
+    let one = R::one();
+    let coordinates = [0, 1, 2, 3].map(|k| rotation.coords[k].0);
+    // A quaternion and its negative are the same rotation.
+    let sign = R::select(coordinates[3].less(0.0), -one, one);
+    let [i, j, k, cos] = coordinates.map(|x| x * sign);
+    let square = i * i + j * j + k * k;
+    let ratio = square / (cos * cos);
+    // For small angles `atan(t) / t` is the series 1 - t^2/3 + t^4/5 - …, whose omitted terms are less than 1e-33.
+    let small = ratio.less(0.0625);
+    let ratio = R::select(small, ratio, R::zero());
+    let series = (0..27).rev().fold(R::zero(), |rest, k| {
+        R::lit(f64::from(2 * k + 1)).recip() - ratio * rest
+    });
+    let sin = R::select(small, one, square).sqrt();
+    let by_series = series / R::select(small, cos, one);
+    let factor = R::select(small, by_series, sin.atan2(cos) / sin) * R::lit(2.0);
+    let [i, j, k] = [i, j, k].map(|x| Element(factor * x));
+    Vector3::new(i, j, k)
+}
+
+/// Returns the angle between two vectors of equal length, in radians. Small angles and angles near pi keep their digits
+/// (W. Kahan, "Miscalculating area and angles of a needle-like triangle", 2014). The slope is 0 where the vectors are
+/// parallel, where the angle has a kink, and where one of them is 0.
+///
+/// ```
+/// use ::nalgebra::Vector2;
+/// use autodiff::nalgebra::{Element, angle};
+///
+/// let [a, b] = [[1.0, 0.0], [1.0, 1e-9]].map(|x| Vector2::from(x).map(Element));
+/// assert_eq!(angle(&a, &b).0, 1e-9);
+/// ```
+///
+/// # Panics
+/// If the vectors differ in length.
+pub fn angle<R: Real, D: Dim>(
+    a: &Matrix<Element<R>, D, U1, impl RawStorage<Element<R>, D, U1>>,
+    b: &Matrix<Element<R>, D, U1, impl RawStorage<Element<R>, D, U1>>,
+) -> Element<R> {
+    assert_eq!(a.len(), b.len(), "angle: the vectors differ in length");
+    let numbers = |x: &mut dyn Iterator<Item = &Element<R>>| x.map(|x| x.0).collect::<Vec<R>>();
+    let [a, b] = [numbers(&mut a.iter()), numbers(&mut b.iter())];
+    // Both vectors become as long as their product, so that they are the sides of a rhombus.
+    let [of_a, of_b] = [R::norm(&a), R::norm(&b)];
+    let sides = || a.iter().zip(&b).map(|(&a, &b)| (a * of_b, b * of_a));
+    let difference: Vec<R> = sides().map(|(a, b)| a - b).collect();
+    let sum: Vec<R> = sides().map(|(a, b)| a + b).collect();
+    Element(R::norm(&difference).atan2(R::norm(&sum)) * R::lit(2.0))
 }

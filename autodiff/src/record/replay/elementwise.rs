@@ -15,10 +15,12 @@ pub(super) enum Function {
     /// A function of one number, without its partial.
     UnaryValue(Unary),
     Unary(Unary),
+    /// A function of two numbers, without its partials.
+    BinaryValue(Binary),
     Binary(Binary),
 }
 
-/// A function of numbers in memory. `numbers` holds first the arguments, then the values, then the partials. Each takes
+/// A function of numbers in memory. `numbers` holds first the arguments, then the values, then any partials. Each takes
 /// `len` numbers.
 pub(super) struct Elementwise<'a, R> {
     function: Function,
@@ -69,19 +71,19 @@ impl<R: Real> Elementwise<'_, R> {
 fn single_value<L: Real>(function: Function, a: L, b: L) -> L {
     match function {
         Function::UnaryValue(f) | Function::Unary(f) => unary_value(f, a),
-        Function::Binary(f) => binary_value(f, a, b),
+        Function::BinaryValue(f) | Function::Binary(f) => binary_value(f, a, b),
     }
 }
 
 /// Computes a function of single numbers and its partials. It is compiled only once for each number type.
 #[inline(never)]
-fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
+pub(super) fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
     match function {
         Function::UnaryValue(f) | Function::Unary(f) => {
             let (y, partial) = unary(f, a);
             [y, partial, partial]
         }
-        Function::Binary(f) => {
+        Function::BinaryValue(f) | Function::Binary(f) => {
             let (y, [by_a, by_b]) = binary(f, a, b);
             [y, by_a, by_b]
         }
@@ -105,6 +107,10 @@ impl<R: Real> Vectorized<R> for Elementwise<'_, R> {
                     let (y, partial) = unary(f, x);
                     y.store(&mut numbers[len + at..]);
                     partial.store(&mut numbers[2 * len + at..]);
+                }
+                Function::BinaryValue(f) => {
+                    let y = binary_value(f, x, L::load(&numbers[len + at..]));
+                    y.store(&mut numbers[2 * len + at..]);
                 }
                 Function::Binary(f) => {
                     let (y, [by_a, by_b]) = binary(f, x, L::load(&numbers[len + at..]));

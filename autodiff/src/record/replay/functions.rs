@@ -82,10 +82,7 @@ pub(super) fn forward_binary<R: Real, L: Lane<R>, const W: usize>(
                 y[w] = a[w] / b[w];
             }
         }
-        _ if const { W * L::N == 1 } => {
-            [y] = Elementwise::apply(Function::Binary(f), [a, b], memory);
-        }
-        _ => [y, _, _] = Elementwise::apply(Function::Binary(f), [a, b], memory),
+        _ => [y] = Elementwise::apply(Function::BinaryValue(f), [a, b], memory),
     }
     y
 }

@@ -11,6 +11,7 @@ mod functions;
 mod layer;
 mod sweep;
 mod points;
+mod single;
 
 pub(crate) use plan::Plan;
 pub(crate) use points::{Inputs, Points, Replayed, Wanted};

@@ -4,7 +4,7 @@
 """
 import random
 
-from mpmath import atan2, cos, exp, ln, mp, mpf, nstr, sin, sqrt, tan, tanh
+from mpmath import atan2, cos, erf, erfc, exp, ln, loggamma, mp, mpf, nstr, psi, re, sin, sqrt, tan, tanh
 
 mp.dps = 60
 random.seed(1)
@@ -52,3 +52,10 @@ for _ in range(16):
     line("atan2", atan2, argument(-1, 1), argument(-1, 1))
     line("powi", lambda x, n: x**n, argument(-2, 2), mpf(random.randint(-20, 20)))
     line("powf", lambda x, y: x**y, abs(argument(-2, 2)), argument(-2, 1))
+for _ in range(16):
+    line("erf", lambda x, _: erf(x), argument(-12, 0.8))
+    line("erfc", lambda x, _: erfc(x), argument(-3, 1.2))
+    for x in (abs(argument(-6, 6)), -abs(argument(-3, 1))):
+        line("ln_gamma", lambda x, _: re(loggamma(x)), x)
+        line("digamma", lambda x, _: psi(0, x), x)
+        line("trigamma", lambda x, _: psi(1, x), x)

@@ -1,14 +1,14 @@
-"""Values, slopes and second derivatives over the whole range of f64, by mpmath at 2500 digits.
+"""Values, slopes and second derivatives over the whole range of f64, by mpmath at 2500 digits, for the gamma function at 800.
 
     python3 generate.py > mpmath.txt
 
-Derivatives are central differences. Their steps are 1e-400 times the argument, so the truncation error is below
-the rounding of f64. With 2500 digits, the error from cancellation is too.
+Derivatives are central differences. Their steps are 1e-400 (1e-128) times the argument, so the truncation error is
+below the rounding of f64. With 2500 (800) digits, the error from cancellation is too.
 """
 from itertools import product
 
-from mpmath import (acos, acosh, asin, asinh, atan, atan2, atanh, cbrt, cos, cosh, coth, exp, expm1,
-                    inf, ln, log1p, mp, mpf, sec, sin, sinh, sqrt, tan, tanh)
+from mpmath import (acos, acosh, asin, asinh, atan, atan2, atanh, cbrt, cos, cosh, cospi, coth, erf, erfc, exp,
+                    expm1, inf, ln, log1p, loggamma, mp, mpf, psi, re, sec, sin, sinh, sinpi, sqrt, tan, tanh)
 
 mp.dps = 2500
 
@@ -32,7 +32,7 @@ def rounded(number):
 
 
 def steps(point):
-    return [min(abs(mpf(x)) or 1, 1) * mpf(10) ** -400 for x in point]
+    return [min(abs(mpf(x)) or 1, 1) * mpf(10) ** -(mp.dps * 4 // 25) for x in point]
 
 
 def derivatives(f, point):
@@ -130,6 +130,7 @@ one("log10", lambda x: ln(x) / ln(mpf(10)), **ROOTS)
 one("cbrt", lambda x: cbrt(abs(x)) * (1 if x > 0 else -1), without=[0])
 one("sigmoid", lambda x: 1 / (1 + exp(-x)), more=[-36.5, 36.5, 40.0])
 one("softplus", lambda x: log1p(exp(x)), more=[-36.5, 36.5, 40.0])
+one("xlogx", lambda x: x * ln(x), **ROOTS)
 
 # Of two numbers.
 two("add", lambda x, y: x + y)
@@ -212,3 +213,19 @@ two("polar", lambda x, y: x * cos(y))
 two("quotient_of_logs", lambda x, y: ln(x) / ln(y), lambda x, y: positive(x, y) and 1e-30 < y < 1e30 and 1e-100 < x)
 two("boltzmann", lambda x, y: exp(-x / y), lambda x, y: 0.1 < abs(y) < 1e100 and abs(x) < 1e3)
 two("elastic", lambda x, y: y / 2 * (sqrt(x * x + 1) - 1) ** 2, lambda x, y: 0.5 < abs(x) < 1e3)
+
+# Special functions. Below 0 the gamma function is computed between its poles. The points are also near its zeros at 1,
+# 1.4616… and 2. Fewer digits are enough for it, and take less time.
+ERROR = {"low": -30, "high": 27, "more": [-5.5, 1e-3, 1.5, 3.7, 5.9, 26.1]}
+one("erf", erf, **ERROR)
+one("erfc", erfc, **ERROR)
+two("xlogy", lambda x, y: x * ln(y), lambda x, y: 1e-300 < y < 1e300)
+two("norm", lambda x, y: sqrt(x * x + y * y), moderate)
+two("logsumexp", lambda x, y: ln(exp(x) + exp(y)), lambda x, y: 1e-9 < abs(x) < 1e3 and abs(y) < 1e3)
+mp.dps = 800
+GAMMA = {"low": -40, "high": 1e20, "more": [-0.7, -1.3, -29.25, 0.999, 1.01, 1.46, 1.999, 7.5, 9.99, 10.1, 15.99]}
+POLES = [0.0, -1.0, -15.0, -25.0]
+one("ln_gamma", lambda x: re(loggamma(x)), without=POLES, **GAMMA)
+one("digamma", lambda x: psi(0, x), without=POLES, **GAMMA)
+one("trigamma", lambda x: psi(1, x), without=POLES, **GAMMA)
+one("cot_pi", lambda x: cospi(x) / sinpi(x), -40, 14, more=[-29.75, 0.26, 3.4999999], without=POLES + [1.0])

@@ -1,0 +1,115 @@
+//! The order in which the nodes of a graph are eliminated.
+
+use std::collections::VecDeque;
+
+/// For each node, the nodes that an edge connects with it.
+type Neighbours = Vec<Vec<usize>>;
+
+/// Returns for each node its place in an order in which connected nodes are close to each other. Of the given order and
+/// of an order from one end of the graph to the other end, it is the one with the smaller [`bandwidth`].
+pub(super) fn places(nodes: usize, edges: &[[usize; 2]]) -> Vec<usize> {
+    let mut neighbours: Neighbours = vec![Vec::new(); nodes];
+    for &[tail, head] in edges {
+        neighbours[tail].push(head);
+        neighbours[head].push(tail);
+    }
+    let mut places = vec![0; nodes];
+    let order = from_end_to_end(&neighbours);
+    (order.iter().enumerate()).for_each(|(place, &node)| places[node] = place);
+    let given: Vec<usize> = (0..nodes).collect();
+    match bandwidth(&given, edges) <= bandwidth(&places, edges) {
+        true => given,
+        false => places,
+    }
+}
+
+/// The largest distance between the places of two connected nodes.
+pub(super) fn bandwidth(places: &[usize], edges: &[[usize; 2]]) -> usize {
+    let distance = |&[tail, head]: &[usize; 2]| places[tail].abs_diff(places[head]);
+    edges.iter().map(distance).max().unwrap_or(0)
+}
+
+/// The nodes of each connected part of the graph, from one end of the part to the other: sorted by the distance to one
+/// end minus the distance to the other. In a lattice such an order goes along the longer side.
+fn from_end_to_end(neighbours: &Neighbours) -> Vec<usize> {
+    let mut order = Vec::new();
+    let mut is_known = vec![false; neighbours.len()];
+    for node in 0..neighbours.len() {
+        if is_known[node] {
+            continue;
+        }
+        // The last node that a search reaches is at an end. Two more searches find ends that are far apart.
+        let end = |from: usize| {
+            *by_distance(neighbours, from)
+                .0
+                .last()
+                .expect("the node itself")
+        };
+        let first = end(end(node));
+        let (mut part, of_first) = by_distance(neighbours, first);
+        let last = *part.last().expect("the node itself");
+        let (_, of_last) = by_distance(neighbours, last);
+        part.iter().for_each(|&node| is_known[node] = true);
+        // The sort is stable, so nodes at the same distances stay in the order of the search.
+        part.sort_by_key(|&node| of_first[node].cast_signed() - of_last[node].cast_signed());
+        order.extend(part);
+    }
+    order
+}
+
+/// The nodes that can be reached from a node, nearest first, and the number of edges to each node.
+fn by_distance(neighbours: &Neighbours, from: usize) -> (Vec<usize>, Vec<usize>) {
+    let mut distance = vec![usize::MAX; neighbours.len()];
+    let (mut order, mut waiting) = (Vec::new(), VecDeque::from([from]));
+    distance[from] = 0;
+    while let Some(node) = waiting.pop_front() {
+        order.push(node);
+        for &next in &neighbours[node] {
+            if distance[next] == usize::MAX {
+                distance[next] = distance[node] + 1;
+                waiting.push_back(next);
+            }
+        }
+    }
+    (order, distance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{bandwidth, places};
+
+    /// The edges of a lattice: to the right, up, and along both diagonals.
+    fn lattice(columns: usize, rows: usize) -> Vec<[usize; 2]> {
+        let mut edges = Vec::new();
+        for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
+            for (dx, dy) in [(1, 0), (0, 1), (1, 1), (-1, 1)] {
+                let (to, up) = (x as isize + dx, y + dy as usize);
+                if (0..columns as isize).contains(&to) && up < rows {
+                    edges.push([y * columns + x, up * columns + to as usize]);
+                }
+            }
+        }
+        edges
+    }
+
+    /// The bandwidth of a lattice is that of its shorter side, whichever side that is, or little more.
+    #[test]
+    fn the_order_goes_along_the_longer_side() {
+        for ([columns, rows], most) in [([6, 6], 7), ([3, 12], 4), ([12, 3], 5), ([16, 8], 11)] {
+            let edges = lattice(columns, rows);
+            let places = places(columns * rows, &edges);
+            let found = bandwidth(&places, &edges);
+            assert!(found <= most, "{columns}x{rows}: {found}");
+            let mut sorted = places;
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..columns * rows));
+        }
+    }
+
+    #[test]
+    fn nodes_without_edges_and_separate_parts_have_places() {
+        let mut places = places(7, &[[0, 6], [1, 5]]);
+        places.sort_unstable();
+        assert!(places.into_iter().eq(0..7));
+    }
+}

@@ -1,0 +1,229 @@
+//! Linear equations on a graph, solved in every step, must agree with Gaussian elimination in plain code.
+
+use crate::steps::{Step, Turn, assert_same};
+use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
+
+/// A model with `N` unknowns per node. In every step, the solution of the equations becomes the new state.
+#[derive(Clone)]
+struct Solving<const N: usize> {
+    nodes: usize,
+    edges: Vec<[usize; 2]>,
+    /// Whether the program is recorded without its number type.
+    any: bool,
+}
+
+/// How many numbers the lower triangle of a block has.
+const fn entries(n: usize) -> usize {
+    n * (n + 1) / 2
+}
+
+impl<const N: usize> Solving<N> {
+    fn graph(&self) -> Graph {
+        Graph::new(self.nodes, &self.edges)
+    }
+
+    /// The lower triangles of symmetric blocks, which are positive definite if `least` is above 0: an array for each entry,
+    /// with a number for each of `count` blocks. The blocks are `least I + T T'` for triangles `T`, whose numbers are in
+    /// `given`.
+    fn blocks<R: Real>(given: &[R], count: usize, least: f64) -> Vec<Vec<R>> {
+        let entry =
+            |row: usize, column: usize, k: usize| given[(entries(row) + column) * count + k];
+        let mut blocks = Vec::new();
+        for (row, column) in (0..N).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+            let of_block = (0..count).map(|k| {
+                let terms = (0..=column).map(|c| entry(row, c, k) * entry(column, c, k));
+                let on_diagonal = R::lit(if row == column { least } else { 0.0 });
+                terms.fold(on_diagonal, |sum, term| sum + term)
+            });
+            blocks.push(of_block.collect());
+        }
+        blocks
+    }
+}
+
+impl<const N: usize> Model for Solving<N> {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let graph = self.graph();
+        let nodes: Vec<_> = (0..entries(N)).map(|_| p.parameter(self.nodes)).collect();
+        let edges: Vec<_> = (0..entries(N))
+            .map(|_| p.parameter(graph.slots()))
+            .collect();
+        let x = [(); N].map(|()| p.state(self.nodes));
+        let next = match self.any {
+            true => p.any().solve(&graph, &nodes, &edges, x),
+            false => p.solve(&graph, &nodes, &edges, x),
+        };
+        for (x, next) in x.into_iter().zip(next) {
+            let [next] = p.map(Turn, [next, x]);
+            p.advance(x, next);
+        }
+    }
+}
+
+impl<const N: usize> Step for Solving<N> {
+    fn shapes(&self) -> Vec<usize> {
+        let slots = self.graph().slots();
+        vec![N * self.nodes, entries(N) * self.nodes, entries(N) * slots]
+    }
+    fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
+        let nodes = Self::blocks(given[0], self.nodes, 1.0);
+        let edges = Self::blocks(given[1], self.graph().slots(), 0.0);
+        [nodes, edges].concat()
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let (n, slots) = (N * self.nodes, self.graph().slot_of_edge().to_vec());
+        let parameters = self.parameters(given);
+        let (nodes, edges) = parameters.split_at(entries(N));
+        let mut a = vec![vec![R::zero(); n]; n];
+        let of = |row: usize, column: usize| entries(row.max(column)) + row.min(column);
+        for (row, column) in (0..N).flat_map(|row| (0..N).map(move |column| (row, column))) {
+            let at = |node: usize, unknown: usize| unknown * self.nodes + node;
+            for node in 0..self.nodes {
+                a[at(node, row)][at(node, column)] += nodes[of(row, column)][node];
+            }
+            for (&[i, j], &slot) in self.edges.iter().zip(&slots) {
+                let s = edges[of(row, column)][slot];
+                for (from, to, s) in [(i, i, s), (j, j, s), (i, j, -s), (j, i, -s)] {
+                    a[at(from, row)][at(to, column)] += s;
+                }
+            }
+        }
+        let x = eliminated(a, state.to_vec());
+        let pairs = x.iter().zip(state);
+        pairs
+            .map(|(&x, &old)| Kernel::eval(&Turn, [x, old])[0])
+            .collect()
+    }
+}
+
+/// Solves `A x = b` by Gaussian elimination.
+fn eliminated<R: Real>(mut a: Vec<Vec<R>>, mut b: Vec<R>) -> Vec<R> {
+    for k in 0..b.len() {
+        for i in k + 1..b.len() {
+            let factor = a[i][k] / a[k][k];
+            for j in k..b.len() {
+                let term = factor * a[k][j];
+                a[i][j] -= term;
+            }
+            let term = factor * b[k];
+            b[i] -= term;
+        }
+    }
+    for k in (0..b.len()).rev() {
+        let known = (k + 1..b.len()).fold(R::zero(), |sum, j| sum + a[k][j] * b[j]);
+        b[k] = (b[k] - known) / a[k][k];
+    }
+    b
+}
+
+/// A ladder of nodes with diagonals, and one node without edges.
+fn ladder<const N: usize>(rungs: usize) -> Solving<N> {
+    let mut edges = Vec::new();
+    for k in 0..rungs {
+        edges.push([2 * k, 2 * k + 1]);
+        if k + 1 < rungs {
+            edges.extend([
+                [2 * k, 2 * k + 2],
+                [2 * k + 1, 2 * k + 3],
+                [2 * k, 2 * k + 3],
+            ]);
+        }
+    }
+    Solving {
+        nodes: 2 * rungs + 1,
+        edges,
+        any: rungs % 2 == 1,
+    }
+}
+
+#[test]
+fn the_solution_is_that_of_gaussian_elimination() {
+    assert_same(ladder::<1>(3));
+    assert_same(ladder::<2>(2));
+    if !cfg!(miri) {
+        assert_same(ladder::<1>(9));
+        assert_same(ladder::<3>(2));
+        // A star: the order in which nodes are given is already the best.
+        let edges = (1..6).map(|node| [0, node]).collect();
+        assert_same(Solving::<2> {
+            nodes: 6,
+            edges,
+            any: true,
+        });
+    }
+}
+
+/// Starts that have their own matrices must give the values and gradients of single rollouts, bit by bit.
+#[test]
+fn starts_with_their_own_matrices_run_together() {
+    let model = ladder::<2>(if cfg!(miri) { 2 } else { 5 });
+    let shapes = model.shapes();
+    let robots: Vec<Vec<f64>> = (0..11)
+        .map(|k| {
+            let numbers = 0..shapes.iter().sum();
+            numbers
+                .map(|i| ((0.7 + k as f64) * i as f64 + 0.3).sin())
+                .collect()
+        })
+        .collect();
+    let rollout = Rollout::new(model.clone(), 3);
+    let gradient = |robots: &[Vec<f64>]| {
+        let mut tape = Tape::new();
+        let last = tape.record(&robots.concat(), |x: &[Var<f64>]| {
+            let robots: Vec<_> = x.chunks_exact(robots[0].len()).collect();
+            let starts: Vec<_> = robots.iter().map(|x| &x[..shapes[0]]).collect();
+            let given = robots.iter().map(|x| {
+                let (nodes, edges) = x[shapes[0]..].split_at(shapes[1]);
+                model.parameters(&[nodes, edges])
+            });
+            let given: Vec<Vec<Vec<_>>> = given.collect();
+            let of = |k: usize| given.iter().map(|given| &given[k][..]).collect::<Vec<_>>();
+            let parameters: Vec<Vec<&[_]>> = (0..given[0].len()).map(of).collect();
+            let parameters: Vec<_> = parameters.iter().map(|of| Given::Each(of)).collect();
+            rollout.run_batch(&starts, &parameters).concat()
+        });
+        let values: Vec<f64> = last.iter().map(|x| x.value()).collect();
+        let ones = vec![1.0; values.len()];
+        (values, tape.pullback(&last, &ones).to_vec())
+    };
+    let (values, gradients) = gradient(&robots);
+    let alone = robots
+        .iter()
+        .map(|robot| gradient(std::slice::from_ref(robot)));
+    let (each_value, each_gradient): (Vec<_>, Vec<_>) = alone.unzip();
+    assert!(values.iter().all(|x| x.is_finite()));
+    assert_eq!(values, each_value.concat());
+    assert_eq!(gradients, each_gradient.concat());
+}
+
+/// An edge that was removed from a graph has no effect and no cotangent.
+#[test]
+fn a_removed_edge_does_not_act() {
+    #[derive(Clone)]
+    struct Removed(Graph);
+    impl Model for Removed {
+        fn record<R: Real>(&self, p: &mut Program<R>) {
+            let (node, edge) = (p.parameter(3), p.parameter(self.0.slots()));
+            let x = p.state(3);
+            let [next] = p.solve(&self.0, &[node], &[edge], [x]);
+            p.advance(x, next);
+        }
+    }
+    let (all, less) = (Graph::new(3, &[[0, 1], [1, 2]]), Graph::new(3, &[[0, 1]]));
+    let removed = all.without(&[false, true]);
+    let gradient = |graph: &Graph, edges: usize| {
+        let x = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.5, 0.7];
+        autodiff::value_and_gradient(
+            |x: &[Var<f64>]| {
+                let edges = graph.to_slots(&x[6..6 + edges]);
+                let rollout = Rollout::new(Removed(graph.clone()), 2);
+                Var::sum_of(&rollout.run(&x[..3], &[&x[3..6], &edges]))
+            },
+            &x,
+        )
+    };
+    let (value, slopes) = gradient(&removed, 2);
+    assert_eq!((value, slopes.clone()), gradient(&less, 1));
+    assert!(slopes[6] != 0.0 && slopes[7] == 0.0);
+    assert_ne!(value, gradient(&all, 2).0);
+}

@@ -1,0 +1,182 @@
+//! Special functions and functions of slices: the rows of the table in `kinks.md`, lanes, and the ends of the range.
+//! Their values and derivatives inside the range are in the table of `precision.rs`.
+
+use autodiff::data::Recorded;
+use autodiff::{Function, Real, Tape, Var, gradient, hessian};
+
+use crate::common::{Sym, assert_close, assert_gradients};
+
+const INF: f64 = f64::INFINITY;
+const NAN: f64 = f64::NAN;
+
+#[test]
+fn the_gamma_function_has_poles() {
+    assert_gradients(
+        |x| x[0].ln_gamma(),
+        &[([0.0], [-INF]), ([-0.0], [-INF]), ([-2.0], [NAN])],
+    );
+    assert_gradients(|x| x[0].digamma(), &[([0.0], [INF]), ([-1.0], [NAN])]);
+    assert_gradients(|x| x[0].trigamma(), &[([0.0], [-INF]), ([-1.0], [NAN])]);
+    assert_gradients(
+        |x| x[0].cot_pi(),
+        &[([0.0], [NAN]), ([3.0], [NAN]), ([-1e300], [NAN])],
+    );
+    for pole in [0.0, -0.0, -1.0, -7.0] {
+        assert_eq!(Real::ln_gamma(pole), INF);
+    }
+    assert_eq!([0.0_f64, -0.0].map(Real::digamma), [-INF; 2]);
+    assert_eq!([0.0_f64, -0.0].map(Real::trigamma), [INF; 2]);
+    assert!(
+        [
+            Real::digamma(-1.0_f64),
+            Real::trigamma(-1.0),
+            Real::cot_pi(-1.0)
+        ]
+        .iter()
+        .all(|x| x.is_nan())
+    );
+    assert_eq!(
+        [Real::ln_gamma(INF), Real::digamma(INF), Real::trigamma(INF)],
+        [INF, INF, 0.0]
+    );
+}
+
+#[test]
+fn the_error_function_is_flat_far_out() {
+    let far = [
+        ([INF], [0.0]),
+        ([-INF], [0.0]),
+        ([30.0], [0.0]),
+        ([NAN], [NAN]),
+    ];
+    assert_gradients(|x| x[0].erf(), &far);
+    assert_gradients(|x| x[0].erfc(), &far);
+    assert_eq!(
+        [
+            Real::erf(INF),
+            Real::erf(-INF),
+            Real::erfc(INF),
+            Real::erfc(-INF)
+        ],
+        [1.0, -1.0, 0.0, 2.0]
+    );
+}
+
+#[test]
+fn entropies_end_at_zero() {
+    assert_gradients(
+        |x| x[0].xlogx(),
+        &[([0.0], [-INF]), ([-0.0], [-INF]), ([-1.0], [NAN])],
+    );
+    assert_eq!([0.0_f64, -0.0].map(Real::xlogx), [0.0; 2]);
+    assert_gradients(
+        |x| x[0].xlogy(x[1]),
+        &[
+            ([0.0, 1.0], [0.0, 0.0]),
+            ([0.0, 0.0], [-INF, 0.0]),
+            ([-0.0, 0.0], [-INF, 0.0]),
+            ([0.0, INF], [INF, 0.0]),
+            ([0.0, -1.0], [NAN, 0.0]),
+            ([2.0, 0.0], [-INF, INF]),
+            ([2.0, -1.0], [NAN, NAN]),
+        ],
+    );
+    // A probability of 0 that is a constant: the term passes nothing.
+    assert_gradients(|x| Sym::lit(0.0).xlogy(x[0]), &[([0.0], [0.0])]);
+    for y in [0.0, -1.0, INF] {
+        assert_eq!(0.0_f64.xlogy(y), 0.0);
+    }
+    assert!(0.0_f64.xlogy(NAN).is_nan());
+    // Where `x` is 0 but `y` is an ordinary number, nothing is special: the second derivatives are 1/y and 0.
+    let second = hessian(|x| x[0].xlogy(x[1]), &[0.0, 4.0]);
+    assert_eq!(second, [[0.0, 0.25], [0.25, 0.0]]);
+}
+
+#[test]
+fn a_length_is_flat_at_the_origin() {
+    assert_gradients(
+        Sym::norm,
+        &[
+            ([0.0, 0.0, -0.0], [0.0; 3]),
+            ([INF, 1.0, 0.0], [NAN, 0.0, 0.0]),
+            ([0.0, -2.0, 0.0], [0.0, -1.0, 0.0]),
+            ([0.0, 0.0, 2f64.powi(-700)], [0.0, 0.0, 1.0]),
+            ([-(2f64.powi(700)), 0.0, 0.0], [-1.0, 0.0, 0.0]),
+        ],
+    );
+    let origin = hessian(Var::norm, &[0.0; 2]);
+    assert_eq!(origin, [[0.0; 2]; 2]);
+    assert_eq!([f64::norm(&[]), f64::norm(&[1.0, INF])], [0.0, INF]);
+    for unit in [2f64.powi(-1070), 2f64.powi(-600), 1.0, 2f64.powi(1000)] {
+        assert_eq!(f64::norm(&[3.0 * unit, -4.0 * unit]), 5.0 * unit);
+    }
+    assert_eq!(f32::norm(&[3e30, 4e30]), 5e30);
+    assert!(f64::norm(&[NAN, 1.0]).is_nan());
+    let mut tape = Tape::new();
+    tape.record(&[3.0, 4.0], Var::norm);
+    assert_eq!(tape.len(), 4, "two inputs, the dot product and the root");
+}
+
+#[test]
+fn the_largest_term_of_a_sum_of_powers_may_be_infinite() {
+    assert_gradients(
+        Sym::logsumexp,
+        &[
+            ([1000.0, 1000.0, -INF], [0.5, 0.5, 0.0]),
+            ([-INF, -INF, 7.0], [0.0, 0.0, 1.0]),
+            ([0.0, INF, INF], [0.0, 1.0, 0.0]),
+            ([-INF, -INF, -INF], [1.0, 0.0, 0.0]),
+            ([0.0, NAN, 1.0], [NAN; 3]),
+        ],
+    );
+    assert_eq!(
+        [
+            f64::logsumexp(&[]),
+            f64::logsumexp(&[-INF]),
+            f64::logsumexp(&[0.0, INF])
+        ],
+        [-INF, -INF, INF]
+    );
+    assert!(f64::logsumexp(&[INF, NAN]).is_nan());
+    assert_eq!(f64::logsumexp(&[-1000.0, -1000.0]), 2f64.ln() - 1000.0);
+}
+
+/// Every special function of one number, and the functions of slices.
+#[derive(Clone)]
+struct All;
+
+impl Function for All {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (a, b) = (x[0], x[1]);
+        let of_a =
+            a.erf() + a.erfc() * a.ln_gamma() + a.digamma() * a.trigamma() + a.cot_pi() + a.xlogx();
+        of_a + a.xlogy(b) * R::norm(&[a, b, a]) + R::logsumexp(&[a, b, a * b])
+    }
+}
+
+/// A recording is replayed in SIMD lanes. The points are on both sides of the switches between formulas.
+#[test]
+fn lanes_agree_with_single_points() {
+    let point = |k: u8| {
+        [
+            0.3 + 0.3701 * f64::from(k),
+            (9.13 - 0.35 * f64::from(k)).abs(),
+        ]
+    };
+    let points: Vec<[f64; 2]> = (0..50).map(point).collect();
+    let recorded = Recorded::new(&All, 2).expect("no values are asked for");
+    for (x, (value, slopes)) in points.iter().zip(recorded.values_and_gradients(&points)) {
+        // Lanes round multiply-adds once. Some twenty terms are summed.
+        assert_close(&[value], &[All.eval(x)], 1e-13);
+        assert_close(&slopes, &gradient(|x| All.eval(x), x), 1e-13);
+    }
+}
+
+/// At the zero of the digamma function, where the logarithm of the gamma function is least, the slope keeps its digits.
+#[test]
+fn the_minimum_of_the_gamma_function_is_sharp() {
+    // By mpmath: psi(0, 1.461632144968) at 40 digits.
+    let slope = gradient(|x| x[0].ln_gamma(), &[1.461632144968])[0];
+    let expected = -3.505395133995687e-13;
+    assert!(((slope - expected) / expected).abs() < 1e-15, "{slope:e}");
+}
