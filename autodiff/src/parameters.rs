@@ -4,6 +4,7 @@
 //! number type. [`value_and_gradient`] then takes and returns the struct itself, and [`names`](Parameters::names) gives
 //! a gradient check the name of each number.
 //!
+//! - Your `Cargo.toml` must call this crate `autodiff`.
 //! - The struct may also have lifetime and constant parameters, but no other type parameters.
 //! - Bounds on the number type must follow from [`Real`].
 //! - Fields may be numbers, other structs with `Parameters`, and `Vec`s, arrays and `Option`s of these. With

@@ -32,7 +32,7 @@ pub use crate::mask::Mask;
 /// new function is a new variant of [`Elementary`], whose [`value`](Elementary::value) works for any number.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a number type that can be differentiated: it does not implement `Real`",
-    note = "arguments and points are `f64` or `f32`: write `1.0`, not `1`"
+    note = "write `1.0`, not `1`; for two constants `lit(2.0 * 3.0)`; for an `Element` its field `.0`"
 )]
 pub trait Real:
     Copy

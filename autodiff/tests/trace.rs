@@ -28,6 +28,14 @@ impl Function for Chain {
     }
 }
 
+/// The closure of a gradient can be traced as it is, with floats beside numbers.
+#[test]
+fn a_closure_with_floats_is_traced() {
+    let found = first_non_finite(|x| vec![2.0 * (x[0] * 0.5 - 3.0).ln() + 1.0], &[4.0]);
+    let found = found.expect("a NaN");
+    assert_eq!((found.operation, found.number), ("ln", 3));
+}
+
 #[test]
 fn the_first_of_many_nans_is_named() {
     let found = origin(&Chain, &[1.0, 2.0]).expect("a NaN");

@@ -325,6 +325,7 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 /// assert_eq!(entries[2..5], [-2.0, 2.0, 0.0]); // row 1: by x[0], x[1], x[2]
 /// ```
 ///
+/// # Panics
 /// If the lengths of `x` or of the values do not match the pattern, or if a value depends on an argument that the
 /// pattern leaves out. To find such an argument, the derivative along a test direction is compared with the entries. A
 /// missing entry that is smaller than about 1e-5 of its row may not be noticed. If `x` belongs to an outer tape, the

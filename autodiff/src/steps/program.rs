@@ -130,7 +130,7 @@ impl<R: Real> Program<R> {
     /// impl Kernel<3, 2> for Push {
     ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3]) -> [R; 2] {
-    ///         let v = v + R::lit(0.1) * (force - x * v);
+    ///         let v = v + R::lit(0.1) * (force - x);
     ///         [x + R::lit(0.1) * v, v]
     ///     }
     /// }

@@ -4,8 +4,9 @@
 //! whose infinity or NaN reaches the result, with its operands and its line. An infinity that a
 //! [`select`](crate::Real::select) drops is not reported. Tracing costs nothing in other modes.
 //!
-//! If the function itself takes a derivative, for example by [`gradient`](crate::gradient), the reported line
-//! is in this crate. Then trace the inner function by itself.
+//! If the function itself takes a derivative, for example by [`gradient`](crate::gradient), or runs a
+//! [`Sum`](crate::data::Sum), the reported line is in this crate. Then trace the inner function, or the summand at a
+//! datum, by itself.
 
 mod origin;
 mod traced;

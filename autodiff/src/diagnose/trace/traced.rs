@@ -7,7 +7,7 @@ use num_traits::Zero;
 use super::origin::{CLEAN, Origin, count, note};
 use crate::constant::printed;
 use crate::dual::Dual;
-use crate::operators::{literal_operators, operators};
+use crate::operators::{closure_operators, literal_operators, operators};
 use crate::real::{Accepts, Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
@@ -252,3 +252,4 @@ operators! {
 }
 
 literal_operators! { [R: Real] Traced<R> }
+closure_operators! { [R: Real] Traced<R> }
