@@ -412,9 +412,10 @@ pub(crate) fn browser() -> Option<&'static str> {
 /// Options for the browser: it loads only the page and does not use a graphics card.
 const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-sync --disable-component-update \
-    --virtual-time-budget=1000 --dump-dom";
+    --virtual-time-budget=5000 --dump-dom";
 
-/// Opens a file in the browser. Returns the document after its scripts have run for a second of virtual time.
+/// Opens a file in the browser. Returns the document after its scripts have run for five seconds of virtual time: on a busy
+/// machine, one second has passed before the first frame is drawn.
 pub(crate) fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
     let page = profile.path().join("page.html");
