@@ -1,7 +1,7 @@
 //! Linear equations on a graph, solved in every step, must agree with Gaussian elimination in plain code.
 
-use crate::steps::{Step, Turn, assert_same};
-use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use crate::steps::{Step, Turn, assert_as_alone, assert_same};
+use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Var};
 
 /// A model with `N` unknowns per node. In every step, the solution of the equations becomes the new state.
 #[derive(Clone)]
@@ -167,33 +167,18 @@ fn starts_with_their_own_matrices_run_together() {
         })
         .collect();
     let rollout = Rollout::new(model.clone(), 3);
-    let gradient = |robots: &[Vec<f64>]| {
-        let mut tape = Tape::new();
-        let last = tape.record(&robots.concat(), |x: &[Var<f64>]| {
-            let robots: Vec<_> = x.chunks_exact(robots[0].len()).collect();
-            let starts: Vec<_> = robots.iter().map(|x| &x[..shapes[0]]).collect();
-            let given = robots.iter().map(|x| {
-                let (nodes, edges) = x[shapes[0]..].split_at(shapes[1]);
-                model.parameters(&[nodes, edges])
-            });
-            let given: Vec<Vec<Vec<_>>> = given.collect();
-            let of = |k: usize| given.iter().map(|given| &given[k][..]).collect::<Vec<_>>();
-            let parameters: Vec<Vec<&[_]>> = (0..given[0].len()).map(of).collect();
-            let parameters: Vec<_> = parameters.iter().map(|of| Given::Each(of)).collect();
-            rollout.run_batch(&starts, &parameters).concat()
+    assert_as_alone(&robots, |robots| {
+        let starts: Vec<_> = robots.iter().map(|x| &x[..shapes[0]]).collect();
+        let given = robots.iter().map(|x| {
+            let (nodes, edges) = x[shapes[0]..].split_at(shapes[1]);
+            model.parameters(&[nodes, edges])
         });
-        let values: Vec<f64> = last.iter().map(|x| x.value()).collect();
-        let ones = vec![1.0; values.len()];
-        (values, tape.pullback(&last, &ones).to_vec())
-    };
-    let (values, gradients) = gradient(&robots);
-    let alone = robots
-        .iter()
-        .map(|robot| gradient(std::slice::from_ref(robot)));
-    let (each_value, each_gradient): (Vec<_>, Vec<_>) = alone.unzip();
-    assert!(values.iter().all(|x| x.is_finite()));
-    assert_eq!(values, each_value.concat());
-    assert_eq!(gradients, each_gradient.concat());
+        let given: Vec<Vec<Vec<_>>> = given.collect();
+        let of = |k: usize| given.iter().map(|given| &given[k][..]).collect::<Vec<_>>();
+        let parameters: Vec<Vec<&[_]>> = (0..given[0].len()).map(of).collect();
+        let parameters: Vec<_> = parameters.iter().map(|of| Given::Each(of)).collect();
+        rollout.run_batch(&starts, &parameters)
+    });
 }
 
 /// An edge that was removed from a graph has no effect and no cotangent.

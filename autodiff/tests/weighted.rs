@@ -1,7 +1,7 @@
 //! Weighted arrays and offsets in a program must agree with the same numbers computed in plain code.
 
-use crate::steps::{Step, Turn, assert_same};
-use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use crate::steps::{Step, Turn, assert_as_alone, assert_same};
+use autodiff::{Given, Kernel, Model, Program, Real, Rollout};
 
 /// A model that uses the weighted means. Two arrays are weighted as offsets and one as values, and there is an input.
 #[derive(Clone)]
@@ -84,36 +84,15 @@ fn starts_with_their_own_weights_run_together() {
             (0..count).map(|i| (by * i as f64 + by).sin()).collect()
         };
         let robot = |k: usize| {
-            let weights: Vec<f64> = numbers(len, 1.1 + k as f64)
-                .into_iter()
-                .map(weight)
-                .collect();
-            [numbers(3 * len, 0.7 + k as f64), weights]
+            let weights = numbers(len, 1.1 + k as f64).into_iter().map(weight);
+            let state = numbers(3 * len, 0.7 + k as f64);
+            state.into_iter().chain(weights).collect()
         };
-        let robots: Vec<[Vec<f64>; 2]> = (0..11).map(robot).collect();
-        let gradient = |robots: &[[Vec<f64>; 2]]| {
-            let flat: Vec<f64> = robots.iter().flatten().flatten().copied().collect();
-            let mut tape = Tape::new();
-            let last = tape.record(&flat, |x: &[Var<f64>]| {
-                let parts = |from: usize, len: usize| -> Vec<&[Var<f64>]> {
-                    x.chunks_exact(4 * robots[0][1].len())
-                        .map(|x| &x[from..][..len])
-                        .collect()
-                };
-                let (starts, weights) = (parts(0, 3 * len), parts(3 * len, len));
-                let seen = rollout.run_batch(&starts, &[Given::Each(&weights)]);
-                seen.concat()
-            });
-            let values: Vec<f64> = last.iter().map(|x| x.value()).collect();
-            let ones = vec![1.0; values.len()];
-            (values, tape.pullback(&last, &ones).to_vec())
-        };
-        let (values, gradients) = gradient(&robots);
-        let alone = robots
-            .iter()
-            .map(|robot| gradient(std::slice::from_ref(robot)));
-        let (each_value, each_gradient): (Vec<_>, Vec<_>) = alone.unzip();
-        assert_eq!(values, each_value.concat(), "{len}");
-        assert_eq!(gradients, each_gradient.concat(), "{len}");
+        let robots: Vec<Vec<f64>> = (0..11).map(robot).collect();
+        assert_as_alone(&robots, |robots| {
+            let parts = robots.iter().map(|robot| robot.split_at(3 * len));
+            let (starts, weights): (Vec<_>, Vec<_>) = parts.unzip();
+            rollout.run_batch(&starts, &[Given::Each(&weights)])
+        });
     }
 }

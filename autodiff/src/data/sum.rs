@@ -17,8 +17,8 @@ pub trait Summand: Send + Sync + 'static {
 ///
 /// The summand is recorded once, without values. The recording is replayed over blocks of data, one datum in each SIMD
 /// lane, for the value and for the gradient. On the reverse tape the whole sum is one fused entry. A summand that calls
-/// [`Real::fused`], [`Mask::any`], [`Mask::all`], [`Real::primal`] or `is_zero` cannot be recorded without values. It runs on an ordinary tape, datum by
-/// datum, which is much slower.
+/// [`Real::fused`], [`Mask::any`], [`Mask::all`], [`Real::primal`] or `is_zero` cannot be recorded without values. It
+/// runs on an ordinary tape, datum by datum, which is much slower.
 ///
 /// [`Mask::any`]: crate::Mask::any
 /// [`Mask::all`]: crate::Mask::all

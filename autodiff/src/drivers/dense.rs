@@ -44,6 +44,7 @@ impl<R> Dense<R> {
     }
 
     /// Creates a matrix from rows of equal length.
+    #[cfg(feature = "rayon")]
     pub(crate) fn of_rows(columns: usize, rows: Vec<Vec<R>>) -> Self {
         let count = rows.len();
         Self::new(count, columns, rows.into_iter().flatten().collect())

@@ -40,18 +40,23 @@ pub fn value_and_gradient<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Var<R>,
     x: &[R],
 ) -> (R, Vec<R>) {
-    swept(Box::new(function), x)
+    let mut gradient = Vec::new();
+    let value = swept(Box::new(function), x, &mut |slopes| {
+        gradient = slopes.to_vec()
+    });
+    (value, gradient)
 }
 
 /// A boxed function of variables.
 type Boxed<'f, R> = Box<dyn FnOnce(&[Var<R>]) -> Var<R> + 'f>;
 
-/// Records the function and sweeps back. It takes the function as a boxed closure, so that it is compiled once for each
-/// number type and not once for each closure.
-fn swept<R: Real>(function: Boxed<R>, x: &[R]) -> (R, Vec<R>) {
+/// Records the function, sweeps back, and gives the gradient to `take`. Returns the value. Both closures are behind
+/// pointers, so that this is compiled once for each number type and not once for each closure.
+pub(super) fn swept<R: Real>(function: Boxed<R>, x: &[R], take: &mut dyn FnMut(&[R])) -> R {
     with_tape(|tape| {
         let y = tape.record(x, function);
-        (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())
+        take(tape.pullback(&[y], &[R::one()]));
+        y.value()
     })
 }
 

@@ -3,7 +3,8 @@
 use super::dense::Dense;
 use super::gradient::gradient;
 use super::jacobian::parts;
-use super::seed::{CHUNK, along, seeded};
+use super::seed::{CHUNK, along};
+use super::values::value_gradient_hessian;
 use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::Var;
@@ -41,26 +42,5 @@ pub fn hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],
 ) -> Dense<R> {
-    all_rows(&function, x)
-}
-
-/// A variable that carries several tangents: a reverse variable over dual numbers.
-type Nested<R> = Var<Dual<R, CHUNK>>;
-
-/// Implements [`hessian`] for a function behind a reference, so that it is compiled once per number type.
-fn all_rows<R: Real>(function: &dyn Fn(&[Nested<R>]) -> Nested<R>, x: &[R]) -> Dense<R> {
-    let passes = (0..x.len()).step_by(CHUNK);
-    let rows = passes.flat_map(|first| hessian_rows(function, x, first));
-    Dense::of_rows(x.len(), rows.collect())
-}
-
-/// Returns the rows of the Hessian that one pass computes, beginning with the row `first`.
-pub(crate) fn hessian_rows<R: Real>(
-    function: &dyn Fn(&[Nested<R>]) -> Nested<R>,
-    x: &[R],
-    first: usize,
-) -> Vec<Vec<R>> {
-    let gradient = gradient(function, &seeded(x, first));
-    let row = |i: usize| gradient.iter().map(|g| g.tangent[i]).collect();
-    (0..CHUNK.min(x.len() - first)).map(row).collect()
+    value_gradient_hessian(function, x).2
 }

@@ -1,9 +1,10 @@
 //! Computes derivatives of the third and of higher orders.
 
 use super::dense::Dense;
+use super::gradient::swept;
 use crate::dual::Dual;
 use crate::real::Real;
-use crate::reverse::{Var, with_tape};
+use crate::reverse::Var;
 
 /// A dual number of a dual number, which carries derivatives up to the second order.
 pub type Dual2<R> = Dual<Dual<R, 1>, 1>;
@@ -48,7 +49,7 @@ impl<D: Nested> Nested for Dual<D, 1> {
     }
 }
 
-/// Implements [`Nested`] for a number type that is no dual number.
+/// Implements [`Nested`] for a number type that is not a dual number.
 macro_rules! innermost {
     ($([$($generics:tt)*] $number:ty),*) => {
         $(
@@ -157,23 +158,23 @@ pub fn third_derivatives<R: Real>(
     function: impl Fn(&[Var<Dual2<R>>]) -> Var<Dual2<R>>,
     x: &[R],
 ) -> ThirdDerivatives<R> {
-    swept(&function, x)
+    all_passes(&function, x)
 }
 
 /// A variable that carries two derivatives.
 type Moving<R> = Var<Dual2<R>>;
 
 /// Implements [`third_derivatives`] for a function behind a reference, so that it is compiled once per number type.
-fn swept<R: Real>(function: &dyn Fn(&[Moving<R>]) -> Moving<R>, x: &[R]) -> ThirdDerivatives<R> {
+fn all_passes<R: Real>(
+    function: &dyn Fn(&[Moving<R>]) -> Moving<R>,
+    x: &[R],
+) -> ThirdDerivatives<R> {
     let (n, mut value) = (x.len(), R::zero());
     let (mut gradient, mut hessian) = (vec![R::zero(); n], vec![R::zero(); n * n]);
     let mut third = Vec::with_capacity(n * pair(0, n));
     for j in 0..n.max(1) {
         for i in 0..=j {
-            with_tape(|tape| {
-                let y = tape.record(&seeded(x, i, j), function);
-                value = y.value().value.value;
-                let slopes = tape.pullback(&[y], &[Dual2::lit(1.0)]);
+            let take = &mut |slopes: &[Dual2<R>]| {
                 for (k, slope) in slopes.iter().enumerate() {
                     gradient[k] = slope.value.value;
                     // Both triangles get the same number.
@@ -183,7 +184,10 @@ fn swept<R: Real>(function: &dyn Fn(&[Moving<R>]) -> Moving<R>, x: &[R]) -> Thir
                     }
                     third.push(slope.tangent[0].tangent[0]);
                 }
-            });
+            };
+            value = swept(Box::new(function), &seeded(x, i, j), take)
+                .value
+                .value;
         }
     }
     ThirdDerivatives {

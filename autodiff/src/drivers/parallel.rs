@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use super::dense::Dense;
-use super::hessian::hessian_rows;
+use super::gradient::gradient;
 use super::jacobian::joined_columns;
 use super::seed::{CHUNK, WIDE, seeded};
 use super::sparse::Pattern;
@@ -83,7 +83,16 @@ pub fn hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>> + Sync,
     x: &[R],
 ) -> Dense<R> {
-    let pass = |first| hessian_rows(&function, x, first);
+    let pass = |first| {
+        let gradient = gradient(&function, &seeded(x, first));
+        let row = |i: usize| {
+            gradient
+                .iter()
+                .map(|g: &Dual<R, CHUNK>| g.tangent[i])
+                .collect()
+        };
+        (0..CHUNK.min(x.len() - first)).map(row).collect()
+    };
     let rows: Vec<Vec<Vec<R>>> = firsts(x.len()).map(pass).collect();
     Dense::of_rows(x.len(), rows.concat())
 }

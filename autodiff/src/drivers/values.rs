@@ -1,11 +1,12 @@
 //! Computes derivatives together with the values, in new vectors or in buffers of the caller.
 
 use super::dense::Dense;
+use super::gradient::swept;
 use super::jacobian::{Values, values_and_columns};
 use super::seed::{CHUNK, WIDE, each_pass, seeded};
 use crate::dual::Dual;
 use crate::real::Real;
-use crate::reverse::{Var, with_tape};
+use crate::reverse::Var;
 
 /// Returns the values at `x` and the [`jacobian`](crate::jacobian), with one row per value and one column per argument.
 /// The values cost nothing extra.
@@ -73,17 +74,11 @@ pub fn value_and_gradient_into<R: Real>(
     x: &[R],
     gradient: &mut [R],
 ) -> R {
-    let function: Box<Scalar<R>> = Box::new(function);
     check(gradient, x.len(), "gradient");
-    with_tape(|tape| {
-        let y = tape.record(x, function);
-        gradient.copy_from_slice(tape.pullback(&[y], &[R::one()]));
-        y.value()
+    swept(Box::new(function), x, &mut |slopes| {
+        gradient.copy_from_slice(slopes)
     })
 }
-
-/// A function with one value, in reverse mode.
-type Scalar<'f, R> = dyn FnOnce(&[Var<R>]) -> Var<R> + 'f;
 
 /// Returns the value, the gradient and the [`hessian`](crate::hessian) at `x`. The value and the gradient cost nothing
 /// extra.
@@ -116,7 +111,7 @@ pub fn value_gradient_hessian_into<R: Real>(
     gradient: &mut [R],
     hessian: &mut [R],
 ) -> R {
-    swept(&function, x, gradient, hessian)
+    all_passes(&function, x, gradient, hessian)
 }
 
 /// A variable that carries several tangents.
@@ -124,7 +119,7 @@ type Nested<R> = Var<Dual<R, CHUNK>>;
 
 /// Implements [`value_gradient_hessian_into`] for a function behind a reference, so that it is compiled once per number
 /// type.
-fn swept<R: Real>(
+fn all_passes<R: Real>(
     function: &dyn Fn(&[Nested<R>]) -> Nested<R>,
     x: &[R],
     gradient: &mut [R],
@@ -134,25 +129,19 @@ fn swept<R: Real>(
     check(gradient, n, "gradient");
     check(hessian, n * n, "hessian");
     let mut value = R::zero();
-    for first in firsts(n) {
-        with_tape(|tape| {
-            let y = tape.record(&seeded(x, first), function);
-            value = y.value().value;
-            let slopes = tape.pullback(&[y], &[Dual::constant(R::one())]);
+    // At least one pass, because it computes the value even if there are no arguments.
+    for first in (0..n.max(1)).step_by(CHUNK) {
+        let take = &mut |slopes: &[Dual<R, CHUNK>]| {
             for (j, slope) in slopes.iter().enumerate() {
                 gradient[j] = slope.value;
                 for (row, &second) in (first..n).zip(&slope.tangent) {
                     hessian[row * n + j] = second;
                 }
             }
-        });
+        };
+        value = swept(Box::new(function), &seeded(x, first), take).value;
     }
     value
-}
-
-/// Returns, for every pass, the index of its first column. There is at least one pass, which computes the values.
-fn firsts(columns: usize) -> impl Iterator<Item = usize> {
-    (0..columns.max(1)).step_by(CHUNK)
 }
 
 #[track_caller]

@@ -2,7 +2,7 @@
 
 use crate::common::{Formula, Sym, formula};
 use crate::net::{taken_from, weighted_squares};
-use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
+use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, Tape, Var, gradient};
 
 // Miri is slow, so it gets the fewest steps that suffice.
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
@@ -89,6 +89,33 @@ pub(crate) fn assert_same(model: impl Step) {
     for (program, plain) in program.iter().zip(derivatives(&plain, &x, &along)) {
         assert_close(program, &plain);
     }
+}
+
+/// Asserts that robots that run together have the values and the gradients of robots that run alone, bit by bit. `run`
+/// gets the numbers of each robot.
+#[track_caller]
+pub(crate) fn assert_as_alone(
+    robots: &[Vec<f64>],
+    run: impl Fn(&[&[Var<f64>]]) -> Vec<Vec<Var<f64>>>,
+) {
+    let gradient = |robots: &[Vec<f64>]| {
+        let mut tape = Tape::new();
+        let last = tape.record(&robots.concat(), |x: &[Var<f64>]| {
+            let robots: Vec<&[Var<f64>]> = x.chunks_exact(robots[0].len()).collect();
+            run(&robots).concat()
+        });
+        let values: Vec<f64> = last.iter().map(|x| x.value()).collect();
+        let ones = vec![1.0; values.len()];
+        (values, tape.pullback(&last, &ones).to_vec())
+    };
+    let (values, gradients) = gradient(robots);
+    let alone = robots
+        .iter()
+        .map(|robot| gradient(std::slice::from_ref(robot)));
+    let (each_value, each_gradient): (Vec<_>, Vec<_>) = alone.unzip();
+    assert!(values.iter().all(|x| x.is_finite()));
+    assert_eq!(values, each_value.concat());
+    assert_eq!(gradients, each_gradient.concat());
 }
 
 /// A kernel that mixes two numbers and keeps them small. It is algebraic, so that the many programs that use it compile

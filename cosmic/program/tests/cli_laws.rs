@@ -180,6 +180,9 @@ fn rhythm_is_a_policy() {
     for name in ["sine", "cosine", "shift"] {
         assert_eq!(design["controller"][name].as_array().map(Vec::len), edges);
     }
+    let program = built().join("examples/rhythm");
+    let line = format!("gradcheck {SHORT} --set controller.policy=\"reflex\"");
+    has(&run_of(&program, &bench, &line), &["stretch", "touch"]);
     for line in ["evaluate a/design.json", "report a"] {
         let told = bench.cosmic(line);
         told.fails(2, &["names an unknown policy", "rhythm"]);

@@ -23,16 +23,15 @@ pub(super) struct Band {
     /// The distance from the beginning of a column to that of the next one, in numbers of one start. After the last
     /// diagonal there are zeros, so that whole parts can be loaded.
     stride: usize,
-    pub(super) starts: usize,
 }
 
+/// Methods take the number of starts as an argument, because callers give it as a constant where it is 1.
 impl Band {
     pub(super) fn new(size: usize, below: usize, starts: usize) -> Self {
         Self {
             size,
             below,
             stride: below + 1 + PART.div_ceil(starts),
-            starts,
         }
     }
 

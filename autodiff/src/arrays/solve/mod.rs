@@ -28,6 +28,7 @@ pub(crate) struct Solve<R> {
     outputs: Vec<Array>,
     /// For each node, the place of its first unknown in the order of elimination.
     places: Vec<usize>,
+    starts: usize,
     band: Band,
     /// The matrix and then its factor. The reverse sweep computes it again, which takes less time than to load it.
     matrix: Vec<R>,
@@ -107,6 +108,7 @@ impl<R: Real> Solve<R> {
             matrix: vec![R::zero(); band.len() * starts],
             side: vec![R::zero(); band.len_of_side() * starts],
             places,
+            starts,
             band,
         }
     }
@@ -262,14 +264,14 @@ impl<R: Real> LaneOperation<R> for Solve<R> {
     // For a single start the number of starts is a constant, so the loops over starts disappear.
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
-        match self.band.starts {
+        match self.starts {
             1 => self.forward_of::<L>(1, parameters, row),
             starts => self.forward_of::<L>(starts, parameters, row),
         }
     }
     #[inline(always)]
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
-        match self.band.starts {
+        match self.starts {
             1 => self.reverse_of::<L>(1, values, bars),
             starts => self.reverse_of::<L>(starts, values, bars),
         }

@@ -45,8 +45,8 @@ struct Entry<R> {
 
 /// The index of a cotangent that is not used. It stands for an operand that gets no cotangent.
 const NONE: u32 = 0;
-/// Stands for the operands of an operation that is no function of one or two numbers, or has a partial of zero, whose
-/// product with an infinite cotangent would be NaN.
+/// Marks an operation whose operands are read from the operation itself. It is not a function of one or two numbers, or it
+/// has a partial of zero, whose product with an infinite cotangent would be NaN.
 const SEVERAL: u32 = u32::MAX;
 
 /// Returns the index of the cotangent of the number at `place`.
