@@ -8,6 +8,8 @@ use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Var};
 struct Solving<const N: usize> {
     nodes: usize,
     edges: Vec<[usize; 2]>,
+    /// Nodes, and unit vectors along which the solution is 0. The vectors of a node are perpendicular.
+    held: Vec<(usize, [f64; N])>,
     /// Whether the program is recorded without its number type.
     any: bool,
 }
@@ -20,6 +22,21 @@ const fn entries(n: usize) -> usize {
 impl<const N: usize> Solving<N> {
     fn graph(&self) -> Graph {
         Graph::new(self.nodes, &self.edges)
+    }
+
+    /// The projections of the nodes onto their held directions: an array for each entry of the lower triangle. There are
+    /// none if nothing is held.
+    fn projections(&self) -> Vec<Vec<f64>> {
+        if self.held.is_empty() {
+            return Vec::new();
+        }
+        let mut projections = vec![vec![0.0; self.nodes]; entries(N)];
+        for &(node, vector) in &self.held {
+            for (row, column) in (0..N).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+                projections[entries(row) + column][node] += vector[row] * vector[column];
+            }
+        }
+        projections
     }
 
     /// The lower triangles of symmetric blocks, which are positive definite if `least` is above 0: an array for each entry,
@@ -49,9 +66,13 @@ impl<const N: usize> Model for Solving<N> {
             .map(|_| p.parameter(graph.slots()))
             .collect();
         let x = [(); N].map(|()| p.state(self.nodes));
-        let next = match self.any {
-            true => p.any().solve(&graph, &nodes, &edges, x),
-            false => p.solve(&graph, &nodes, &edges, x),
+        let held: Vec<_> = (0..self.projections().len())
+            .map(|_| p.parameter(self.nodes))
+            .collect();
+        let next = match (self.any, held.is_empty()) {
+            (true, _) => p.any().solve_held(&graph, &nodes, &edges, &held, x),
+            (false, true) => p.solve(&graph, &nodes, &edges, x),
+            (false, false) => p.solve_held(&graph, &nodes, &edges, &held, x),
         };
         for (x, next) in x.into_iter().zip(next) {
             let [next] = p.map(Turn, [next, x]);
@@ -68,13 +89,17 @@ impl<const N: usize> Step for Solving<N> {
     fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
         let nodes = Self::blocks(given[0], self.nodes, 1.0);
         let edges = Self::blocks(given[1], self.graph().slots(), 0.0);
-        [nodes, edges].concat()
+        let held = self.projections().into_iter();
+        let held = held.map(|entry| entry.into_iter().map(R::lit).collect());
+        [nodes, edges, held.collect()].concat()
     }
     fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
         let (n, slots) = (N * self.nodes, self.graph().slot_of_edge().to_vec());
         let parameters = self.parameters(given);
         let (nodes, edges) = parameters.split_at(entries(N));
-        let mut a = vec![vec![R::zero(); n]; n];
+        // Each held direction has a multiplier: the force that holds it.
+        let all = n + self.held.len();
+        let mut a = vec![vec![R::zero(); all]; all];
         let of = |row: usize, column: usize| entries(row.max(column)) + row.min(column);
         for (row, column) in (0..N).flat_map(|row| (0..N).map(move |column| (row, column))) {
             let at = |node: usize, unknown: usize| unknown * self.nodes + node;
@@ -88,7 +113,16 @@ impl<const N: usize> Step for Solving<N> {
                 }
             }
         }
-        let x = eliminated(a, state.to_vec());
+        for (k, (node, vector)) in self.held.iter().enumerate() {
+            for (unknown, &component) in vector.iter().enumerate() {
+                let at = unknown * self.nodes + node;
+                a[at][n + k] = R::lit(component);
+                a[n + k][at] = R::lit(component);
+            }
+        }
+        let mut b = state.to_vec();
+        b.resize(all, R::zero());
+        let x = eliminated(a, b);
         let pairs = x.iter().zip(state);
         pairs
             .map(|(&x, &old)| Kernel::eval(&Turn, [x, old])[0])
@@ -132,6 +166,7 @@ fn ladder<const N: usize>(rungs: usize) -> Solving<N> {
     Solving {
         nodes: 2 * rungs + 1,
         edges,
+        held: Vec::new(),
         any: rungs % 2 == 1,
     }
 }
@@ -148,7 +183,29 @@ fn the_solution_is_that_of_gaussian_elimination() {
         assert_same(Solving::<2> {
             nodes: 6,
             edges,
+            held: Vec::new(),
             any: true,
+        });
+    }
+}
+
+/// Node 1 is held along one direction, node 2 along two; nodes 1 and 2 share an edge.
+fn held_ladder(rungs: usize) -> Solving<2> {
+    let (sin, cos) = 0.4_f64.sin_cos();
+    Solving {
+        held: vec![(1, [cos, sin]), (2, [-sin, cos]), (2, [cos, sin])],
+        ..ladder(rungs)
+    }
+}
+
+#[test]
+fn held_directions_are_those_of_lagrange_multipliers() {
+    assert_same(held_ladder(2));
+    if !cfg!(miri) {
+        assert_same(held_ladder(5));
+        assert_same(Solving::<1> {
+            held: vec![(3, [1.0])],
+            ..ladder(3)
         });
     }
 }
@@ -156,7 +213,11 @@ fn the_solution_is_that_of_gaussian_elimination() {
 /// Starts that have their own matrices must give the values and gradients of single rollouts, bit by bit.
 #[test]
 fn starts_with_their_own_matrices_run_together() {
-    let model = ladder::<2>(if cfg!(miri) { 2 } else { 5 });
+    assert_starts_run_together(&ladder::<2>(if cfg!(miri) { 2 } else { 5 }));
+    assert_starts_run_together(&held_ladder(2));
+}
+
+fn assert_starts_run_together(model: &Solving<2>) {
     let shapes = model.shapes();
     let robots: Vec<Vec<f64>> = (0..11)
         .map(|k| {
@@ -179,6 +240,43 @@ fn starts_with_their_own_matrices_run_together() {
         let parameters: Vec<_> = parameters.iter().map(|of| Given::Each(of)).collect();
         rollout.run_batch(&starts, &parameters)
     });
+}
+
+/// The sum of the numbers of a node's edges is the diagonal of the matrix of the edges.
+#[test]
+fn numbers_of_edges_are_summed_at_both_ends() {
+    #[derive(Clone)]
+    struct Degrees(Solving<1>);
+    impl Model for Degrees {
+        fn record<R: Real>(&self, p: &mut Program<R>) {
+            let graph = self.0.graph();
+            let edge = p.parameter(graph.slots());
+            let x = p.state(self.0.nodes);
+            let sum = match self.0.any {
+                true => p.any().sum_at_nodes(&graph, edge),
+                false => p.sum_at_nodes(&graph, edge),
+            };
+            let [next] = p.map(Turn, [sum, x]);
+            p.advance(x, next);
+        }
+    }
+    impl Step for Degrees {
+        fn shapes(&self) -> Vec<usize> {
+            vec![self.0.nodes, self.0.graph().slots()]
+        }
+        fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+            let slots = self.0.graph().slot_of_edge().to_vec();
+            let of_node = |node: usize| {
+                let edges = self.0.edges.iter().zip(&slots);
+                let here = edges.filter(|(ends, _)| ends.contains(&node));
+                let sum = here.fold(R::zero(), |sum, (_, &slot)| sum + given[0][slot]);
+                Kernel::eval(&Turn, [sum, state[node]])[0]
+            };
+            (0..self.0.nodes).map(of_node).collect()
+        }
+    }
+    assert_same(Degrees(ladder(3)));
+    assert_same(Degrees(ladder(4)));
 }
 
 /// An edge that was removed from a graph has no effect and no cotangent.

@@ -16,6 +16,7 @@ pub(crate) mod dense;
 mod map;
 mod edges;
 mod gather;
+mod node_sum;
 mod weighted;
 mod solve;
 
@@ -28,6 +29,7 @@ pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
 pub use kernel::{Kernel, Pullback, vjp_by_duals};
 pub(crate) use map::Map;
+pub(crate) use node_sum::NodeSum;
 pub(crate) use operation::{InLanes, Operation};
 pub(crate) use row::{Bars, RowLayout, StepValues};
 pub(crate) use solve::{Solve, triangle};

@@ -192,12 +192,39 @@ impl AnyProgram<'_> {
         edges: &[Array],
         b: [Array; N],
     ) -> [Array; N] {
-        let equations = [nodes, edges, &b];
+        self.solve_held(graph, nodes, edges, &[], b)
+    }
+
+    /// Like [`Program::solve_held`].
+    ///
+    /// # Panics
+    /// Like [`Program::solve_held`].
+    pub fn solve_held<const N: usize>(
+        &mut self,
+        graph: &Graph,
+        nodes: &[Array],
+        edges: &[Array],
+        held: &[Array],
+        b: [Array; N],
+    ) -> [Array; N] {
+        let equations = [nodes, edges, &b, held];
         array(match &mut self.0 {
             Numbers::Double(program) => program.solve_all(graph, equations),
             Numbers::Single(program) => program.solve_all(graph, equations),
             Numbers::Other(program) => program.solve_any(graph, equations),
         })
+    }
+
+    /// Like [`Program::sum_at_nodes`].
+    ///
+    /// # Panics
+    /// Like [`Program::sum_at_nodes`].
+    pub fn sum_at_nodes(&mut self, graph: &Graph, x: Array) -> Array {
+        match &mut self.0 {
+            Numbers::Double(program) => program.sum_at_nodes(graph, x),
+            Numbers::Single(program) => program.sum_at_nodes(graph, x),
+            Numbers::Other(program) => program.sum_at_nodes_any(graph, x),
+        }
     }
 }
 
@@ -219,7 +246,8 @@ trait Replaying {
         uniforms: &[Array],
     ) -> Vec<Array>;
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array;
-    fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 3]) -> Vec<Array>;
+    fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 4]) -> Vec<Array>;
+    fn sum_at_nodes_any(&mut self, graph: &Graph, x: Array) -> Array;
 }
 
 impl<R: Real> Replaying for Program<R> {
@@ -249,7 +277,11 @@ impl<R: Real> Replaying for Program<R> {
         self.gather(x, indices)
     }
 
-    fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 3]) -> Vec<Array> {
+    fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 4]) -> Vec<Array> {
         self.solve_all(graph, equations)
+    }
+
+    fn sum_at_nodes_any(&mut self, graph: &Graph, x: Array) -> Array {
+        self.sum_at_nodes(graph, x)
     }
 }

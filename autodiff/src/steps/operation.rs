@@ -1,7 +1,7 @@
 //! The kinds of operations in a step.
 
 use crate::arrays::{
-    Array, Bars, DenseLayer, Gather, InLanes, Operation, Solve, StepValues, Weighted,
+    Array, Bars, DenseLayer, Gather, InLanes, NodeSum, Operation, Solve, StepValues, Weighted,
 };
 use crate::real::Real;
 use crate::record::ReplayedKernel;
@@ -15,6 +15,7 @@ pub(crate) enum StepOperation<R: Real> {
     Replayed(ReplayedKernel),
     Gather(InLanes<Gather>),
     Weighted(InLanes<Weighted>),
+    NodeSum(InLanes<NodeSum>),
     Solve(Box<InLanes<Solve<R>>>),
     Dense(Box<DenseLayer<R>>),
 }
@@ -27,6 +28,7 @@ macro_rules! each {
             StepOperation::Replayed($operation) => $work,
             StepOperation::Gather($operation) => $work,
             StepOperation::Weighted($operation) => $work,
+            StepOperation::NodeSum($operation) => $work,
             StepOperation::Solve(boxed) => {
                 let $operation = boxed.$open();
                 $work

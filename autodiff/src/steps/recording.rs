@@ -3,8 +3,8 @@
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Operation,
-    Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
+    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, NodeSum,
+    Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
 };
 use crate::real::Real;
 
@@ -424,26 +424,65 @@ impl<R: Real> Program<R> {
         edges: &[Array],
         b: [Array; N],
     ) -> [Array; N] {
-        arrays(&self.solve_all(graph, [nodes, edges, &b]))
+        arrays(&self.solve_all(graph, [nodes, edges, &b, &[]]))
     }
 
-    /// Implements [`solve`](Program::solve).
+    /// Like [`solve`](Program::solve), but some directions are held: the solution is 0 in these directions, and the
+    /// equations hold in all others. So a wall keeps a node from moving through it, or a cell has a fixed temperature.
+    ///
+    /// `held` has a symmetric block for each node, as `nodes` does: the projection onto its held directions, which is `n n'`
+    /// for one unit vector `n`. A block of zeros holds nothing. `held` has no derivative.
+    ///
+    /// # Panics
+    /// Like [`solve`](Program::solve).
+    pub fn solve_held<const N: usize>(
+        &mut self,
+        graph: &Graph,
+        nodes: &[Array],
+        edges: &[Array],
+        held: &[Array],
+        b: [Array; N],
+    ) -> [Array; N] {
+        arrays(&self.solve_all(graph, [nodes, edges, &b, held]))
+    }
+
+    /// Sums numbers of edges at their ends: returns an array over the nodes, with the sum of `x` over all edges that begin
+    /// or end at the node. `x` has one number for each [slot](Graph::slots).
+    ///
+    /// # Panics
+    /// If `x` does not have one number for each slot, or belongs to another program.
+    pub fn sum_at_nodes(&mut self, graph: &Graph, x: Array) -> Array {
+        self.assert_known(&[x]);
+        assert_eq!(
+            x.len(),
+            graph.slots(),
+            "sum_at_nodes: `x` must have one number for each slot"
+        );
+        let output = self.output(graph.nodes());
+        let sum = NodeSum::new(graph, x, output);
+        self.operations.push(StepOperation::NodeSum(InLanes(sum)));
+        output
+    }
+
+    /// Implements [`solve`](Program::solve) and [`solve_held`](Program::solve_held).
     pub(super) fn solve_all(
         &mut self,
         graph: &Graph,
-        [nodes, edges, b]: [&[Array]; 3],
+        [nodes, edges, b, held]: [&[Array]; 4],
     ) -> Vec<Array> {
-        self.assert_known(&[nodes, edges, b].concat());
+        self.assert_known(&[nodes, edges, b, held].concat());
         let entries = triangle(b.len()).len();
         assert!(
-            nodes.len() == entries && edges.len() == entries,
+            nodes.len() == entries && edges.len() == entries && [0, entries].contains(&held.len()),
             "solve: blocks for {} unknowns per node have {entries} entries in their lower triangle",
             b.len()
         );
         let fits = |arrays: &[Array], len: usize| arrays.iter().all(|array| array.len() == len);
         assert!(
-            fits(nodes, graph.nodes()) && fits(b, graph.nodes()),
-            "solve: each array of `nodes` and `b` must have one number for each node"
+            [nodes, b, held]
+                .iter()
+                .all(|arrays| fits(arrays, graph.nodes())),
+            "solve: each array of `nodes`, `b` and `held` must have one number for each node"
         );
         assert!(
             fits(edges, graph.slots()),
@@ -451,7 +490,7 @@ impl<R: Real> Program<R> {
         );
         assert!(b.len() * graph.nodes() > 0, "solve: there must be unknowns");
         let x = self.outputs(graph.nodes(), b.len());
-        let solve = Solve::new(graph, [nodes, edges, b], &x, self.starts);
+        let solve = Solve::new(graph, [nodes, edges, b, held], &x, self.starts);
         self.operations
             .push(StepOperation::Solve(Box::new(InLanes(solve))));
         x

@@ -21,6 +21,11 @@ pub(crate) fn triangle(n: usize) -> Vec<[usize; 2]> {
 /// Implements [`Program::solve`](crate::Program::solve).
 pub(crate) struct Solve<R> {
     entries: Vec<Entry>,
+    /// The projection of every node onto its held directions, as arrays of the lower triangle; empty if nothing is held.
+    held: Vec<Array>,
+    /// The nodes with a held direction in one of the starts.
+    holds: Vec<bool>,
+    edges: Vec<[usize; 2]>,
     /// The right-hand side: an array for each unknown of a node.
     b: Vec<Array>,
     /// For each array of the right-hand side, whether it carries derivatives.
@@ -59,11 +64,11 @@ struct EdgeEntry {
 }
 
 impl<R: Real> Solve<R> {
-    /// Creates the operation from the arrays of the nodes, of the edges and of the right-hand side, and its outputs.
-    /// `starts` rollouts run together.
+    /// Creates the operation from the arrays of the nodes, of the edges, of the right-hand side and of the held
+    /// directions, and its outputs. `starts` rollouts run together.
     pub(crate) fn new(
         graph: &Graph,
-        [nodes, edges, b]: [&[Array]; 3],
+        [nodes, edges, b, held]: [&[Array]; 4],
         outputs: &[Array],
         starts: usize,
     ) -> Self {
@@ -102,6 +107,9 @@ impl<R: Real> Solve<R> {
                 .zip(arrays)
                 .map(entry)
                 .collect(),
+            held: held.to_vec(),
+            holds: vec![false; graph.nodes()],
+            edges: ends,
             b: b.to_vec(),
             is_active: vec![true; b.len()],
             outputs: outputs.to_vec(),
@@ -138,7 +146,109 @@ impl<R: Real> Solve<R> {
                 }
             }
         }
-        self.band.factorize::<R, L>(starts, matrix);
+        self.hold_matrix(starts, values);
+        self.band.factorize::<R, L>(starts, &mut self.matrix);
+    }
+
+    /// The entry of `I - F` for a node, where `F` is the projection onto the node's held directions.
+    #[inline(always)]
+    fn free(&self, values: StepValues<R>, at: usize, row: usize, column: usize) -> R {
+        let (low, high) = (row.min(column), row.max(column));
+        let held = values.get(self.held[high * (high + 1) / 2 + low])[at];
+        if row == column {
+            R::one() - held
+        } else {
+            -held
+        }
+    }
+
+    /// Removes the held directions from the matrix `A`: replaces it by `G A G + F`, where `F` projects onto the held
+    /// directions and `G = I - F`. Only blocks of nodes with held directions change.
+    #[inline(always)]
+    fn hold_matrix(&mut self, starts: usize, values: StepValues<R>) {
+        if self.held.is_empty() {
+            return;
+        }
+        for node in 0..self.places.len() {
+            let mut holds = false;
+            for held in &self.held {
+                for s in 0..starts {
+                    holds |= !values.get(*held)[node * starts + s].is_zero();
+                }
+            }
+            self.holds[node] = holds;
+            for s in 0..if holds { starts } else { 0 } {
+                self.hold_block(starts, values, [node, node], s);
+            }
+        }
+        for k in 0..self.edges.len() {
+            let [a, b] = self.edges[k];
+            if self.holds[a] || self.holds[b] {
+                let ends = if self.places[a] < self.places[b] {
+                    [b, a]
+                } else {
+                    [a, b]
+                };
+                for s in 0..starts {
+                    self.hold_block(starts, values, ends, s);
+                }
+            }
+        }
+    }
+
+    /// Removes the held directions from the block with the rows of one node and the columns of another, or of the same
+    /// node. The second node is not after the first in the order of elimination.
+    #[inline(always)]
+    fn hold_block(
+        &mut self,
+        starts: usize,
+        values: StepValues<R>,
+        [below, before]: [usize; 2],
+        s: usize,
+    ) {
+        let n = self.outputs.len();
+        let index = |row: usize, column: usize| {
+            let (first, last) = (self.places[before] + column, self.places[below] + row);
+            self.band.index(last.max(first), last.min(first)) * starts + s
+        };
+        let mut block = vec![R::zero(); n * n];
+        for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let left = self.free(values, below * starts + s, row, i);
+                let right = self.free(values, before * starts + s, j, column);
+                block[row * n + column] += left * self.matrix[index(i, j)] * right;
+            }
+            if below == before {
+                let free = self.free(values, below * starts + s, row, column);
+                let unit = if row == column { R::one() } else { R::zero() };
+                block[row * n + column] += unit - free;
+            }
+        }
+        for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+            let at = index(row, column);
+            self.matrix[at] = block[row * n + column];
+        }
+    }
+
+    /// Removes the held directions from the vector in `side`.
+    #[inline(always)]
+    fn hold_side(&mut self, starts: usize, values: StepValues<R>) {
+        if self.held.is_empty() {
+            return;
+        }
+        let n = self.outputs.len();
+        for node in (0..self.places.len()).filter(|node| self.holds[*node]) {
+            for s in 0..starts {
+                let at = |row: usize| (self.places[node] + row) * starts + s;
+                let before: Vec<R> = (0..n).map(|row| self.side[at(row)]).collect();
+                for row in 0..n {
+                    let terms =
+                        (0..n).map(|i| self.free(values, node * starts + s, row, i) * before[i]);
+                    let sum = terms.fold(R::zero(), |sum, term| sum + term);
+                    self.side[at(row)] = sum;
+                }
+            }
+        }
     }
 
     /// Copies one unknown of all nodes of the right-hand side.
@@ -174,6 +284,7 @@ impl<R: Real> Solve<R> {
         for unknown in 0..self.b.len() {
             self.set_side(starts, unknown, values.get(self.b[unknown]));
         }
+        self.hold_side(starts, values);
         self.solve::<L>(starts);
         for unknown in 0..self.outputs.len() {
             let output = self.outputs[unknown];
@@ -188,7 +299,7 @@ impl<R: Real> Solve<R> {
 
     /// Implements [`LaneOperation::reverse_in`]. The reverse of `A x = b` is one more solution with the same factor: with
     /// `A w = x_bar`, the cotangent of `b` is `w`, and that of `A` is `-w x'`. A block of an edge acts on the difference
-    /// between its ends.
+    /// between its ends. Held directions are removed from `w`, as from `x`.
     #[inline(always)]
     fn reverse_of<L: Lane<R>>(&mut self, starts: usize, values: StepValues<R>, bars: &mut Bars<R>) {
         self.factorize::<L>(starts, values);
@@ -196,6 +307,7 @@ impl<R: Real> Solve<R> {
             self.set_side(starts, unknown, &bars.row[self.outputs[unknown].range()]);
         }
         self.solve::<L>(starts);
+        self.hold_side(starts, values);
         for unknown in 0..self.b.len() {
             if self.is_active[unknown] {
                 let bar = bars.get_mut(self.b[unknown]);
