@@ -2,7 +2,9 @@
 //! gradients agree with the file within its tolerances.
 
 use cosmic::scene::edges;
-use cosmic_tests::{Reference, numbers, own_reference_folder, reference_folder, references};
+use cosmic_tests::{
+    Reference, numbers, own_reference_folder, reference_folder, references, workspace,
+};
 use serde_json::Value;
 
 /// The name of the tolerance for a result. `path` consists of the keys under which the file has the result.
@@ -39,12 +41,22 @@ fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) 
 
 #[test]
 fn every_case_is_reproduced() {
-    for reference in references(&reference_folder()) {
+    assert_reproduced(&references(&reference_folder()));
+}
+
+/// The cases of the implicit step, which an independent program has computed.
+#[test]
+fn implicit_steps_are_reproduced() {
+    assert_reproduced(&references(&workspace().join("tests/data/implicit")));
+}
+
+fn assert_reproduced(references: &[Reference]) {
+    for reference in references {
         let results = reference.case().evaluate(true, &[]);
         let results = results.unwrap_or_else(|error| panic!("{error}"));
         let got: Value = serde_json::from_str(&results.to_json()).expect("results are JSON");
         let expected = &reference.json["results"];
-        let fields = compare(&reference, &[], &got["results"], expected);
+        let fields = compare(reference, &[], &got["results"], expected);
         println!("{}: {fields} fields", reference.name());
         assert!(fields > 20, "{} lists almost nothing", reference.name());
     }

@@ -189,6 +189,7 @@ fn integrator_text(physics: &PhysicsSettings) -> String {
     let name = match physics.integrator {
         Integrator::SymplecticEuler => "symplectic Euler",
         Integrator::Leapfrog => "leapfrog",
+        Integrator::Implicit => "implicit",
     };
     match physics.substeps {
         1 => name.to_owned(),

@@ -156,6 +156,8 @@ keys! {
     integrator: Integrator = physics.integrator,
     #[serde(default = "one", skip_serializing_if = "is_one")]
     substeps: usize = physics.substeps,
+    #[serde(default = "two", skip_serializing_if = "is_two")]
+    passes: usize = physics.passes,
     contact: LawFile = physics.contact,
     mu: f64 = physics.friction,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -274,6 +276,14 @@ fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D
 
 fn one<T: From<u8>>() -> T {
     T::from(1)
+}
+
+fn two() -> usize {
+    2
+}
+
+fn is_two(option: &usize) -> bool {
+    *option == two()
 }
 
 fn mlp() -> String {

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
 use autodiff::{AnyProgram, Array, Dual, Pullback, Real};
 
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum, add};
 use super::law::{Law, StepInput, step_inputs};
+use super::slopes::{Slopes, Stretched, Tensions};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
@@ -38,17 +39,28 @@ impl<R: Real> Bar<R> {
     /// Describes the bar of an edge. The four given numbers are the edge's activation, stiffness, rest length and
     /// strain at full activation. The rate is 0 unless `needs_rate` is true.
     #[inline(always)]
-    fn new<const D: usize>(
+    fn of_edge<const D: usize>(
         edge: &EdgeVector<R, D>,
         length: R,
         needs_rate: bool,
-        [activation, stiffness, rest_length, strain]: [R; 4],
+        given: [R; 4],
     ) -> Self {
         let rate = if needs_rate {
             edge.rate(length)
         } else {
             R::zero()
         };
+        Self::new(length, rate, given)
+    }
+
+    /// Describes a bar by its length, the rate of its length, and its activation, stiffness, rest length and strain at
+    /// full activation.
+    #[inline(always)]
+    pub(super) fn new(
+        length: R,
+        rate: R,
+        [activation, stiffness, rest_length, strain]: [R; 4],
+    ) -> Self {
         Self {
             length,
             rate,
@@ -155,7 +167,7 @@ impl<L: BarForce> Tension<L> {
         settings: &Uniforms<R>,
     ) -> Vector<R, D> {
         let length = edge.length(self.softening);
-        let bar = Bar::new(&edge, length, L::NEEDS_RATE, given);
+        let bar = Bar::of_edge(&edge, length, L::NEEDS_RATE, given);
         let per_length = L::tension(&self.law.of(settings), bar) * R::lit(self.dt) / length;
         edge.d * per_length
     }
@@ -220,7 +232,7 @@ impl<L: BarForce> OnBars<L> {
             pose.body.strain[edge],
         ];
         let length = between.length(pose.lattice.softening());
-        Bar::new(&between, length, true, given)
+        Bar::of_edge(&between, length, true, given)
     }
 
     /// A derivative of the tension: with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise with
@@ -315,6 +327,34 @@ impl<L: BarForce> Force for OnBars<L> {
             p.map_edges_with(step.graph, tension, ends, &edge, &given.inputs)
         };
         add(p, before, Vector::new(impulses))
+    }
+
+    fn is_along_bars(&self) -> bool {
+        true
+    }
+
+    fn record_slopes(
+        &self,
+        p: &mut AnyProgram,
+        bars: &Stretched,
+        given: &Given<Array>,
+        before: Option<Tensions>,
+    ) -> Option<Tensions> {
+        let [length, rate] = bars.length;
+        let edge = [
+            length,
+            rate,
+            bars.activation,
+            bars.stiffness,
+            bars.rest_length,
+            bars.strain,
+        ];
+        let own = p.map_with(Slopes(self.0.clone()), edge, &given.inputs);
+        let Some(before) = before.map(Tensions::array) else {
+            return Some(own.into());
+        };
+        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]])[0]);
+        Some(sum.into())
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {

@@ -5,10 +5,11 @@ use std::fmt::Debug;
 use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
 use autodiff::{AnyProgram, Array, Pullback, Real};
 
+use super::hold::{Grip, Landing};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::{Drift, Flight, Particle};
 use super::terrain::{NONE, Terrain, Way};
-use crate::geometry::Vector;
+use crate::geometry::{Plane, Vector};
 use crate::settings::Settings;
 
 /// A node at the moment when it meets the ground.
@@ -49,7 +50,17 @@ pub trait Contact: Law {
         }
     }
 
-    /// Computes the node after a drift over terrain. If the node meets a segment of the terrain, the law gets the
+    /// The largest friction of this law, as a multiple of the impulse out of the ground. An implicit step needs it; above
+    /// 1000 a node sticks. By default it is measured: by how much the law slows down a node that moves fast along the
+    /// ground and into it at 1 m/s.
+    #[inline(always)]
+    fn grip<R: Real>(law: &Self::Of<R>) -> R {
+        let fast = R::lit(FAST);
+        let (velocity, rest) = (Vector::<R, 2>::upright(fast, -R::one()), R::zero());
+        fast - Self::respond(law, Impact { velocity, rest }).forward()
+    }
+
+    /// Computes the node after a drift over terrain, which ignores segment number `but` at first. If the node meets a segment of the terrain, the law gets the
     /// components of the velocity along that segment and out of it. If the rest of the drift leads into another
     /// segment, as in a corner, the law is applied a second time. If the node would sink into the ground even then, it
     /// stops in the corner.
@@ -59,10 +70,11 @@ pub trait Contact: Law {
         terrain: &Terrain,
         drift: &Drift,
         node: Particle<R, D>,
+        but: R,
     ) -> Particle<R, D> {
         let left = R::lit(drift.dt);
         let mut way = Way { node, left };
-        let mut met = R::lit(NONE);
+        let mut met = but;
         for _ in 0..2 {
             let meeting = terrain.meet(&way, met);
             let Way { node, left } = meeting.reached(&way);
@@ -138,6 +150,9 @@ macro_rules! emitted_adjoints {
 }
 pub(super) use emitted_adjoints;
 
+/// The speed, m/s, with which [`Contact::grip`] measures friction.
+const FAST: f64 = 2e3;
+
 /// The kind of ground that a node drifts over: [`Flat`] or [`Terrain`].
 pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
     /// Computes the node after a drift over this ground with a contact law.
@@ -147,6 +162,22 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D>;
+
+    /// Like [`drift`](Self::drift), but the node does not meet segment number `but`; -1 stands for no segment.
+    fn drift_but<C: Contact, R: Real, const D: usize>(
+        &self,
+        law: &C::Of<R>,
+        drift: &Drift,
+        node: Particle<R, D>,
+        but: R,
+    ) -> Particle<R, D>;
+
+    /// Whether a node meets the ground within a time `dt` (s) in which it moves at constant velocity, and the number of the
+    /// segment that it meets. They have no derivative.
+    fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R);
+
+    /// The plane of a segment.
+    fn plane<R: Real>(&self, segment: R) -> Plane<R>;
 
     /// The adjoint of the kernel [`Flying`] over this ground.
     #[inline(always)]
@@ -185,6 +216,32 @@ impl Underfoot for Flat {
     }
 
     #[inline(always)]
+    fn drift_but<C: Contact, R: Real, const D: usize>(
+        &self,
+        law: &C::Of<R>,
+        drift: &Drift,
+        node: Particle<R, D>,
+        but: R,
+    ) -> Particle<R, D> {
+        let [falls, slides] = [C::drift(law, drift, node), node.after(R::lit(drift.dt))];
+        let ignored = R::lit(NONE).less(but);
+        Particle {
+            x: Vector::select(ignored, slides.x, falls.x),
+            v: Vector::select(ignored, slides.v, falls.v),
+        }
+    }
+
+    #[inline(always)]
+    fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
+        (Drift { dt }.touch(node).0, R::zero())
+    }
+
+    #[inline(always)]
+    fn plane<R: Real>(&self, _: R) -> Plane<R> {
+        Plane::LEVEL.lit()
+    }
+
+    #[inline(always)]
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C>,
         at: Pullback<R, 7, 4, M>,
@@ -211,7 +268,30 @@ impl Underfoot for Terrain {
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
-        C::drift_over(law, self, drift, node)
+        C::drift_over(law, self, drift, node, R::lit(NONE))
+    }
+
+    #[inline(always)]
+    fn drift_but<C: Contact, R: Real, const D: usize>(
+        &self,
+        law: &C::Of<R>,
+        drift: &Drift,
+        node: Particle<R, D>,
+        but: R,
+    ) -> Particle<R, D> {
+        C::drift_over(law, self, drift, node, but)
+    }
+
+    #[inline(always)]
+    fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
+        let left = R::lit(dt);
+        let meeting = self.meet(&Way { node, left }, R::lit(NONE));
+        (meeting.touches, meeting.segment)
+    }
+
+    #[inline(always)]
+    fn plane<R: Real>(&self, segment: R) -> Plane<R> {
+        self.plane_of(segment)
     }
 }
 
@@ -303,6 +383,17 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
         terrain: Option<&Terrain>,
         pushed: Pushed,
     ) -> Particle<Array>;
+    /// Records the largest friction of the law, as an array of one number. `any` is an array of one number.
+    fn grip(&self, p: &mut AnyProgram, any: Array, settings: &[Array]) -> Array;
+    /// Records the end of an implicit step with the kernel [`Landing`], and returns the nodes after it.
+    fn land(
+        &self,
+        p: &mut AnyProgram,
+        dt: f64,
+        terrain: Option<&Terrain>,
+        node: [Array; 9],
+        settings: &[Array],
+    ) -> Particle<Array>;
     /// Records a drift of all nodes with the kernel [`Drifting`], and returns the nodes after it.
     fn drift(
         &self,
@@ -372,6 +463,39 @@ impl<C: Contact> AnyContact for C {
                 },
                 node,
                 pushed.uniforms,
+            ),
+        })
+    }
+    fn grip(&self, p: &mut AnyProgram, any: Array, settings: &[Array]) -> Array {
+        p.map_with(Grip(self.clone()), [any], settings)[0]
+    }
+    fn land(
+        &self,
+        p: &mut AnyProgram,
+        dt: f64,
+        terrain: Option<&Terrain>,
+        node: [Array; 9],
+        settings: &[Array],
+    ) -> Particle<Array> {
+        let contact = self.clone();
+        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
+            None => p.map_with(
+                Landing {
+                    contact,
+                    ground: Flat,
+                    dt,
+                },
+                node,
+                settings,
+            ),
+            Some(ground) => p.map_with(
+                Landing {
+                    contact,
+                    ground,
+                    dt,
+                },
+                node,
+                settings,
             ),
         })
     }

@@ -55,6 +55,11 @@ impl Contact for Coulomb {
         }
     }
 
+    #[inline(always)]
+    fn grip<R: Real>(law: &Coulomb<R>) -> R {
+        law.friction
+    }
+
     fn with_friction(self, friction: f64) -> Self {
         Self { friction }
     }

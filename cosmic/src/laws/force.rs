@@ -8,6 +8,7 @@ use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
 use super::law::StepInput;
 use super::motion::Particle;
+use super::slopes::{Stretched, Tensions};
 use super::stiffness::Stiffness;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
@@ -125,6 +126,24 @@ pub trait Force: Debug + Send + Sync {
         given: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array>;
+
+    /// True if this force acts along bars, and implements [`record_slopes`](Force::record_slopes). An implicit step takes
+    /// the impulses of other forces from [`record`](Force::record), as if they did not change during the step.
+    fn is_along_bars(&self) -> bool {
+        false
+    }
+
+    /// Records the tension that this force adds to every bar, with its slopes. Returns the sum with `before`, the tensions
+    /// of earlier forces. `None` unless the force [acts along bars](Force::is_along_bars).
+    fn record_slopes(
+        &self,
+        _p: &mut AnyProgram,
+        _bars: &Stretched,
+        _given: &Given<Array>,
+        _before: Option<Tensions>,
+    ) -> Option<Tensions> {
+        None
+    }
 
     /// The forces on a node: one entry for each part of this force that acts on the node.
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;

@@ -59,6 +59,17 @@ impl Terrain {
         Some(Self { segments })
     }
 
+    /// The plane of segment number `segment`; of the first segment for other numbers. It has no derivative.
+    #[inline(always)]
+    pub(super) fn plane_of<R: Real>(&self, segment: R) -> Plane<R> {
+        let mut plane = self.segments[0].plane.lit();
+        for k in 1..self.segments.len() {
+            let is_next = R::lit(k as f64 - 0.5).less(segment);
+            plane = Plane::select(is_next, self.segments[k].plane.lit(), plane);
+        }
+        plane
+    }
+
     /// Finds the first segment of the terrain that a node meets on its way. Ignores segment number `but`. The result
     /// has no derivative.
     #[inline(always)]

@@ -17,6 +17,7 @@ pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
     let substep = match physics.integrator {
         Integrator::SymplecticEuler => step_limit(frequency, physics.damping, eta),
         Integrator::Leapfrog => leapfrog_limit(frequency, physics.damping, eta),
+        Integrator::Implicit => f64::INFINITY,
     };
     substep * physics.substeps as f64
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use autodiff::{Array, Graph, Program, Real};
 
+use super::implicit::Implicit;
 use super::parameters::{Parameters, Road};
 use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
@@ -22,6 +23,8 @@ use crate::scene::{Integrator, PhysicsSettings};
 #[derive(Clone, Debug)]
 pub(super) struct Mechanics {
     substeps: usize,
+    /// The number of passes of an implicit step; `None` for an explicit integrator.
+    passes: Option<usize>,
     /// The drift before the push; `None` for an integrator without one.
     first: Option<Drift>,
     /// The time for which the forces push in a substep, s.
@@ -29,9 +32,9 @@ pub(super) struct Mechanics {
     /// The softening of lengths, m^2.
     softening: f64,
     pub(super) flight: Flight,
-    contact: Arc<dyn AnyContact>,
+    pub(super) contact: Arc<dyn AnyContact>,
     /// The profile of the ground above the ground line; `None` if the ground is a straight line.
-    terrain: Option<Terrain>,
+    pub(super) terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
     /// Gravity (m/s^2), then the settings of the contact law, then the settings of each force.
@@ -44,7 +47,7 @@ impl Mechanics {
         let decay = (-physics.damping * h).exp();
         // Leapfrog applies half of the damping after the push. This half also reduces the velocity that the push adds.
         let (first, drift, push) = match physics.integrator {
-            Integrator::SymplecticEuler => (None, Drift { dt: h }, h),
+            Integrator::SymplecticEuler | Integrator::Implicit => (None, Drift { dt: h }, h),
             Integrator::Leapfrog => {
                 let half = Drift { dt: 0.5 * h };
                 (Some(half), half, h * decay.sqrt())
@@ -52,6 +55,7 @@ impl Mechanics {
         };
         let mechanics = Self {
             substeps: physics.substeps,
+            passes: (physics.integrator == Integrator::Implicit).then_some(physics.passes),
             first,
             push,
             softening: lattice.softening(),
@@ -152,6 +156,17 @@ impl Mechanics {
                 softening: self.softening,
                 vertical: self.ground.vertical(),
             };
+            if let Some(passes) = self.passes {
+                let (mechanics, step) = (self, &step);
+                nodes = Implicit {
+                    mechanics,
+                    passes,
+                    given,
+                    step,
+                }
+                .record(p);
+                continue;
+            }
             let mut impulses = None;
             for (force, given) in self.forces.iter().zip(&given.forces) {
                 impulses = Some(force.record(p, &step, given, impulses));

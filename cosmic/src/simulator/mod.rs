@@ -6,6 +6,7 @@
 
 mod surroundings;
 mod parameters;
+mod implicit;
 mod mechanics;
 mod robot;
 mod energy;

@@ -1,0 +1,340 @@
+//! The implicit step: bars pull with the forces that they will have at the end of the step, and nodes that touch the
+//! ground are held while the velocities are solved for. It stays stable with stiff bars.
+//!
+//! A step is implicit Euler, solved by Newton's method; each of its iterations is a *pass*. Vectors and blocks are those
+//! of `tests/data/implicit/README.md`, which has the equations and compares this step with others.
+
+use autodiff::{AnyProgram, Array, Kernel, Real};
+
+use super::mechanics::Mechanics;
+use super::parameters::Parameters;
+use crate::geometry::Vector;
+use crate::laws::{
+    Along, Equation, FirstPass, Flat, FreeEquation, Hold, Impulse, Linear, NextPass, Particle,
+    Passing, Reaction, Step, Stretched, Sum, Tensions,
+};
+
+/// An implicit step of all nodes, as it is recorded.
+pub(super) struct Implicit<'a> {
+    pub(super) mechanics: &'a Mechanics,
+    /// The number of passes, each of which solves linear equations.
+    pub(super) passes: usize,
+    pub(super) given: &'a Parameters<Array>,
+    /// The nodes at the start of the step, and what forces read besides. Its `dt` is the duration of the step.
+    pub(super) step: &'a Step<'a>,
+}
+
+/// What a pass leaves behind.
+struct Pass {
+    /// The velocity with which nodes move in the step, m/s.
+    moving: Vector<Array>,
+    /// The contacts; `None` in a world without ground.
+    hold: Option<Hold<Array>>,
+    /// The impulse of the ground on each node, N s. The last pass does not compute it.
+    reaction: Option<Vector<Array>>,
+    /// The sum of the blocks of each node's bars, kg.
+    of_bars: [Array; 3],
+}
+
+/// The bars, linearised at a base.
+struct Bars {
+    /// The impulse of each bar on its first node, N s.
+    impulse: Vector<Array>,
+    /// The lower triangle of the matrix by which a change of velocity changes the impulse, kg.
+    slopes: [Array; 3],
+}
+
+impl Implicit<'_> {
+    /// Records the step, and returns the nodes after it.
+    pub(super) fn record(&self, p: &mut AnyProgram) -> Particle<Array> {
+        let start = self.step.nodes;
+        let falling = Falling(self.mechanics.flight.decay);
+        let free = Vector::new(p.map_with(falling, start.v.array(), &self.given.contact[..2]));
+        let first = Particle { v: free, ..start };
+        let mut pass = self.pass(p, first, free, None);
+        for _ in 1..self.passes {
+            let moved = p.map(Moved(self.step.dt), both(start.x, pass.moving));
+            let base = Particle {
+                x: Vector::new(moved),
+                v: pass.moving,
+            };
+            pass = self.pass(p, base, free, Some(&pass));
+        }
+        self.land(p, &pass)
+    }
+
+    /// Records a pass about the positions and velocities of `base`. `free` is the velocity without bars, `before` the
+    /// pass before.
+    fn pass(
+        &self,
+        p: &mut AnyProgram,
+        base: Particle<Array>,
+        free: Vector<Array>,
+        before: Option<&Pass>,
+    ) -> Pass {
+        let graph = self.step.graph;
+        let bars = self.bars(p, base, before.is_none());
+        let hold = self.hold(p, base.v, before);
+        let (hold, change) = match hold {
+            Some((hold, change)) => (Some(hold), change),
+            None => {
+                let none = vec![None; graph.nodes()];
+                (None, base.v.map(|of| p.gather(of, &none)))
+            }
+        };
+        let impulses = self.impulses(p, base, &bars, change);
+        let solved = self.solve(p, [base.v, free, impulses, change], hold.as_ref(), &bars);
+        let change = change.zip_with(solved, |change, solved| p.map(Sum, [change, solved])[0]);
+        let moving = base
+            .v
+            .zip_with(change, |base, change| p.map(Sum, [base, change])[0]);
+        let reaction = hold.map(|_| {
+            let impulses = self.impulses(p, base, &bars, change);
+            Vector::new(p.map(Reaction, self.balance(moving, free, impulses)))
+        });
+        Pass {
+            moving,
+            hold,
+            reaction,
+            of_bars: match before {
+                Some(before) => before.of_bars,
+                None => bars.slopes.map(|entry| p.sum_at_nodes(graph, entry)),
+            },
+        }
+    }
+
+    /// The inputs of the kernel [`Reaction`].
+    fn balance(
+        &self,
+        moving: Vector<Array>,
+        free: Vector<Array>,
+        impulses: Vector<Array>,
+    ) -> [Array; 7] {
+        let ([wx, wy, fx, fy], [jx, jy]) = (both(moving, free), impulses.array());
+        [wx, wy, fx, fy, jx, jy, self.step.inverse_mass]
+    }
+
+    /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
+    fn bars(&self, p: &mut AnyProgram, base: Particle<Array>, from_start: bool) -> Bars {
+        let (step, nodes) = (self.step, self.step.graph.nodes_of_slot());
+        let [tails, heads] = [0, 1].map(|end| {
+            let ends: Vec<_> = nodes
+                .iter()
+                .map(|ends| ends.map(|ends| ends[end]))
+                .collect();
+            base.array().map(|of| p.gather(of, &ends))
+        });
+        let ([x, y, vx, vy], [to_x, to_y, to_vx, to_vy]) = (tails, heads);
+        let along = Along {
+            softening: step.softening,
+        };
+        let [length, rate, ux, uy, dvx, dvy] =
+            p.map(along, [x, y, vx, vy, to_x, to_y, to_vx, to_vy]);
+        let stretched = Stretched {
+            length: [length, rate],
+            activation: step.activation,
+            stiffness: step.stiffness,
+            rest_length: step.rest_length,
+            strain: step.strain,
+        };
+        let mut sum = None;
+        for (force, given) in self.mechanics.forces.iter().zip(&self.given.forces) {
+            let own = force.record_slopes(p, &stretched, given, sum);
+            sum = own.or(sum);
+        }
+        let Tensions {
+            tension,
+            by_length,
+            by_rate,
+        } = sum.expect("every robot has springs");
+        let linear = Linear {
+            dt: step.dt,
+            from_start,
+        };
+        let of_bar = [tension, by_length, by_rate, length, ux, uy, dvx, dvy];
+        let [jx, jy, xx, xy, yy] = p.map(linear, of_bar);
+        Bars {
+            impulse: Vector::new([jx, jy]),
+            slopes: [xx, xy, yy],
+        }
+    }
+
+    /// The impulses on all nodes (N s), if their velocities differ by `change` from the base: those of the bars, then those
+    /// of forces that do not act along bars.
+    fn impulses(
+        &self,
+        p: &mut AnyProgram,
+        base: Particle<Array>,
+        bars: &Bars,
+        change: Vector<Array>,
+    ) -> Vector<Array> {
+        let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
+        let per_edge = [jx, jy, xx, xy, yy];
+        let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
+        let at = Step {
+            nodes: base,
+            ..*self.step
+        };
+        let forces = self.mechanics.forces.iter().zip(&self.given.forces);
+        let others = forces.filter(|(force, _)| !force.is_along_bars());
+        others.fold(Vector::new(of_bars), |sum, (force, given)| {
+            force.record(p, &at, given, Some(sum))
+        })
+    }
+
+    /// Decides which nodes are held in a pass that begins with the velocity `moving`. Returns the contacts, and the change
+    /// of velocity that brings held nodes to the ground. `None` in a world without ground.
+    fn hold(
+        &self,
+        p: &mut AnyProgram,
+        moving: Vector<Array>,
+        before: Option<&Pass>,
+    ) -> Option<(Hold<Array>, Vector<Array>)> {
+        let (contact, nodes) = (&self.mechanics.contact, self.step.nodes);
+        if !contact.has_ground() {
+            return None;
+        }
+        let [any, _, settings @ ..] = &self.given.contact[..] else {
+            unreachable!("gravity has two components");
+        };
+        let grip = contact.grip(p, *any, settings);
+        let ([x, y, vx, vy], [wx, wy]) = (nodes.array(), moving.array());
+        let (dt, terrain) = (self.step.dt, self.mechanics.terrain.clone());
+        let results = match before {
+            None => {
+                let node = [x, y, vx, vy, wx, wy];
+                match terrain {
+                    None => p.map_with(FirstPass(Passing { ground: Flat, dt }), node, &[grip]),
+                    Some(ground) => p.map_with(FirstPass(Passing { ground, dt }), node, &[grip]),
+                }
+            }
+            Some(before) => {
+                let hold = before.hold.expect("the world has a ground");
+                let [jx, jy] = before.reaction.expect("a pass follows").array();
+                let [segment, is_held, sticks, is_new, impact, slip, ..] = hold.array();
+                let [xx, xy, yy] = before.of_bars;
+                let node = [
+                    x,
+                    y,
+                    vx,
+                    vy,
+                    wx,
+                    wy,
+                    self.step.inverse_mass,
+                    segment,
+                    is_held,
+                    sticks,
+                    is_new,
+                    impact,
+                    slip,
+                    jx,
+                    jy,
+                    xx,
+                    xy,
+                    yy,
+                ];
+                match terrain {
+                    None => p.map_with(NextPass(Passing { ground: Flat, dt }), node, &[grip]),
+                    Some(ground) => p.map_with(NextPass(Passing { ground, dt }), node, &[grip]),
+                }
+            }
+        };
+        let [hold @ .., ex, ey] = results;
+        Some((Hold::new(hold), Vector::new([ex, ey])))
+    }
+
+    /// Solves for the velocities. The vectors are the base, the velocity without bars, the impulses and the change of held
+    /// nodes. Returns the change of velocity that is left.
+    fn solve(
+        &self,
+        p: &mut AnyProgram,
+        [base, free, impulses, change]: [Vector<Array>; 4],
+        hold: Option<&Hold<Array>>,
+        bars: &Bars,
+    ) -> Vector<Array> {
+        let graph = self.step.graph;
+        let Some(hold) = hold else {
+            let balance = self.balance(base, free, impulses);
+            let [bx, by, block @ ..] = p.map(FreeEquation, balance);
+            return Vector::new(p.solve(graph, &block, &bars.slopes, [bx, by]));
+        };
+        let [vx, vy, fx, fy, jx, jy, inverse_mass] = self.balance(base, free, impulses);
+        let [ex, ey] = change.array();
+        let node = [
+            ex,
+            ey,
+            vx,
+            vy,
+            fx,
+            fy,
+            jx,
+            jy,
+            inverse_mass,
+            hold.segment,
+            hold.is_held,
+            hold.sticks,
+            hold.slip,
+            hold.drag,
+        ];
+        let equation = match self.mechanics.terrain.clone() {
+            None => p.map(Equation(Flat), node),
+            Some(ground) => p.map(Equation(ground), node),
+        };
+        let [bx, by, xx, xy, yy, held @ ..] = equation;
+        Vector::new(p.solve_held(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
+    }
+
+    /// Records the end of the step: nodes move with the velocity of the last pass.
+    fn land(&self, p: &mut AnyProgram, last: &Pass) -> Particle<Array> {
+        let (x, moving, dt) = (self.step.nodes.x, last.moving, self.step.dt);
+        let Some(hold) = last.hold else {
+            return Particle {
+                x: Vector::new(p.map(Moved(dt), both(x, moving))),
+                v: moving,
+            };
+        };
+        let [x, y, wx, wy] = both(x, moving);
+        let node = [
+            x,
+            y,
+            wx,
+            wy,
+            hold.segment,
+            hold.is_held,
+            hold.sticks,
+            hold.slip,
+            hold.slid,
+        ];
+        let (contact, terrain) = (&self.mechanics.contact, self.mechanics.terrain.as_ref());
+        contact.land(p, dt, terrain, node, &self.given.contact[2..])
+    }
+}
+
+/// The components of two vectors, one after the other.
+fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
+    Particle { x: a, v: b }.array()
+}
+
+/// The kernel of the velocity without bars: damping by this factor, then the velocity that gravity adds (m/s), which is
+/// given by uniform inputs.
+struct Falling(f64);
+
+impl autodiff::arrays::UniformKernel<2, 2> for Falling {
+    const UNIFORMS: usize = 2;
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, v: [R; 2], gravity: &autodiff::arrays::Uniforms<R>) -> [R; 2] {
+        let gravity = Vector::new([gravity[0], gravity[1]]);
+        Vector::new(v).fma(R::lit(self.0), gravity).array()
+    }
+}
+
+/// The kernel of a position after a step of this duration (s), from the position and the velocity in the step.
+struct Moved(f64);
+
+impl Kernel<4, 2> for Moved {
+    #[inline(always)]
+    fn eval<R: Real>(&self, node: [R; 4]) -> [R; 2] {
+        Particle::new(node).after(R::lit(self.0)).x.array()
+    }
+}
