@@ -193,7 +193,12 @@ fn the_solution_is_that_of_gaussian_elimination() {
 fn held_ladder(rungs: usize) -> Solving<2> {
     let (sin, cos) = 0.4_f64.sin_cos();
     Solving {
-        held: vec![(1, [cos, sin]), (2, [-sin, cos]), (2, [cos, sin])],
+        held: vec![
+            (1, [cos, sin]),
+            (2, [-sin, cos]),
+            (2, [cos, sin]),
+            (3, [0.0, 1.0]),
+        ],
         ..ladder(rungs)
     }
 }

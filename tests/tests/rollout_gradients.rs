@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 12] = [
+const WORLDS: [&str; 16] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -28,6 +28,13 @@ const WORLDS: [&str; 12] = [
      [0.15, 0.01], [0.18, 0.003], [0.22, 0.01], [0.31, -0.01], [0.34, 0.008]]}",
     "physics = {contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = \
      'points', points = [[0.08, 0.0], [0.15, 0.01], [0.18, 0.003], [0.22, 0.01], [0.31, -0.01]]}",
+    "physics.integrator = 'implicit'",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, incline_deg = 15, passes = 3}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.3, substeps = 2, stiffening = 200, \
+     forces = ['damper', 'stops']}\nstops.at = 0.05",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, dt = 0.003}\nmaterials.stiffness = \
+     [1e-7, 1e5, 30.0]\nlattice.drop = 0.008\nground = {profile = 'points', points = [[0.08, 0.0], [0.15, 0.01], \
+     [0.18, 0.003], [0.22, 0.01], [0.31, -0.01]]}",
 ];
 
 #[test]

@@ -3,8 +3,8 @@
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, NodeSum,
-    Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
+    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, MOST_UNKNOWNS, Map, Matrix,
+    NodeSum, Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
 };
 use crate::real::Real;
 
@@ -434,7 +434,7 @@ impl<R: Real> Program<R> {
     /// for one unit vector `n`. A block of zeros holds nothing. `held` has no derivative.
     ///
     /// # Panics
-    /// Like [`solve`](Program::solve).
+    /// Like [`solve`](Program::solve). Also if a node has more than four unknowns.
     pub fn solve_held<const N: usize>(
         &mut self,
         graph: &Graph,
@@ -489,6 +489,10 @@ impl<R: Real> Program<R> {
             "solve: each array of `edges` must have one number for each slot"
         );
         assert!(b.len() * graph.nodes() > 0, "solve: there must be unknowns");
+        assert!(
+            held.is_empty() || b.len() <= MOST_UNKNOWNS,
+            "solve: nodes with held directions can have at most {MOST_UNKNOWNS} unknowns"
+        );
         let x = self.outputs(graph.nodes(), b.len());
         let solve = Solve::new(graph, [nodes, edges, b, held], &x, self.starts);
         self.operations

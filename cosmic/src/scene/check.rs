@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    GoalKind, GroundSettings, HorizonMode, LatticeKind, LatticeSettings, Layout, LossKind, Named,
-    ProfileKind, Scene, StartKind, TaskKind,
+    GoalKind, GroundSettings, HorizonMode, Integrator, LatticeKind, LatticeSettings, Layout,
+    LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -52,7 +52,7 @@ pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
         phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, searches, goals,
-        terrain,
+        steps_of, terrain,
     ] {
         rule(scene, &mut found);
     }
@@ -345,6 +345,16 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
             "two goals need the task \"far\", but the task is \"{}\"",
             task.name()
         ),
+    );
+}
+
+/// An implicit step treats bars as springs along their axis.
+fn steps_of(scene: &Scene, found: &mut Conflicts) {
+    let physics = &scene.physics;
+    found.require(
+        physics.integrator != Integrator::Implicit || physics.bending_radius == 0.0,
+        ["physics.integrator", "physics.bending_radius"],
+        "implicit steps of bars that resist bending are not supported; set physics.bending_radius to 0".to_owned(),
     );
 }
 

@@ -80,7 +80,7 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.controller.goals == GoalKind::Given;
     "start.tilt": "the initial design has more void on one side, which depends on the seed"
         if |s| s.start.tilt > 0.0;
-    "physics.integrator": "steps are integrated by leapfrog"
+    "physics.integrator": "steps are integrated by another method, leapfrog or an implicit one"
         if |s| s.physics.integrator != Integrator::SymplecticEuler;
     "physics.substeps": "the mechanics take shorter steps than the controller"
         if |s| s.physics.substeps != 1;

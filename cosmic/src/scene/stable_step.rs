@@ -4,11 +4,17 @@
 //! sqrt(2 (1 + exp(-damping dt)))`, and with leapfrog if and only if `dt omega < 2 sqrt(cosh(damping dt / 2))`. If the
 //! forces of a step also dampen the oscillation at a rate `eta`, `(dt omega)^2 + 2 dt eta` takes the place of `(dt
 //! omega)^2`. With substeps, `dt` is the length of a substep.
+//!
+//! An implicit step has no such limit. Its limit is that of rounding: if `(dt omega)^2`, the stiffness of a step divided by
+//! a mass, is above 1e13, the mass is lost in the rounding of the stiffness.
 
 use super::robot::{Integrator, PhysicsSettings};
 
 /// The largest number of iterations for the limit of leapfrog. Far fewer are almost always enough.
 const ITERATIONS: usize = 20_000;
+
+/// The `dt omega` above which rounding spoils an implicit step.
+const IMPLICIT: f64 = 3e6;
 
 /// The smallest time step, s, with which an oscillation of angular frequency `frequency` (1/s) grows, for the
 /// integrator and the substeps of `physics`. Infinite if it never grows. `eta` is the rate (1/s) at which forces dampen
@@ -17,7 +23,7 @@ pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
     let substep = match physics.integrator {
         Integrator::SymplecticEuler => step_limit(frequency, physics.damping, eta),
         Integrator::Leapfrog => leapfrog_limit(frequency, physics.damping, eta),
-        Integrator::Implicit => f64::INFINITY,
+        Integrator::Implicit => IMPLICIT / frequency,
     };
     substep * physics.substeps as f64
 }

@@ -194,10 +194,9 @@ impl Implicit<'_> {
         if !contact.has_ground() {
             return None;
         }
-        let [any, _, settings @ ..] = &self.given.contact[..] else {
-            unreachable!("gravity has two components");
-        };
-        let grip = contact.grip(p, *any, settings);
+        // The kernel does not read this number; a rest length has no derivative.
+        let any = p.gather(self.step.rest_length, &[Some(0)]);
+        let grip = contact.grip(p, any, &self.given.contact[2..]);
         let ([x, y, vx, vy], [wx, wy]) = (nodes.array(), moving.array());
         let (dt, terrain) = (self.step.dt, self.mechanics.terrain.clone());
         let results = match before {

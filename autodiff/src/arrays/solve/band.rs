@@ -21,7 +21,7 @@ pub(super) struct Band {
     /// The number of diagonals below the main diagonal.
     below: usize,
     /// The distance from the beginning of a column to that of the next one, in numbers of one start. After the last
-    /// diagonal there are zeros, so that whole parts can be loaded.
+    /// diagonal there are zeros, so that whole parts can be loaded, also from the row below.
     stride: usize,
 }
 
@@ -31,7 +31,7 @@ impl Band {
         Self {
             size,
             below,
-            stride: below + 1 + PART.div_ceil(starts),
+            stride: below + 2 + PART.div_ceil(starts),
         }
     }
 
@@ -50,6 +50,18 @@ impl Band {
         column * self.stride + row - column
     }
 
+    /// Replaces a row and its column by those of the unit matrix, for the start `s`.
+    #[inline(always)]
+    pub(super) fn set_unit<R: Real>(self, starts: usize, matrix: &mut [R], row: usize, s: usize) {
+        for column in row.saturating_sub(self.below)..row {
+            matrix[self.index(row, column) * starts + s] = R::zero();
+        }
+        for below in row + 1..self.size.min(row + self.below + 1) {
+            matrix[self.index(below, row) * starts + s] = R::zero();
+        }
+        matrix[self.index(row, row) * starts + s] = R::one();
+    }
+
     /// Replaces a symmetric positive definite matrix `A` by its factor: matrices `U` and `D` with `A = U D^-1 U'`, where `D`
     /// is the diagonal of the triangle `U`. The factor has `U` below the diagonal, and in it the inverses of the numbers of
     /// `D`.
@@ -58,38 +70,82 @@ impl Band {
     /// If the matrix is too short.
     #[inline(always)]
     pub(super) fn factorize<R: Real, L: Lane<R>>(self, starts: usize, matrix: &mut [R]) {
-        let (below, stride, len) = (self.below, self.stride * starts, (self.below + 1) * starts);
+        let stride = self.stride * starts;
         let matrix = &mut matrix[..self.size * stride];
-        for k in 0..self.size {
-            let (known, column) = matrix.split_at_mut(k * stride);
-            // A part of the column stays in registers while the columns before it are subtracted.
-            let mut part = 0;
-            while part < len {
-                let mut rest = [L::zero(); PART];
-                let registers = const { PART.div_ceil(L::N) };
-                // SAFETY: parts begin within the diagonals of a column, and after these a column has room for a part.
-                unsafe {
+        // Two columns at a time, because both need the same columns before them.
+        for k in (0..self.size).step_by(2) {
+            let both = k + 1 < self.size;
+            self.subtract_before::<R, L>(starts, matrix, k, both);
+            let (first, second) = matrix[k * stride..].split_at_mut(stride);
+            for s in 0..starts {
+                first[s] = first[s].recip();
+            }
+            if both {
+                self.subtract_column::<R, L>(starts, first, second);
+                for s in 0..starts {
+                    second[s] = second[s].recip();
+                }
+            }
+        }
+    }
+
+    /// Subtracts the parts of all columns before column `k` from this column, and from the next one if `both` is true.
+    #[inline(always)]
+    fn subtract_before<R: Real, L: Lane<R>>(
+        self,
+        starts: usize,
+        matrix: &mut [R],
+        k: usize,
+        both: bool,
+    ) {
+        let (below, stride, len) = (self.below, self.stride * starts, (self.below + 1) * starts);
+        let (known, columns) = matrix.split_at_mut(k * stride);
+        let registers = const { PART.div_ceil(L::N) };
+        // A part of the columns stays in registers while the columns before it are subtracted.
+        for part in (0..len).step_by(PART) {
+            let mut rest = [[L::zero(); PART]; 2];
+            // SAFETY: parts begin within the diagonals of a column, and after these a column has room for a part. Without a
+            // second column, the first one is loaded twice.
+            unsafe {
+                let second = if both { stride } else { 0 };
+                for r in 0..registers {
+                    rest[0][r] = L::load_at(columns, part + r * L::N);
+                    rest[1][r] = L::load_at(columns, second + part + r * L::N);
+                }
+                for j in k.saturating_sub(below - part / starts)..k {
+                    let known = known.get_unchecked(j * stride..);
+                    let row = (k - j) * starts;
+                    let inverse = each::<R, L>(known, starts);
+                    let next = row + starts;
+                    let to_first = -(each::<R, L>(known.get_unchecked(row..), starts) * inverse);
+                    let to_second = -(each::<R, L>(known.get_unchecked(next..), starts) * inverse);
                     for r in 0..registers {
-                        rest[r] = L::load_at(column, part + r * L::N);
-                    }
-                    for j in k.saturating_sub(below - part / starts)..k {
-                        let known = known.get_unchecked(j * stride..);
-                        let row = (k - j) * starts;
-                        let inverse = each::<R, L>(known, starts);
-                        let factor = -(each::<R, L>(known.get_unchecked(row..), starts) * inverse);
-                        for r in 0..registers {
-                            let of_known = L::load_at(known, row + part + r * L::N);
-                            rest[r] = factor.fma(of_known, rest[r]);
-                        }
-                    }
-                    for r in 0..registers {
-                        rest[r].store_at(column, part + r * L::N);
+                        let at = part + r * L::N;
+                        rest[0][r] = to_first.fma(L::load_at(known, row + at), rest[0][r]);
+                        rest[1][r] = to_second.fma(L::load_at(known, next + at), rest[1][r]);
                     }
                 }
-                part += PART;
+                for r in 0..registers {
+                    rest[0][r].store_at(columns, part + r * L::N);
+                    if both {
+                        rest[1][r].store_at(columns, stride + part + r * L::N);
+                    }
+                }
             }
-            for s in 0..starts {
-                column[s] = column[s].recip();
+        }
+    }
+
+    /// Subtracts the part of a finished column from the next one.
+    #[inline(always)]
+    fn subtract_column<R: Real, L: Lane<R>>(self, starts: usize, column: &[R], next: &mut [R]) {
+        let len = (self.below + 1) * starts;
+        // SAFETY: registers begin within the diagonals of a column; after these a column has room for a part.
+        unsafe {
+            let inverse = each::<R, L>(column, starts);
+            let factor = -(each::<R, L>(column.get_unchecked(starts..), starts) * inverse);
+            for at in (0..len).step_by(L::N) {
+                let rest = factor.fma(L::load_at(column, starts + at), L::load_at(next, at));
+                rest.store_at(next, at);
             }
         }
     }
@@ -103,31 +159,49 @@ impl Band {
         let (stride, len) = (self.stride * starts, (self.below + 1) * starts);
         let factor = &factor[..self.size * stride];
         let b = &mut b[..self.len_of_side() * starts];
-        // SAFETY: registers begin within the diagonals of a column; after these a column has room for a register, and so
-        // has the right-hand side.
+        // Two columns at a time: loads of what the columns before have just stored are slow.
+        // SAFETY: registers begin within the diagonals of a column; after these a column has room for a part, and so has the
+        // right-hand side.
         unsafe {
-            for k in 0..self.size {
-                let column = factor.get_unchecked(k * stride..(k + 1) * stride);
-                let b = b.get_unchecked_mut(k * starts..k * starts + stride);
+            for k in (0..self.size).step_by(2) {
+                let first = factor.get_unchecked(k * stride..);
+                let b = b.get_unchecked_mut(k * starts..);
                 for s in 0..starts {
-                    b[s] *= column[s];
+                    b[s] *= first[s];
                 }
                 let known = -each::<R, L>(b, starts);
-                let mut at = starts;
-                while at < len {
-                    let rest = known.fma(L::load_at(column, at), L::load_at(b, at));
-                    rest.store_at(b, at);
-                    at += L::N;
+                if k + 1 == self.size {
+                    break;
+                }
+                let second = factor.get_unchecked((k + 1) * stride..);
+                for s in 0..starts {
+                    b[starts + s] = (b[starts + s] - b[s] * first[starts + s]) * second[s];
+                }
+                let next = -each::<R, L>(&b[starts..], starts);
+                for at in (2 * starts..len + starts).step_by(L::N) {
+                    let rest = known.fma(L::load_at(first, at), L::load_at(b, at));
+                    next.fma(L::load_at(second, at - starts), rest)
+                        .store_at(b, at);
                 }
             }
             // The numbers after the last one have been subtracted from; they count as zero.
             b[self.size * starts..].fill(R::zero());
-            for k in (0..self.size).rev() {
-                let column = factor.get_unchecked(k * stride..(k + 1) * stride);
-                let (b, later) = b.get_unchecked_mut(k * starts..).split_at_mut(starts);
-                let known = sum::<R, L>(&column[starts..len], Some(&later[..len - starts]), starts);
+            for k in (0..self.size).step_by(2).rev() {
+                let first = factor.get_unchecked(k * stride..(k + 1) * stride);
+                let (b, later) = b.get_unchecked_mut(k * starts..).split_at_mut(2 * starts);
+                let later = &later[..len - starts];
+                let known = sum::<R, L>(&first[2 * starts..len + starts], Some(later), starts);
+                let second = match k + 1 < self.size {
+                    true => factor.get_unchecked((k + 1) * stride..(k + 2) * stride),
+                    // The numbers after the last column's diagonal are zeros.
+                    false => first,
+                };
+                let next = sum::<R, L>(&second[starts..len], Some(later), starts);
                 for s in 0..starts {
-                    b[s] -= known[s] * column[s];
+                    if k + 1 < self.size {
+                        b[starts + s] -= next[s] * second[s];
+                    }
+                    b[s] -= first[starts + s].fma(b[starts + s], known[s]) * first[s];
                 }
             }
         }

@@ -18,6 +18,9 @@ pub(crate) fn triangle(n: usize) -> Vec<[usize; 2]> {
         .collect()
 }
 
+/// The largest number of unknowns per node if some directions are held.
+pub(crate) const MOST_UNKNOWNS: usize = 4;
+
 /// Implements [`Program::solve`](crate::Program::solve).
 pub(crate) struct Solve<R> {
     entries: Vec<Entry>,
@@ -25,6 +28,10 @@ pub(crate) struct Solve<R> {
     held: Vec<Array>,
     /// The nodes with a held direction in one of the starts.
     holds: Vec<bool>,
+    /// Those of them with a held direction that is not along an axis.
+    is_oblique: Vec<bool>,
+    /// For the nodes with a held direction and each start, the projection onto the free directions, row by row.
+    free: Vec<R>,
     edges: Vec<[usize; 2]>,
     /// The right-hand side: an array for each unknown of a node.
     b: Vec<Array>,
@@ -109,6 +116,8 @@ impl<R: Real> Solve<R> {
                 .collect(),
             held: held.to_vec(),
             holds: vec![false; graph.nodes()],
+            is_oblique: vec![false; graph.nodes()],
+            free: vec![R::zero(); graph.nodes() * starts * unknowns * unknowns],
             edges: ends,
             b: b.to_vec(),
             is_active: vec![true; b.len()],
@@ -150,18 +159,6 @@ impl<R: Real> Solve<R> {
         self.band.factorize::<R, L>(starts, &mut self.matrix);
     }
 
-    /// The entry of `I - F` for a node, where `F` is the projection onto the node's held directions.
-    #[inline(always)]
-    fn free(&self, values: StepValues<R>, at: usize, row: usize, column: usize) -> R {
-        let (low, high) = (row.min(column), row.max(column));
-        let held = values.get(self.held[high * (high + 1) / 2 + low])[at];
-        if row == column {
-            R::one() - held
-        } else {
-            -held
-        }
-    }
-
     /// Removes the held directions from the matrix `A`: replaces it by `G A G + F`, where `F` projects onto the held
     /// directions and `G = I - F`. Only blocks of nodes with held directions change.
     #[inline(always)]
@@ -170,28 +167,74 @@ impl<R: Real> Solve<R> {
             return;
         }
         for node in 0..self.places.len() {
-            let mut holds = false;
-            for held in &self.held {
+            self.holds[node] = false;
+            for &held in &self.held {
                 for s in 0..starts {
-                    holds |= !values.get(*held)[node * starts + s].is_zero();
+                    self.holds[node] |= !values.get(held)[node * starts + s].is_zero();
                 }
             }
-            self.holds[node] = holds;
-            for s in 0..if holds { starts } else { 0 } {
-                self.hold_block(starts, values, [node, node], s);
+            self.is_oblique[node] = self.holds[node] && !self.hold_unknowns(starts, values, node);
+            if self.holds[node] {
+                self.set_free(starts, values, node);
+            }
+            if self.is_oblique[node] {
+                for s in 0..starts {
+                    self.hold_block(starts, [node, node], s);
+                }
             }
         }
         for k in 0..self.edges.len() {
             let [a, b] = self.edges[k];
-            if self.holds[a] || self.holds[b] {
-                let ends = if self.places[a] < self.places[b] {
-                    [b, a]
-                } else {
-                    [a, b]
-                };
+            if self.is_oblique[a] || self.is_oblique[b] {
+                let is_before = self.places[a] < self.places[b];
+                let ends = if is_before { [b, a] } else { [a, b] };
                 for s in 0..starts {
-                    self.hold_block(starts, values, ends, s);
+                    self.hold_block(starts, ends, s);
                 }
+            }
+        }
+    }
+
+    /// Removes the held directions of a node from the matrix if each is along an axis: the row and the column of such an
+    /// unknown become those of the unit matrix. Returns false if another direction is held.
+    #[inline(always)]
+    fn hold_unknowns(&mut self, starts: usize, values: StepValues<R>, node: usize) -> bool {
+        for entry in 0..self.held.len() {
+            let Entry { row, column, .. } = self.entries[entry];
+            for s in 0..starts {
+                let held = values.get(self.held[entry])[node * starts + s];
+                if !(held.is_zero() || row == column && (held - R::one()).is_zero()) {
+                    return false;
+                }
+            }
+        }
+        for entry in 0..self.held.len() {
+            let Entry { row, column, .. } = self.entries[entry];
+            for s in 0..starts {
+                if row == column && !values.get(self.held[entry])[node * starts + s].is_zero() {
+                    let unknown = self.places[node] + row;
+                    self.band.set_unit(starts, &mut self.matrix, unknown, s);
+                }
+            }
+        }
+        true
+    }
+
+    /// Computes the projection `G` of a node onto its free directions.
+    #[inline(always)]
+    fn set_free(&mut self, starts: usize, values: StepValues<R>, node: usize) {
+        let n = self.outputs.len();
+        let mut entry = 0;
+        for row in 0..n {
+            for column in 0..=row {
+                for s in 0..starts {
+                    let at = node * starts + s;
+                    let held = values.get(self.held[entry])[at];
+                    let unit = if row == column { R::one() } else { R::zero() };
+                    self.free[at * n * n + row * n + column] = unit - held;
+                    self.free[at * n * n + column * n + row] = unit - held;
+                }
+                entry += 1;
             }
         }
     }
@@ -199,53 +242,57 @@ impl<R: Real> Solve<R> {
     /// Removes the held directions from the block with the rows of one node and the columns of another, or of the same
     /// node. The second node is not after the first in the order of elimination.
     #[inline(always)]
-    fn hold_block(
-        &mut self,
-        starts: usize,
-        values: StepValues<R>,
-        [below, before]: [usize; 2],
-        s: usize,
-    ) {
+    fn hold_block(&mut self, starts: usize, [below, before]: [usize; 2], s: usize) {
         let n = self.outputs.len();
-        let index = |row: usize, column: usize| {
-            let (first, last) = (self.places[before] + column, self.places[below] + row);
-            self.band.index(last.max(first), last.min(first)) * starts + s
-        };
-        let mut block = vec![R::zero(); n * n];
-        for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
-            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-                let left = self.free(values, below * starts + s, row, i);
-                let right = self.free(values, before * starts + s, j, column);
-                block[row * n + column] += left * self.matrix[index(i, j)] * right;
-            }
-            if below == before {
-                let free = self.free(values, below * starts + s, row, column);
-                let unit = if row == column { R::one() } else { R::zero() };
-                block[row * n + column] += unit - free;
+        let [of_below, of_before] =
+            [below, before].map(|node| &self.free[(node * starts + s) * n * n..][..n * n]);
+        let mut block = [R::zero(); MOST_UNKNOWNS * MOST_UNKNOWNS];
+        for row in 0..n {
+            for column in 0..n {
+                let [a, b] = [self.places[below] + row, self.places[before] + column];
+                let at = self.band.index(a.max(b), a.min(b));
+                block[row * n + column] = self.matrix[at * starts + s];
             }
         }
-        for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
-            let at = index(row, column);
-            self.matrix[at] = block[row * n + column];
+        if self.is_oblique[below] {
+            block = product(n, of_below, &block);
+        }
+        if self.is_oblique[before] {
+            block = product(n, &block, of_before);
+        }
+        for row in 0..n {
+            for column in 0..n {
+                let [a, b] = [self.places[below] + row, self.places[before] + column];
+                let mut entry = block[row * n + column];
+                if below == before {
+                    let unit = if row == column { R::one() } else { R::zero() };
+                    entry += unit - of_below[row * n + column];
+                }
+                let at = self.band.index(a.max(b), a.min(b));
+                self.matrix[at * starts + s] = entry;
+            }
         }
     }
 
     /// Removes the held directions from the vector in `side`.
     #[inline(always)]
-    fn hold_side(&mut self, starts: usize, values: StepValues<R>) {
-        if self.held.is_empty() {
-            return;
-        }
+    fn hold_side(&mut self, starts: usize) {
         let n = self.outputs.len();
-        for node in (0..self.places.len()).filter(|node| self.holds[*node]) {
+        for node in 0..self.places.len() {
+            if !self.holds[node] {
+                continue;
+            }
             for s in 0..starts {
-                let at = |row: usize| (self.places[node] + row) * starts + s;
-                let before: Vec<R> = (0..n).map(|row| self.side[at(row)]).collect();
+                let free = &self.free[(node * starts + s) * n * n..][..n * n];
+                let mut sums = [R::zero(); MOST_UNKNOWNS];
                 for row in 0..n {
-                    let terms =
-                        (0..n).map(|i| self.free(values, node * starts + s, row, i) * before[i]);
-                    let sum = terms.fold(R::zero(), |sum, term| sum + term);
-                    self.side[at(row)] = sum;
+                    for k in 0..n {
+                        let at = (self.places[node] + k) * starts + s;
+                        sums[row] += free[row * n + k] * self.side[at];
+                    }
+                }
+                for row in 0..n {
+                    self.side[(self.places[node] + row) * starts + s] = sums[row];
                 }
             }
         }
@@ -284,7 +331,7 @@ impl<R: Real> Solve<R> {
         for unknown in 0..self.b.len() {
             self.set_side(starts, unknown, values.get(self.b[unknown]));
         }
-        self.hold_side(starts, values);
+        self.hold_side(starts);
         self.solve::<L>(starts);
         for unknown in 0..self.outputs.len() {
             let output = self.outputs[unknown];
@@ -307,7 +354,7 @@ impl<R: Real> Solve<R> {
             self.set_side(starts, unknown, &bars.row[self.outputs[unknown].range()]);
         }
         self.solve::<L>(starts);
-        self.hold_side(starts, values);
+        self.hold_side(starts);
         for unknown in 0..self.b.len() {
             if self.is_active[unknown] {
                 let bar = bars.get_mut(self.b[unknown]);
@@ -348,6 +395,20 @@ impl<R: Real> Solve<R> {
             }
         }
     }
+}
+
+/// The product of two matrices with `n` rows and columns.
+#[inline(always)]
+fn product<R: Real>(n: usize, a: &[R], b: &[R]) -> [R; MOST_UNKNOWNS * MOST_UNKNOWNS] {
+    let mut product = [R::zero(); MOST_UNKNOWNS * MOST_UNKNOWNS];
+    for row in 0..n {
+        for column in 0..n {
+            for k in 0..n {
+                product[row * n + column] += a[row * n + k] * b[k * n + column];
+            }
+        }
+    }
+    product
 }
 
 impl Entry {
