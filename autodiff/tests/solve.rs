@@ -1,6 +1,7 @@
 //! Linear equations on a graph, solved in every step, must agree with Gaussian elimination in plain code.
 
 use crate::steps::{Step, Turn, assert_as_alone, assert_same};
+use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Var};
 
 /// A model with `N` unknowns per node. In every step, the solution of the equations becomes the new state.
@@ -282,6 +283,63 @@ fn numbers_of_edges_are_summed_at_both_ends() {
     }
     assert_same(Degrees(ladder(3)));
     assert_same(Degrees(ladder(4)));
+}
+
+/// Results that stay at their edges, and are then summed at the nodes, are what [`Program::map_edges`] computes.
+#[test]
+fn results_stay_at_their_edges() {
+    /// The impulse of a spring, with its stiffness as a uniform input.
+    struct Spring;
+    impl UniformKernel<3, 2> for Spring {
+        const UNIFORMS: usize = 1;
+        #[inline(always)]
+        fn eval_with<R: Real>(&self, [d, e, rest]: [R; 3], k: &Uniforms<R>) -> [R; 2] {
+            [k[0] * (d - rest).sin(), d * e + rest]
+        }
+    }
+    #[derive(Clone)]
+    struct Springs(Solving<1>);
+    impl Model for Springs {
+        fn record<R: Real>(&self, p: &mut Program<R>) {
+            let graph = self.0.graph();
+            let (rest, k) = (p.parameter(graph.slots()), p.parameter(1));
+            let [x, y] = [(); 2].map(|()| p.state(self.0.nodes));
+            let (ends, per_edge) = ([x, y], [rest]);
+            let at_edges = match self.0.any {
+                true => p.any().map_each_edge(&graph, Spring, ends, &per_edge, &[k]),
+                false => p.map_each_edge(&graph, Spring, ends, &per_edge, &[k]),
+            };
+            let [dx, dy] = at_edges.map(|of_edge| p.sum_at_nodes(&graph, of_edge));
+            for (state, sum) in [(x, dx), (y, dy)] {
+                let [next] = p.map(Turn, [sum, state]);
+                p.advance(state, next);
+            }
+        }
+    }
+    impl Step for Springs {
+        fn shapes(&self) -> Vec<usize> {
+            vec![2 * self.0.nodes, self.0.graph().slots(), 1]
+        }
+        fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+            let (x, y) = state.split_at(self.0.nodes);
+            let mut uniforms: Uniforms<R> = [R::zero(); autodiff::arrays::MOST_UNIFORMS];
+            uniforms[0] = given[1][0];
+            let mut sums = vec![R::zero(); state.len()];
+            for (&[i, j], &slot) in self.0.edges.iter().zip(self.0.graph().slot_of_edge()) {
+                let edge = [x[j] - x[i], y[j] - y[i], given[0][slot]];
+                let [a, b] = Spring.eval_with(edge, &uniforms);
+                for node in [i, j] {
+                    sums[node] += a;
+                    sums[self.0.nodes + node] += b;
+                }
+            }
+            let pairs = sums.into_iter().zip(state);
+            let turned = pairs.map(|(sum, &state)| Kernel::eval(&Turn, [sum, state])[0]);
+            turned.collect()
+        }
+    }
+    assert_same(Springs(ladder(3)));
+    assert_same(Springs(ladder(4)));
 }
 
 /// An edge that was removed from a graph has no effect and no cotangent.

@@ -10,6 +10,7 @@ mod floors;
 mod goals;
 mod ground_profile;
 mod guard;
+mod implicit;
 mod inlined_kernels;
 mod integrators;
 mod learned_clock;

@@ -34,16 +34,16 @@ pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
 }
 
 /// Assigns the edges and nodes of a graph to registers. The plan is the same for all steps.
-struct EdgePlan {
-    edges: Vec<LaneOfEdges>,
+pub(super) struct EdgePlan {
+    pub(super) edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
     /// For each register of nodes, the range of its entries in `ends`.
     at_nodes: Vec<Range<usize>>,
     /// The numbers of nodes and of slots that accesses of whole registers may reach.
-    nodes: usize,
-    slots: usize,
+    pub(super) nodes: usize,
+    pub(super) slots: usize,
     /// The length of each array in `scratch`.
-    room: usize,
+    pub(super) room: usize,
     /// The number of lanes in a register.
     width: usize,
 }
@@ -52,13 +52,13 @@ struct EdgePlan {
 /// the slots, `scratch` its position in `scratch`. `tail` and `head` are the positions of its two nodes in arrays over
 /// the nodes.
 #[derive(Clone, Copy)]
-struct LaneOfEdges {
-    slot: usize,
-    scratch: usize,
+pub(super) struct LaneOfEdges {
+    pub(super) slot: usize,
+    pub(super) scratch: usize,
     tail: usize,
     head: usize,
     /// A bit for each slot that holds an edge.
-    bits: u16,
+    pub(super) bits: u16,
 }
 
 /// The edges of one group that begin or end at a register of adjacent nodes.
@@ -75,7 +75,7 @@ struct LaneOfEnds {
 }
 
 impl EdgePlan {
-    fn new(graph: &Graph, lanes: usize) -> Self {
+    pub(super) fn new(graph: &Graph, lanes: usize) -> Self {
         // The edges whose head is a node are read from a position in `scratch` that is lower by `offset`. Unused room
         // at the beginning of `scratch` ensures that this position is never negative.
         let lead = graph.lead().next_multiple_of(WIDEST);
@@ -127,7 +127,7 @@ impl EdgePlan {
     /// If a register does not have the planned number of lanes. A number type that is defined by a user could change
     /// its number of lanes.
     #[inline(always)]
-    fn check<R: Real, L: Lane<R>>(&self) {
+    pub(super) fn check<R: Real, L: Lane<R>>(&self) {
         assert_eq!(
             L::N,
             self.width,
@@ -183,13 +183,17 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
 }
 
 /// For each input, the slice of its numbers. Arrays over the nodes come first, then arrays over the slots.
-struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
+pub(super) struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// # Safety
     /// The caller must have checked `reach` for these values.
     #[inline(always)]
-    unsafe fn new(inputs: &[Array; I], plan: &EdgePlan, values: StepValues<'a, R>) -> Self {
+    pub(super) unsafe fn new(
+        inputs: &[Array; I],
+        plan: &EdgePlan,
+        values: StepValues<'a, R>,
+    ) -> Self {
         let mut sources = [values.row; I];
         for k in 0..I {
             let len = if k < C { plan.nodes } else { plan.slots };
@@ -204,7 +208,7 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// # Safety
     /// The register must belong to the plan.
     #[inline(always)]
-    unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
+    pub(super) unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
         let LaneOfEdges {
             slot, tail, head, ..
         } = lane;
@@ -302,14 +306,9 @@ where
                 }
             }
         }
-        let ends = &self.inputs[..C];
-        // A difference is head minus tail, so its cotangent is subtracted at the tail and added at the head.
         if self.active[..C].contains(&true) {
-            collect::<R, L, C>(&self.plan, ends_bar, ends[0].len, |c, node, n, sum| {
-                let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
-                // SAFETY: the nodes are within the checked reach.
-                unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };
-            });
+            // SAFETY: `reach` was checked.
+            unsafe { add_ends_bar::<R, L, C>(&self.plan, ends_bar, &self.inputs[..C], bars) };
         }
         if const { K::UNIFORMS > 0 } {
             self.add_uniform_bars(values, bars);
@@ -343,6 +342,25 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
         };
         (self.uniforms).add_bars(&self.kernel, values, bars, edges, at);
     }
+}
+
+/// Adds the cotangents of differences, which `ends_bar` holds as `C` arrays over the slots, to those of the `C` arrays
+/// `ends`. A difference is head minus tail, so its cotangent is subtracted at the tail and added at the head.
+///
+/// # Safety
+/// The nodes of `ends` must be within a checked reach.
+#[inline(always)]
+pub(super) unsafe fn add_ends_bar<R: Real, L: Lane<R>, const C: usize>(
+    plan: &EdgePlan,
+    ends_bar: &[R],
+    ends: &[Array],
+    bars: &mut Bars<R>,
+) {
+    collect::<R, L, C>(plan, ends_bar, ends[0].len, |c, node, n, sum| {
+        let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
+        // SAFETY: guaranteed by the caller.
+        unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };
+    });
 }
 
 /// For each node, sums the values of its edges: values of edges whose tail is the node are added, values of edges whose

@@ -40,6 +40,8 @@ pub(crate) enum Places {
         edges: Vec<SlotEdge>,
         /// The number of inputs that are differences of node values. They come first.
         differences: usize,
+        /// Whether results are summed at the nodes; otherwise they stay at the edges.
+        sums: bool,
         /// The ends of all edges. For each end: the node, the edge, and whether the node is the edge's tail. The list
         /// is ordered by node. The edges of a node have the order in which lanes sum them.
         ends: Vec<(usize, usize, bool)>,
@@ -51,7 +53,7 @@ impl Places {
         Self::Elements(outputs.first().map_or(0, |array| array.range().len()))
     }
 
-    pub(crate) fn edges(graph: &Graph, differences: usize) -> Self {
+    pub(crate) fn edges(graph: &Graph, differences: usize, sums: bool) -> Self {
         let edges = graph.edges_by_slot();
         let mut ends = Vec::new();
         for group in edges.chunk_by(|a, b| a.head - a.tail == b.head - b.tail) {
@@ -68,6 +70,7 @@ impl Places {
         Self::Edges {
             edges,
             differences,
+            sums,
             ends,
         }
     }
@@ -160,6 +163,13 @@ impl<R: Real> Operation<R> for ReplayedKernel {
             let to = &mut row[output.range()];
             match &self.places {
                 Places::Elements(_) => to.copy_from_slice(results),
+                Places::Edges {
+                    sums: false, edges, ..
+                } => {
+                    to.fill(R::zero());
+                    let edges = edges.iter().zip(results);
+                    edges.for_each(|(edge, &result)| to[edge.slot] = result);
+                }
                 Places::Edges { ends, .. } => {
                     to.fill(R::zero());
                     for &(node, edge, is_tail) in ends {
@@ -179,6 +189,9 @@ impl<R: Real> Operation<R> for ReplayedKernel {
             let bar = &*bars.get_mut(output);
             match &self.places {
                 Places::Elements(_) => bar.to_vec(),
+                Places::Edges {
+                    sums: false, edges, ..
+                } => edges.iter().map(|edge| bar[edge.slot]).collect(),
                 // A result was added at the tail and subtracted at the head, so its cotangent is the tail's minus the
                 // head's.
                 Places::Edges { edges, .. } => edges

@@ -164,7 +164,39 @@ impl AnyProgram<'_> {
             }
             Numbers::Other(program) => {
                 let kernel = recorded(&kernel);
-                array(program.map_edges_recorded(graph, kernel, [&ends, per_edge], uniforms))
+                let inputs = [&ends[..], per_edge];
+                array(program.map_edges_recorded(graph, kernel, inputs, uniforms, true))
+            }
+        }
+    }
+
+    /// Like [`Program::map_each_edge`].
+    ///
+    /// # Panics
+    /// Like [`Program::map_each_edge`]. Also if the number type is not a float and the kernel [cannot be
+    /// recorded](AnyProgram).
+    pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+        uniforms: &[Array],
+    ) -> [Array; O]
+    where
+        K: UniformKernel<I, O>,
+    {
+        match &mut self.0 {
+            Numbers::Double(program) => {
+                program.map_each_edge(graph, kernel, ends, per_edge, uniforms)
+            }
+            Numbers::Single(program) => {
+                program.map_each_edge(graph, kernel, ends, per_edge, uniforms)
+            }
+            Numbers::Other(program) => {
+                let kernel = recorded(&kernel);
+                let inputs = [&ends[..], per_edge];
+                array(program.map_edges_recorded(graph, kernel, inputs, uniforms, false))
             }
         }
     }
@@ -244,6 +276,7 @@ trait Replaying {
         kernel: Plan,
         inputs: [&[Array]; 2],
         uniforms: &[Array],
+        sums: bool,
     ) -> Vec<Array>;
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array;
     fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 4]) -> Vec<Array>;
@@ -265,9 +298,10 @@ impl<R: Real> Replaying for Program<R> {
         kernel: Plan,
         inputs: [&[Array]; 2],
         uniforms: &[Array],
+        sums: bool,
     ) -> Vec<Array> {
-        let (graph, outputs) = self.edge_outputs(graph, inputs, uniforms, kernel.results());
-        let places = Places::edges(&graph, inputs[0].len());
+        let (graph, outputs) = self.edge_outputs(graph, inputs, uniforms, kernel.results(), sums);
+        let places = Places::edges(&graph, inputs[0].len(), sums);
         let kernel = ReplayedKernel::new(kernel, places, &inputs.concat(), uniforms, &outputs);
         self.operations.push(StepOperation::Replayed(kernel));
         outputs

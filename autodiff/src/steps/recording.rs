@@ -3,8 +3,8 @@
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, MOST_UNKNOWNS, Map, Matrix,
-    NodeSum, Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
+    Array, DenseLayer, EachEdge, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, MOST_UNKNOWNS,
+    Map, Matrix, NodeSum, Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
 };
 use crate::real::Real;
 
@@ -257,21 +257,45 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
-        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O);
+        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, true);
         let outputs = arrays(&outputs);
         let map = EdgeMap::new(kernel, &graph, ends, per_edge, uniforms, outputs);
         self.push_kernel(Box::new(InLanes(map)));
         outputs
     }
 
+    /// Like [`map_edges_with`](Program::map_edges_with), but results stay at their edges: the outputs are arrays over the
+    /// slots, with zeros for ghosts.
+    ///
+    /// # Panics
+    /// Like [`map_edges_with`](Program::map_edges_with). Also if `ends` is empty.
+    pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+        uniforms: &[Array],
+    ) -> [Array; O]
+    where
+        K: UniformKernel<I, O>,
+    {
+        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, false);
+        let outputs = arrays(&outputs);
+        let map = EachEdge::new(kernel, &graph, ends, per_edge, uniforms, outputs);
+        self.push_kernel(Box::new(InLanes(map)));
+        outputs
+    }
+
     /// Checks the inputs of a kernel over edges. Returns the graph of all starts, and an array for each of the `results`
-    /// results.
+    /// results: over the nodes if `sums` is true and the results are summed there, else over the slots.
     pub(super) fn edge_outputs(
         &mut self,
         graph: &Graph,
         [ends, per_edge]: [&[Array]; 2],
         uniforms: &[Array],
         results: usize,
+        sums: bool,
     ) -> (Graph, Vec<Array>) {
         self.assert_uniform(uniforms);
         self.assert_known(ends);
@@ -288,7 +312,8 @@ impl<R: Real> Program<R> {
         );
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
-        let outputs = self.outputs(graph.nodes(), results);
+        let len = if sums { graph.nodes() } else { graph.slots() };
+        let outputs = self.outputs(len, results);
         (interleaved, outputs)
     }
 
