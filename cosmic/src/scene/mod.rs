@@ -31,6 +31,7 @@ mod world;
 mod doubts;
 mod check;
 mod diagnostic;
+mod renamed;
 mod read;
 mod toml_file;
 mod whole;

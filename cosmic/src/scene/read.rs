@@ -4,6 +4,7 @@ use super::Scene;
 use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
+use super::renamed::{NewKey, RenamedKey, Translated};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
@@ -348,24 +349,69 @@ impl<'s, 't> Reader<'s, 't> {
             };
             return self.fault(value.span(), message, allowed);
         };
+        let mut renamed = Vec::new();
         for (key, value) in table {
             let path = format!("{name}.{}", key.get_ref());
-            match self.scene.field(&path) {
-                Some(field) => {
-                    let is_auto = !field.auto.is_empty() && value.get_ref().as_str() == Some(AUTO);
-                    if is_auto {
-                        self.scene.auto.insert(path.clone());
-                    } else if let Err(misfit) = field.value.read(value, &field.limits) {
-                        let allowed = format!("allowed: {}", field.allowed());
-                        self.misfit(&path, value, misfit, allowed);
-                    }
-                    if !is_auto {
-                        self.scene.auto.remove(&path);
-                    }
-                    let (source, span) = (self.source, value.span());
-                    self.places.insert(path, KeyPlace { source, span });
+            match (self.scene.field(&path), RenamedKey::at(&path)) {
+                (Some(_), _) => self.key(path, value),
+                (None, Some(key)) => renamed.push((key, value)),
+                (None, None) => self.unknown_key(name, key.get_ref(), key.span()),
+            }
+        }
+        for (key, value) in renamed {
+            self.renamed_key(key, value);
+        }
+    }
+
+    /// Reads the value of a key of the scene.
+    fn key(&mut self, path: String, value: &Spanned<DeValue>) {
+        let Some(field) = self.scene.field(&path) else {
+            return;
+        };
+        let is_auto = !field.auto.is_empty() && value.get_ref().as_str() == Some(AUTO);
+        if is_auto {
+            self.scene.auto.insert(path.clone());
+        } else if let Err(misfit) = field.value.read(value, &field.limits) {
+            let allowed = format!("allowed: {}", field.allowed());
+            self.misfit(&path, value, misfit, allowed);
+        }
+        if !is_auto {
+            self.scene.auto.remove(&path);
+        }
+        self.place(path, value);
+    }
+
+    /// Notes that the current source sets the key `path` by `value`.
+    fn place(&mut self, path: String, value: &Spanned<DeValue>) {
+        let (source, span) = (self.source, value.span());
+        self.places.insert(path, KeyPlace { source, span });
+    }
+
+    /// Reads the value of an old key into the key that replaced it.
+    fn renamed_key(&mut self, key: &RenamedKey, value: &Spanned<DeValue>) {
+        let (old, new) = (key.old, key.new);
+        let now = self.scene.field(new).map(|field| field.value.toml());
+        let place = self.places.get(new);
+        let now = NewKey {
+            value: now.unwrap_or_default(),
+            is_stated: place.is_some_and(|place| place.source == self.source),
+        };
+        match (key.translate)(value, &now) {
+            Err(misfit) => self.misfit(old, value, misfit, format!("allowed: {}", key.allowed)),
+            Ok(Translated::Unchanged) => {}
+            Ok(Translated::Value(text)) => {
+                if let Some(field) = self.scene.field(new) {
+                    let read = field.read_text(text);
+                    debug_assert!(read.is_ok(), "`{new}` has no value {text}");
                 }
-                None => self.unknown_key(name, key.get_ref(), key.span()),
+                self.place(new.to_owned(), value);
+            }
+            Ok(Translated::Contradiction) => {
+                let text = &self.sources[self.source].text;
+                let written = text.get(value.span()).unwrap_or_default();
+                let message = format!("`{old}` is {written}, but `{new}` is {}", now.value);
+                let allowed = format!("`{new}` has replaced `{old}`: remove `{old}`");
+                self.fault(value.span(), message, allowed);
             }
         }
     }
