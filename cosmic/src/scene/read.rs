@@ -2,9 +2,8 @@
 
 use super::Scene;
 use super::base::TOP_KEYS;
-use super::diagnostic::{Fault, SceneText, malformed};
+use super::diagnostic::{Fault, SceneText, malformed, suggest};
 use super::keys::sections;
-use super::renamed::{NewKey, RenamedKey, Translated};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
@@ -352,7 +351,7 @@ impl<'s, 't> Reader<'s, 't> {
         let mut renamed = Vec::new();
         for (key, value) in table {
             let path = format!("{name}.{}", key.get_ref());
-            match (self.scene.field(&path), RenamedKey::at(&path)) {
+            match (self.scene.field(&path), Self::old_key(&path)) {
                 (Some(_), _) => self.key(path, value),
                 (None, Some(key)) => renamed.push((key, value)),
                 (None, None) => self.unknown_key(name, key.get_ref(), key.span()),
@@ -382,42 +381,19 @@ impl<'s, 't> Reader<'s, 't> {
     }
 
     /// Notes that the current source sets the key `path` by `value`.
-    fn place(&mut self, path: String, value: &Spanned<DeValue>) {
+    pub(super) fn place(&mut self, path: String, value: &Spanned<DeValue>) {
         let (source, span) = (self.source, value.span());
         self.places.insert(path, KeyPlace { source, span });
     }
 
-    /// Reads the value of an old key into the key that replaced it.
-    fn renamed_key(&mut self, key: &RenamedKey, value: &Spanned<DeValue>) {
-        let (old, new) = (key.old, key.new);
-        let now = self.scene.field(new).map(|field| field.value.toml());
-        let place = self.places.get(new);
-        let now = NewKey {
-            value: now.unwrap_or_default(),
-            is_stated: place.is_some_and(|place| place.source == self.source),
-        };
-        match (key.translate)(value, &now) {
-            Err(misfit) => self.misfit(old, value, misfit, format!("allowed: {}", key.allowed)),
-            Ok(Translated::Unchanged) => {}
-            Ok(Translated::Value(text)) => {
-                if let Some(field) = self.scene.field(new) {
-                    let read = field.read_text(text);
-                    debug_assert!(read.is_ok(), "`{new}` has no value {text}");
-                }
-                self.place(new.to_owned(), value);
-            }
-            Ok(Translated::Contradiction) => {
-                let text = &self.sources[self.source].text;
-                let written = text.get(value.span()).unwrap_or_default();
-                let message = format!("`{old}` is {written}, but `{new}` is {}", now.value);
-                let allowed = format!("`{new}` has replaced `{old}`: remove `{old}`");
-                self.fault(value.span(), message, allowed);
-            }
-        }
-    }
-
     /// Records an error for a value that `path`, the key, does not allow.
-    fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
+    pub(super) fn misfit(
+        &mut self,
+        path: &str,
+        value: &Spanned<DeValue>,
+        misfit: Misfit,
+        allowed: String,
+    ) {
         if LAW_KEYS.contains(&path) {
             self.untaken.extend(words(value));
         }
@@ -505,18 +481,6 @@ fn words(value: &Spanned<DeValue>) -> Vec<String> {
         .into_iter()
         .filter_map(|entry| entry.get_ref().as_str());
     words.map(str::to_owned).collect()
-}
-
-/// A hint for a misspelt name: the known name that is most similar, or all known names if none is similar.
-pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Clone) -> String {
-    /// Names that differ by one or two typing errors have a Jaro-Winkler similarity above this number.
-    const CLOSE: f64 = 0.8;
-    let rate = |name: &&'n str| strsim::jaro_winkler(wrong, name);
-    let best = known.clone().max_by(|a, b| rate(a).total_cmp(&rate(b)));
-    match best.filter(|name| rate(name) > CLOSE) {
-        Some(name) => format!("did you mean `{name}`?"),
-        None => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
-    }
 }
 
 /// The first line of a text, cut off if it is long.

@@ -4,6 +4,7 @@
 //! may depend on the value that the new key has then: the value in the file, or the value in the scene that the file or
 //! the option changes.
 
+use super::read::Reader;
 use crate::settings::{Filled, wrong_kind};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -11,25 +12,25 @@ use toml::de::DeValue;
 /// A key of earlier versions, and the key that replaced it. Both are written as `section.key`.
 pub(super) struct RenamedKey {
     /// The old key.
-    pub(super) old: &'static str,
+    old: &'static str,
     /// The key that replaced it.
-    pub(super) new: &'static str,
+    new: &'static str,
     /// The values that the old key allows, as a phrase.
-    pub(super) allowed: &'static str,
+    allowed: &'static str,
     /// Translates a value of the old key.
-    pub(super) translate: fn(&Spanned<DeValue>, &NewKey) -> Filled<Translated>,
+    translate: fn(&Spanned<DeValue>, &NewKey) -> Filled<Translated>,
 }
 
 /// The key that replaced an old key, when the old key is read.
-pub(super) struct NewKey {
+struct NewKey {
     /// The value as TOML.
-    pub(super) value: String,
+    value: String,
     /// True if the text that has the old key also states this key.
-    pub(super) is_stated: bool,
+    is_stated: bool,
 }
 
 /// The meaning of an old key for the key that replaced it.
-pub(super) enum Translated {
+enum Translated {
     /// The new key gets this value, written as TOML.
     Value(&'static str),
     /// The new key keeps its value.
@@ -38,10 +39,39 @@ pub(super) enum Translated {
     Contradiction,
 }
 
-impl RenamedKey {
+impl Reader<'_, '_> {
     /// The old key with this path, if there is one.
-    pub(super) fn at(path: &str) -> Option<&'static Self> {
+    pub(super) fn old_key(path: &str) -> Option<&'static RenamedKey> {
         RENAMED.iter().find(|renamed| renamed.old == path)
+    }
+
+    /// Reads the value of an old key into the key that replaced it.
+    pub(super) fn renamed_key(&mut self, key: &RenamedKey, value: &Spanned<DeValue>) {
+        let (old, new) = (key.old, key.new);
+        let now = self.scene.field(new).map(|field| field.value.toml());
+        let place = self.places.get(new);
+        let now = NewKey {
+            value: now.unwrap_or_default(),
+            is_stated: place.is_some_and(|place| place.source == self.source),
+        };
+        match (key.translate)(value, &now) {
+            Err(misfit) => self.misfit(old, value, misfit, format!("allowed: {}", key.allowed)),
+            Ok(Translated::Unchanged) => {}
+            Ok(Translated::Value(text)) => {
+                if let Some(field) = self.scene.field(new) {
+                    let read = field.read_text(text);
+                    debug_assert!(read.is_ok(), "`{new}` has no value {text}");
+                }
+                self.place(new.to_owned(), value);
+            }
+            Ok(Translated::Contradiction) => {
+                let text = &self.sources[self.source].text;
+                let written = text.get(value.span()).unwrap_or_default();
+                let message = format!("`{old}` is {written}, but `{new}` is {}", now.value);
+                let allowed = format!("`{new}` has replaced `{old}`: remove `{old}`");
+                self.fault(value.span(), message, allowed);
+            }
+        }
     }
 }
 
