@@ -1,6 +1,6 @@
 //! The function [`lit`], which makes constants in generic code.
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::real::{Accepts, Literal, Mask, Real};
 
@@ -14,7 +14,14 @@ use crate::real::{Accepts, Literal, Mask, Real};
 ///     (fahrenheit - lit(32.0)) / lit(1.8)
 /// }
 /// assert_eq!(celsius(212.0), 100.0);
+///
+/// fn fall<R: Real>(time: R) -> R {
+///     -lit(0.5 * 9.81) * time * time
+/// }
+/// assert_eq!(fall(2.0), -19.62);
 /// ```
+///
+/// Literals have no operators between them: write `lit(0.5 * 9.81)`, not `lit(0.5) * lit(9.81)`.
 #[inline(always)]
 pub fn lit(value: f64) -> Literal {
     Literal(value)
@@ -42,6 +49,16 @@ pub(crate) fn printed<R: Real>(number: R) -> String {
         format!("{:?}", number.primal())
     } else {
         format!("{number:?}")
+    }
+}
+
+// A product of two literals would be a second implementation of `Mul`, and the compiler could no longer infer the result
+// of `lit(2.0) * x` where the type of `x` is open.
+impl Neg for Literal {
+    type Output = Literal;
+    #[inline(always)]
+    fn neg(self) -> Literal {
+        Literal(-self.0)
     }
 }
 

@@ -336,6 +336,7 @@ pub trait Real:
         )
     }
     /// Evaluates a [`Fused`] function. It is one entry on the reverse tape.
+    #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)
     }
@@ -382,15 +383,18 @@ pub trait Fused: Send + 'static {
     type Saved<R: Real>: Send;
 
     /// Returns the outputs.
+    #[track_caller]
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R>;
 
     /// Returns the outputs with their tangents. The default calls `eval` on duals. Override it if the function's
     /// derivative is not the derivative of the code of `eval`.
+    #[track_caller]
     fn forward<R: Real, const N: usize>(&self, inputs: &[&[Dual<R, N>]]) -> Vec<Dual<R, N>> {
         self.eval(inputs)
     }
 
     /// Returns the outputs, and the numbers that [`reverse`](Fused::reverse) needs.
+    #[track_caller]
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>);
 
     /// Returns the cotangents of the inputs, given the cotangents `y_bar` of the outputs: one vector for each input

@@ -11,6 +11,7 @@ mod steps;
 mod any_program;
 mod batch;
 mod batch_results;
+mod callers;
 mod check;
 mod check_report;
 mod check_seeds;

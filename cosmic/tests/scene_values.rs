@@ -4,7 +4,8 @@
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    BUILTIN, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind, StartKind,
+    BUILTIN, GoalKind, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
+    StartKind,
 };
 
 #[test]
@@ -160,7 +161,7 @@ fn single_settings_replace_those_of_a_scene() {
         "physics.contact=none",
         "start.layout=\"tall\"",
         "adam.gradient_norm=off",
-        "controller.two_goals=true",
+        "controller.goals=two",
         "schedule.cycle=dc",
         "physics.gravity=5",
     ];
@@ -172,7 +173,10 @@ fn single_settings_replace_those_of_a_scene() {
         (set.start.layout, set.adam.gradient_norm),
         (Layout::Tall, None)
     );
-    assert!(set.controller.two_goals && set.schedule.cycle == [Pass::Design, Pass::Controller]);
+    assert!(
+        set.controller.goals == GoalKind::Two
+            && set.schedule.cycle == [Pass::Design, Pass::Controller]
+    );
     assert_eq!(set.physics.friction, scene.physics.friction);
     assert_eq!(scene.set(&[""; 0]).unwrap(), scene);
     // Each of these settings alone would contradict the rest of the scene; together they fit.

@@ -178,7 +178,7 @@ fn what_does_not_go_with_goals_is_refused() {
         ),
         ("controller.goals=fixed", "needs goals = \"given\""),
         ("schedule.horizon_mode=tail", "horizon_mode \"head\""),
-        ("controller.two_goals=true", "without two_goals"),
+        ("controller.goals=two", "two goals need the task \"far\""),
     ] {
         let refused = errand.set(&[setting]).unwrap_err().to_string();
         assert!(refused.contains(says), "{setting}: {refused}");

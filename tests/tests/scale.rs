@@ -200,7 +200,7 @@ fn an_optimisation_delivers_the_same_robot_at_every_scale() {
         format!("base = 'stability'\nobjective = {{ task = '{task}', body = 'nodes' }}")
     });
     let worlds = WORLDS.iter().map(|world| (*world).to_owned());
-    let tail = "base = 'stability'\nschedule.horizon_mode = 'tail'\ncontroller.two_goals = true";
+    let tail = "base = 'stability'\nschedule.horizon_mode = 'tail'\ncontroller.goals = 'two'";
     for world in worlds.chain(tasks).chain([tail.to_owned()]) {
         let scene = scene(&world);
         let robot = delivered(&scene);

@@ -131,9 +131,9 @@ impl Session {
     pub(crate) fn tell(&mut self, along: f64, frame: usize) -> Answer {
         let work = self.work()?;
         let refused = |says: String| Err(Error::Usage(says));
-        if work.codesign.scene().controller.goals == GoalKind::Fixed {
+        if work.codesign.scene().controller.goals != GoalKind::Given {
             return refused(
-                "`controller.goals` of the scene is \"fixed\"; only robots with \"given\" goals can be told where to go"
+                "only robots with given goals can be told where to go: the scene needs `controller.goals = \"given\"`"
                     .to_owned(),
             );
         }

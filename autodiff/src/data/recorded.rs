@@ -67,6 +67,7 @@ impl Recorded {
         })
     }
 
+    #[track_caller]
     fn check(&self, numbers: usize) {
         let arguments = self.arguments;
         assert!(
@@ -81,6 +82,7 @@ impl Recorded {
     ///
     /// # Panics
     /// If the point does not have one number per argument.
+    #[track_caller]
     pub fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
         self.check(x.len());
         self.plan.value_and_gradient(x)
@@ -90,6 +92,7 @@ impl Recorded {
     ///
     /// # Panics
     /// If a point does not have one number per argument.
+    #[track_caller]
     pub fn values_and_gradients<R: Real>(&self, points: &[impl AsRef<[R]>]) -> Vec<(R, Vec<R>)> {
         let mut columns = vec![Vec::with_capacity(points.len()); self.arguments];
         for point in points {
@@ -129,6 +132,7 @@ impl Recorded {
     ///
     /// # Panics
     /// If there is not one column per argument, or the columns differ in length.
+    #[track_caller]
     pub fn total<R: Real>(&self, columns: &[&[R]]) -> R {
         let (given, arguments) = (columns.len(), self.arguments);
         assert!(

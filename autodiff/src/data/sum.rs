@@ -78,6 +78,7 @@ impl<S: Summand> Sum<S> {
     ///
     /// # Panics
     /// If the data differ in length.
+    #[track_caller]
     pub fn new(summand: S, data: &[impl AsRef<[f64]>]) -> Self {
         let width = data.first().map_or(0, |datum| datum.as_ref().len());
         let mut columns = vec![Vec::with_capacity(data.len()); width];

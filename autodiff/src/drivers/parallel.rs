@@ -62,11 +62,13 @@ pub fn jacobian_reverse<R: Real>(
 ///
 /// # Panics
 /// Like [`sparse_jacobian`](crate::sparse_jacobian).
+#[track_caller]
 pub fn sparse_jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + Sync,
     x: &[R],
     pattern: &Pattern,
 ) -> Vec<R> {
+    pattern.check_arguments(x.len());
     let pass = |first| function(&pattern.seeded(x, first));
     let passes: Vec<_> = firsts(pattern.directions()).map(pass).collect();
     pattern.decompressed(&mut passes.into_iter())

@@ -35,6 +35,7 @@ impl Pattern {
     ///
     /// # Panics
     /// If a row's columns are out of range or do not ascend.
+    #[track_caller]
     pub fn new(columns: usize, rows: &[Vec<usize>]) -> Self {
         let mut starts = vec![0];
         for (i, row) in rows.iter().enumerate() {
@@ -119,6 +120,7 @@ impl Pattern {
     ///
     /// # Panics
     /// If there is no such row.
+    #[track_caller]
     pub fn row(&self, i: usize) -> &[usize] {
         &self.columns[self.starts[i]..self.starts[i + 1]]
     }
@@ -148,6 +150,7 @@ impl Pattern {
     ///
     /// # Panics
     /// If there is not one number per entry.
+    #[track_caller]
     pub fn to_dense<R: Real>(&self, entries: &[R]) -> Dense<R> {
         assert_eq!(
             entries.len(),
@@ -175,13 +178,20 @@ impl Pattern {
         slot.filter(|&slot| slot < CHUNK)
     }
 
-    /// Returns `x` as dual numbers with tangents along the [`CHUNK`] directions that begin with direction `first`.
-    pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
+    /// # Panics
+    /// If there is not one argument per column. The drivers call this before their first pass, so that the message names
+    /// the line of their caller: a closure does not pass it on.
+    #[track_caller]
+    pub(crate) fn check_arguments(&self, arguments: usize) {
         assert_eq!(
-            x.len(),
+            arguments,
             self.columns(),
             "a sparse Jacobian needs one argument per column of its pattern"
         );
+    }
+
+    /// Returns `x` as dual numbers with tangents along the [`CHUNK`] directions that begin with direction `first`.
+    pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
         let (chunk, test) = (first..first + CHUNK, self.test_slot(first));
         let seed = |(j, &value): (usize, &R)| {
             let mut dual = Dual::constant(value);
@@ -199,6 +209,7 @@ impl Pattern {
 
     /// Returns the entries of the Jacobian. Each item of `passes` is the function's values at the arguments that
     /// [`seeded`](Self::seeded) returned for that pass.
+    #[track_caller]
     pub(crate) fn decompressed<R: Real>(
         &self,
         passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
@@ -223,6 +234,7 @@ impl Pattern {
     }
 
     /// Writes the entries of row `i` whose colours belong to this pass.
+    #[track_caller]
     fn decompress_row<R: Real>(
         &self,
         i: usize,
@@ -248,6 +260,7 @@ impl Pattern {
 
     /// Panics if the pattern lacks an entry. For each value, the derivative along the test direction must agree with
     /// the derivative that follows from the entries.
+    #[track_caller]
     fn test<R: Real>(&self, along: impl Iterator<Item = R>, entries: &[R]) {
         // Where terms cancel inside the function, rounding errors are larger than an epsilon. A missing entry is about
         // as large as the other entries.
@@ -330,11 +343,13 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 /// pattern leaves out. To find such an argument, the derivative along a test direction is compared with the entries. A
 /// missing entry that is smaller than about 1e-5 of its row may not be noticed. If `x` belongs to an outer tape, the
 /// pattern must also have the entries whose terms cancel to zero, because their derivatives may not cancel.
+#[track_caller]
 pub fn sparse_jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
     pattern: &Pattern,
 ) -> Vec<R> {
+    pattern.check_arguments(x.len());
     let passes = (0..pattern.directions()).step_by(CHUNK);
     pattern.decompressed(&mut passes.map(|first| function(&pattern.seeded(x, first))))
 }
@@ -359,6 +374,7 @@ pub fn sparse_jacobian<R: Real>(
 ///
 /// # Panics
 /// Like [`sparse_jacobian`].
+#[track_caller]
 pub fn sparse_hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],

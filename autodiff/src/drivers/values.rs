@@ -34,6 +34,7 @@ pub fn value_and_jacobian<R: Real>(
 /// # Panics
 /// If `values` does not have one number per value of the function, or `jacobian` does not have one number per value and
 /// argument.
+#[track_caller]
 pub fn value_and_jacobian_into<R: Real>(
     function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>>,
     x: &[R],
@@ -69,6 +70,7 @@ pub fn value_and_jacobian_into<R: Real>(
 ///
 /// # Panics
 /// If `gradient` does not have one number per argument.
+#[track_caller]
 pub fn value_and_gradient_into<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Var<R>,
     x: &[R],
@@ -105,6 +107,7 @@ pub fn value_gradient_hessian<R: Real>(
 ///
 /// # Panics
 /// If `gradient` does not have one number per argument, or `hessian` does not have one number per pair of arguments.
+#[track_caller]
 pub fn value_gradient_hessian_into<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],

@@ -10,6 +10,7 @@ use crate::real::{Fused, Real};
 
 /// Implements [`Real::fused`] for variables. Everything that does not depend on the type of the function is in other
 /// functions, so that it is not compiled again for every function.
+#[track_caller]
 pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec<Var<R>> {
     let (values, generation) = (all_values(inputs), generation(inputs));
     let values = slices(&values);

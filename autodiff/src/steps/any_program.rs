@@ -93,6 +93,7 @@ impl AnyProgram<'_> {
     ///
     /// # Panics
     /// Like [`Program::map`]. Also if the number type is not a float and the kernel [cannot be recorded](AnyProgram).
+    #[track_caller]
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Kernel<I, O>,
@@ -105,6 +106,7 @@ impl AnyProgram<'_> {
     /// # Panics
     /// Like [`Program::map_with`]. Also if the number type is not a float and the kernel [cannot be
     /// recorded](AnyProgram).
+    #[track_caller]
     pub fn map_with<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
@@ -126,6 +128,7 @@ impl AnyProgram<'_> {
     /// # Panics
     /// Like [`Program::map_edges`]. Also if the number type is not a float and the kernel [cannot be
     /// recorded](AnyProgram).
+    #[track_caller]
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -144,6 +147,7 @@ impl AnyProgram<'_> {
     /// # Panics
     /// Like [`Program::map_edges_with`]. Also if the number type is not a float and the kernel [cannot be
     /// recorded](AnyProgram).
+    #[track_caller]
     pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -175,6 +179,7 @@ impl AnyProgram<'_> {
     /// # Panics
     /// Like [`Program::map_each_edge`]. Also if the number type is not a float and the kernel [cannot be
     /// recorded](AnyProgram).
+    #[track_caller]
     pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -205,6 +210,7 @@ impl AnyProgram<'_> {
     ///
     /// # Panics
     /// Like [`Program::gather`].
+    #[track_caller]
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         match &mut self.0 {
             Numbers::Double(program) => program.gather(x, indices),
@@ -217,6 +223,7 @@ impl AnyProgram<'_> {
     ///
     /// # Panics
     /// Like [`Program::solve`].
+    #[track_caller]
     pub fn solve<const N: usize>(
         &mut self,
         graph: &Graph,
@@ -231,6 +238,7 @@ impl AnyProgram<'_> {
     ///
     /// # Panics
     /// Like [`Program::solve_held`].
+    #[track_caller]
     pub fn solve_held<const N: usize>(
         &mut self,
         graph: &Graph,
@@ -251,6 +259,7 @@ impl AnyProgram<'_> {
     ///
     /// # Panics
     /// Like [`Program::sum_at_nodes`].
+    #[track_caller]
     pub fn sum_at_nodes(&mut self, graph: &Graph, x: Array) -> Array {
         match &mut self.0 {
             Numbers::Double(program) => program.sum_at_nodes(graph, x),

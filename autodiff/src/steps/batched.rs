@@ -27,6 +27,7 @@ impl<M: Model> Rollout<M> {
     /// - If a bound is negative or NaN, or [`CotangentBound::every`](crate::CotangentBound::every) is 0.
     /// - On a tape, if the [`Memory`](crate::Memory) budget is too small for a step.
     /// - If the model does not advance a part of its state, or a method of [`Program`](crate::Program) panics.
+    #[track_caller]
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let inputs: Vec<&[R]> = [&[start], parameters].concat();
         R::fused(
@@ -36,6 +37,7 @@ impl<M: Model> Rollout<M> {
     }
 
     /// Like [`run`](Rollout::run), but on a tape every operation of every step is a separate entry.
+    #[track_caller]
     pub fn unrolled<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let one = Starts { count: 1, own: &[] };
         let inputs: Vec<&[R]> = [&[start], parameters].concat();
@@ -93,6 +95,7 @@ impl<M: Model> Rollout<M> {
     /// # Panics
     /// Like [`run`](Rollout::run). Also if a [`Given::Each`] belongs to a matrix or does not have one slice for each
     /// start.
+    #[track_caller]
     pub fn run_batch<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
         if starts.is_empty() {
             return Vec::new();
@@ -107,11 +110,13 @@ impl<M: Model> Rollout<M> {
 }
 
 /// Returns the inputs of [`Batched`], and for each parameter whether each start has its own values.
+#[track_caller]
 fn flattened<'a, R: Real>(
     starts: &[&'a [R]],
     parameters: &[Given<'a, R>],
 ) -> (Vec<&'a [R]>, Vec<bool>) {
     let (mut inputs, mut own) = (starts.to_vec(), Vec::new());
+    assert_one_length(starts);
     for parameter in parameters {
         match parameter {
             Given::Shared(given) => inputs.push(given),
@@ -121,12 +126,29 @@ fn flattened<'a, R: Real>(
                     starts.len(),
                     "Given::Each must have one slice for each start"
                 );
+                assert_one_length(given);
                 inputs.extend(*given);
             }
         }
         own.push(matches!(parameter, Given::Each(_)));
     }
     (inputs, own)
+}
+
+/// # Panics
+/// If the slices of the starts differ in length.
+#[track_caller]
+fn assert_one_length<R>(of_starts: &[&[R]]) {
+    let len = of_starts.first().map_or(0, |first| first.len());
+    for own in of_starts {
+        assert_eq!(
+            own.len(),
+            len,
+            "all starts of a batch must have the same length, and so must a parameter of which each start has its own \
+             values: the first start has {len} numbers, but another has {}",
+            own.len()
+        );
+    }
 }
 
 /// A batch of rollouts as a fused function. The inputs are the starts, followed by each parameter: one slice that all
@@ -202,17 +224,7 @@ impl StartGroup {
     /// Takes from `of_starts`, which has one slice for each start of the batch, the slices of this group's starts, and
     /// interleaves them.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
-        let len = of_starts[0].len();
         let of_starts = &of_starts[self.starts.clone()];
-        for own in of_starts {
-            assert_eq!(
-                own.len(),
-                len,
-                "all starts of a batch must have the same length, and so must a parameter of which each \
-                 start has its own values: the first start has {len} numbers, but another has {}",
-                own.len()
-            );
-        }
         self.interleaved(|lane| of_starts[lane.min(of_starts.len() - 1)])
     }
 
@@ -279,6 +291,7 @@ impl Batch {
     }
 
     /// Runs all groups. Returns the observed states and, if `keeps` is true, what the reverse sweep needs.
+    #[track_caller]
     fn run<R: Real>(
         &self,
         record: Recorder<R>,

@@ -23,6 +23,7 @@ impl Rollout<()> {
 
     /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the forward run that
     /// the reverse sweep needs. If `keeps` is false, no reverse sweep follows and no steps are kept.
+    #[track_caller]
     pub(super) fn recorded<R: Real>(
         &self,
         record: Recorder<R>,

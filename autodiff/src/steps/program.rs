@@ -67,6 +67,7 @@ impl<R: Real> Default for Program<R> {
 /// Declarations of parameters, states, inputs and controls.
 impl<R: Real> Program<R> {
     /// Creates a program that runs `starts` starts at once: one, two, or one for each lane.
+    #[track_caller]
     pub(crate) fn side_by_side(starts: usize) -> Self {
         let most = lanes::<R>();
         assert!(
@@ -173,6 +174,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// If `state` is not a part of the state or was already advanced, if the lengths differ, or if `next` belongs to
     /// another program.
+    #[track_caller]
     pub fn advance(&mut self, state: Array, next: Array) {
         let part = self.states.iter().position(|s| *s == state);
         let part = part.expect("advance: `state` must be a part of the state");
@@ -191,6 +193,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// If an array does not belong to this program. This check is needed because steps read the inputs of operations
     /// without bounds checks.
+    #[track_caller]
     pub(super) fn assert_known(&self, arrays: &[Array]) {
         let known = |array: &Array| self.arrays.get(array.id) == Some(array);
         assert!(

@@ -11,6 +11,7 @@ use crate::real::Real;
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
 /// program has an array or a matrix of the same shape at the same position in memory.
 impl<R: Real> Program<R> {
+    #[track_caller]
     fn assert_known_matrix(&self, matrix: Matrix) {
         let known = self.parameters.get(matrix.parameter);
         let is_known = matches!(known, Some(Parameter::Matrix(m)) if *m == matrix);
@@ -28,6 +29,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// If the arrays differ in length, if one belongs to another program, or if the kernel has no inputs or no
     /// results.
+    #[track_caller]
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Kernel<I, O>,
@@ -42,6 +44,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// Like [`map`](Program::map). Also if `uniforms` does not have one array for each uniform input of the kernel, or
     /// one of these arrays does not have exactly one number.
+    #[track_caller]
     pub fn map_with<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
@@ -61,6 +64,7 @@ impl<R: Real> Program<R> {
         self.operations.push(StepOperation::Kernel(kernel));
     }
 
+    #[track_caller]
     fn assert_uniform(&self, arrays: &[Array]) {
         self.assert_known(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
@@ -68,6 +72,7 @@ impl<R: Real> Program<R> {
     }
 
     /// Checks the inputs of a kernel and allocates an array for each of its `results` results.
+    #[track_caller]
     pub(super) fn map_outputs(
         &mut self,
         x: &[Array],
@@ -93,6 +98,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// If the total length of the arrays of `x` is not the number of columns of the matrix, if the length of `bias` is
     /// not the number of rows, or if an array or the matrix belongs to another program.
+    #[track_caller]
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
     }
@@ -103,6 +109,7 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// Like [`dense`](Program::dense).
+    #[track_caller]
     pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], true)
     }
@@ -113,6 +120,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// Like [`dense`](Program::dense). Also if the number of true items in `places` is not the number of rows of the
     /// matrix.
+    #[track_caller]
     pub fn dense_tanh_spread(
         &mut self,
         matrix: Matrix,
@@ -123,6 +131,7 @@ impl<R: Real> Program<R> {
         self.dense_layer(matrix, x, bias, places, true)
     }
 
+    #[track_caller]
     fn dense_layer(
         &mut self,
         matrix: Matrix,
@@ -228,6 +237,7 @@ impl<R: Real> Program<R> {
     /// - If an array of `per_edge` does not have one number for each slot.
     /// - If the kernel has no results, or does not have one input for each array of `ends` and `per_edge`.
     /// - If an array belongs to another program.
+    #[track_caller]
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -246,6 +256,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// Like [`map_edges`](Program::map_edges). Also if `uniforms` does not have one array for each uniform input of the
     /// kernel, or one of these arrays does not have exactly one number.
+    #[track_caller]
     pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -269,6 +280,7 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// Like [`map_edges_with`](Program::map_edges_with). Also if `ends` is empty.
+    #[track_caller]
     pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -289,6 +301,7 @@ impl<R: Real> Program<R> {
 
     /// Checks the inputs of a kernel over edges. Returns the graph of all starts, and an array for each of the `results`
     /// results: over the nodes if `sums` is true and the results are summed there, else over the slots.
+    #[track_caller]
     pub(super) fn edge_outputs(
         &mut self,
         graph: &Graph,
@@ -322,6 +335,7 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// If an index is out of range, or the array belongs to another program.
+    #[track_caller]
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         self.assert_known(&[x]);
         assert!(
@@ -364,6 +378,7 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// If an array of `offsets` or `values` is not as long as the weights, or an array belongs to another program.
+    #[track_caller]
     pub fn weighted(
         &mut self,
         weights: Array,
@@ -442,6 +457,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// If an array has another length than is said above, if their numbers do not fit `N`, if the graph has no nodes, or if
     /// an array belongs to another program.
+    #[track_caller]
     pub fn solve<const N: usize>(
         &mut self,
         graph: &Graph,
@@ -460,6 +476,7 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// Like [`solve`](Program::solve). Also if a node has more than four unknowns.
+    #[track_caller]
     pub fn solve_held<const N: usize>(
         &mut self,
         graph: &Graph,
@@ -476,6 +493,7 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// If `x` does not have one number for each slot, or belongs to another program.
+    #[track_caller]
     pub fn sum_at_nodes(&mut self, graph: &Graph, x: Array) -> Array {
         self.assert_known(&[x]);
         assert_eq!(
@@ -490,6 +508,7 @@ impl<R: Real> Program<R> {
     }
 
     /// Implements [`solve`](Program::solve) and [`solve_held`](Program::solve_held).
+    #[track_caller]
     pub(super) fn solve_all(
         &mut self,
         graph: &Graph,

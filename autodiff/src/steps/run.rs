@@ -14,6 +14,7 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// If a part of the state was not advanced.
+    #[track_caller]
     pub(crate) fn finish(mut self) -> Self {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
         let next = next
@@ -56,6 +57,7 @@ impl<R: Real> Program<R> {
 
     /// Loads the parameters of a rollout over `steps` steps and checks their lengths. Where `own` is true, `parameters`
     /// has the values of all starts, interleaved. Other parameters are shared by all starts.
+    #[track_caller]
     pub(crate) fn load(
         &mut self,
         values: &mut [R],

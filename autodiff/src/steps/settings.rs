@@ -123,6 +123,7 @@ impl<M: Model> Rollout<M> {
 
 impl Rollout<()> {
     /// Checks the settings. `inputs` is the number of inputs of a step.
+    #[track_caller]
     pub(super) fn check(&self, inputs: usize) {
         assert!(
             self.observed.is_sorted(),

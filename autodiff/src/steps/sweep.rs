@@ -34,6 +34,7 @@ pub(super) struct Stepper<R: Real> {
 impl<R: Real> Stepper<R> {
     /// Records the program and loads its numbers. `inputs` are the starts (interleaved if there are several), then the
     /// parameters.
+    #[track_caller]
     fn new(rollout: &Rollout<()>, record: Recorder<R>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
         record(&mut program);
@@ -132,6 +133,7 @@ pub(super) struct Recorded<R: Real> {
 impl<R: Real> Recorded<R> {
     /// Prepares a forward run. If `keeps` is true, the run keeps what a reverse sweep needs. The other arguments are
     /// those of [`Stepper::new`].
+    #[track_caller]
     pub(super) fn new(
         rollout: &Rollout<()>,
         record: Recorder<R>,

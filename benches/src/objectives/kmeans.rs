@@ -1,12 +1,11 @@
 //! The sum of the squared distances of points from their closest centroids.
 //!
 //! First the closest centroid of each point is found, in lanes over points. Small shifts of the centroids do not change
-//! which one is closest. So for the derivatives, each centroid has a fixed set of points, and the objective is a sum
-//! over these points.
+//! which one is closest. So for the derivatives, each centroid has a fixed set of points, and the objective is a sum of
+//! functions of one coordinate each.
 
-use autodiff::data::{Sum, Summand};
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Dual, Real, gradient};
+use autodiff::{Dual2, Nested, Real};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -81,52 +80,37 @@ impl Vectorized<f64> for Closest<'_> {
     }
 }
 
-/// The squared distance of a point from a centroid.
-#[derive(Clone)]
-struct SquaredDistance;
-
-impl Summand for SquaredDistance {
-    fn eval<R: Real>(&self, centroid: &[R], point: &[R]) -> R {
-        let mut distance = R::zero();
-        for i in 0..point.len() {
-            let gap = point[i] - centroid[i];
-            distance = gap.fma(gap, distance);
-        }
-        distance
-    }
-}
-
-/// The derivative of a summand, by forward mode. All shared numbers are shifted by the same amount, and the derivative
-/// is with respect to this amount.
-#[derive(Clone)]
-struct Growth<S>(S);
-
-impl<S: Summand> Summand for Growth<S> {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let shared: Vec<Dual<R, 1>> = shared.iter().map(|&x| Dual::variable(x, 0)).collect();
-        let datum: Vec<Dual<R, 1>> = datum.iter().map(|&x| Dual::constant(x)).collect();
-        self.0.eval(&shared, &datum).tangent[0]
-    }
-}
-
-/// Returns the negative step of Newton's method for each centroid. The Hessian is diagonal, so its product with a
-/// vector of ones gives all its entries. This product is computed by reverse mode over forward mode.
-fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
+/// For each coordinate of each centroid: the sum, over the points of the centroid, of the squared distance along this
+/// coordinate.
+fn spreads<R: Real>(cloud: &Cloud, closest: &[usize], centroids: &[R]) -> Vec<R> {
     let d = cloud.columns.len();
-    let (closest, _) = f64::vectorize(Closest { cloud, centroids });
-    let mut clusters = vec![Vec::new(); centroids.len() / d];
-    for (point, &cluster) in cloud.points.iter().zip(&closest) {
-        clusters[cluster].push(point);
+    let mut sums = vec![R::zero(); centroids.len()];
+    for (point, &cluster) in cloud.points.iter().zip(closest) {
+        let own = cluster * d..(cluster + 1) * d;
+        let pairs = sums[own.clone()].iter_mut().zip(&centroids[own]);
+        for ((sum, &centroid), &point) in pairs.zip(point) {
+            let gap = centroid - R::lit(point);
+            *sum += gap * gap;
+        }
     }
-    let of_cluster = |(points, centroid): (&Vec<&Vec<f64>>, &[f64])| {
-        let cost = Sum::new(SquaredDistance, points);
-        let slope = gradient(|c| cost.run(c), centroid);
-        let growth = Sum::new(Growth(SquaredDistance), points);
-        let curvature = gradient(|c| growth.run(c), centroid);
-        slope.iter().zip(curvature).map(|(g, h)| g / h).collect()
-    };
-    let pairs = clusters.iter().zip(centroids.chunks(d));
-    pairs.map(of_cluster).collect()
+    sums
+}
+
+/// Returns the negative step of Newton's method for each centroid. The objective is the sum of the [`spreads`], each of
+/// which depends on one coordinate. So the gradient and the diagonal of the Hessian, which has no other entries, are
+/// the derivatives of all spreads along a single direction.
+fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
+    let (closest, _) = f64::vectorize(Closest { cloud, centroids });
+    let variables: Vec<Dual2<f64>> = centroids.iter().map(|&x| Dual2::variable_at(x)).collect();
+    let spreads = spreads(cloud, &closest, &variables);
+    let steps: Vec<f64> = spreads
+        .iter()
+        .map(|f| f.derivative(1) / f.derivative(2))
+        .collect();
+    steps
+        .chunks_exact(cloud.columns.len())
+        .map(<[f64]>::to_vec)
+        .collect()
 }
 
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {

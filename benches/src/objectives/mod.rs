@@ -9,7 +9,7 @@
 //! | `ba` | forward mode: the local Jacobian of every observation, in lanes over observations |
 //! | `lstm` | reverse mode: a rollout with one step per character |
 //! | `ht` (ADBench's `hand`) | forward mode: four directions serve all fingers, in lanes over vertices |
-//! | `kmeans` | reverse mode, and reverse over forward, of sums in lanes over the points of a centroid |
+//! | `kmeans` | forward over forward mode: one direction serves all coordinates of all centroids |
 //! | `ode` | reverse mode: a rollout of Runge-Kutta steps |
 //! | `llsq` | reverse mode: a sum over data in lanes |
 //! | `det` | reverse mode: a sum over the minors of the last rows in lanes, nested calls above |

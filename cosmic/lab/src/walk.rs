@@ -74,7 +74,7 @@ pub fn place(case: &Case, along: f64) -> Vector<f64> {
 /// # Errors
 /// [`Error::Usage`] if the goal of the robot is a number of its controller; [`Error::Diverged`].
 pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
-    if case.observation.goals == GoalKind::Fixed {
+    if case.observation.goals != GoalKind::Given {
         return Err(Error::Usage(
             "this robot has one fixed goal, which is a number of its controller; to walk to other goals, a robot \
              needs a scene with `controller.goals = \"given\"`, such as `errand`"

@@ -182,7 +182,8 @@ keys! {
     goal_scale: f64 = controller.goal_scale,
     #[serde(default)]
     goal_relative: bool = controller.goal_relative,
-    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    // The second of two goals is not in a case: for a rollout, two goals are a fixed goal.
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "are_not_given")]
     goals: GoalKind = controller.goals,
     offset_scale: f64 = controller.offset_scale,
     velocity_scale: f64 = controller.velocity_scale,
@@ -300,6 +301,10 @@ fn is_one(option: &usize) -> bool {
 
 /// True if an option has its default value. Options that the first version of the format does not have are left out of
 /// a case file if this is true.
+fn are_not_given(goals: &GoalKind) -> bool {
+    *goals != GoalKind::Given
+}
+
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

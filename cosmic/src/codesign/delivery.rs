@@ -156,7 +156,7 @@ impl Evaluator {
             last: spreads[judged.len() - 1].displacement,
             merit: match (self.loss.is_far(), self.scene.controller.goals) {
                 (true, _) => None,
-                (false, GoalKind::Fixed) => Some(spreads[0].merit),
+                (false, GoalKind::Fixed | GoalKind::Two) => Some(spreads[0].merit),
                 (false, GoalKind::Given) => Some(varied.merit),
             },
             volume,

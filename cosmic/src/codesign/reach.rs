@@ -67,7 +67,7 @@ fn worse(a: f64, b: f64) -> f64 {
 /// True if robots are ranked by their displacement alone. The loss must be the loss for distance, and there must be a
 /// single goal.
 pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
-    loss.is_far() && !scene.controller.two_goals
+    loss.is_far() && scene.controller.goals != GoalKind::Two
 }
 
 impl Evaluator {
@@ -175,11 +175,11 @@ impl Evaluator {
     /// The kind of merit by which robots of this scene are ranked.
     pub(super) fn merit(&self) -> Merit {
         let scale = self.task.lattice.scale;
-        match (self.loss.is_far(), self.scene.controller.two_goals) {
-            (false, _) if self.scene.controller.goals == GoalKind::Given => Merit::MinusShare,
+        match (self.loss.is_far(), self.scene.controller.goals) {
+            (false, GoalKind::Given) => Merit::MinusShare,
             (false, _) => Merit::MinusLoss,
-            (true, true) => Merit::ShorterWay { scale },
-            (true, false) => Merit::Distance { scale },
+            (true, GoalKind::Two) => Merit::ShorterWay { scale },
+            (true, _) => Merit::Distance { scale },
         }
     }
 
@@ -219,7 +219,7 @@ impl Evaluator {
     ) -> Vec<T> {
         // All rollouts for the goal ahead come first, because the bits of a gradient depend on the order.
         let ahead = roll(Goal::Ahead);
-        if !self.scene.controller.two_goals {
+        if self.scene.controller.goals != GoalKind::Two {
             return ahead;
         }
         let pairs = ahead.into_iter().zip(roll(Goal::Behind));

@@ -225,8 +225,8 @@ impl<'a, R: Real> Fold<'a, R> {
         let goal = Vector::new(self.settings.goal);
         match (self.settings.goals, self.sight.follows_goal(self.settings)) {
             (GoalKind::Given, _) => Vector::zero(),
-            (GoalKind::Fixed, false) => goal,
-            (GoalKind::Fixed, true) => goal - self.ground.vertical() * self.ground.height,
+            (_, false) => goal,
+            (_, true) => goal - self.ground.vertical() * self.ground.height,
         }
     }
 }

@@ -42,7 +42,7 @@ impl Sight {
 
     /// True if the goal in the observation moves with the robot and is folded into the weights of a layer.
     pub(super) fn follows_goal(self, settings: &ControllerSettings) -> bool {
-        self == Self::Robot && settings.goal_relative && settings.goals == GoalKind::Fixed
+        self == Self::Robot && settings.goal_relative && settings.goals != GoalKind::Given
     }
 }
 
@@ -105,7 +105,7 @@ fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground
     let offset = || goal - ground.vector_to_ground(mean);
     match (settings.goals, settings.goal_relative) {
         (GoalKind::Given, _) => towards(offset(), settings.goal_scale),
-        (GoalKind::Fixed, true) => offset() * scale,
-        (GoalKind::Fixed, false) => goal * scale,
+        (_, true) => offset() * scale,
+        (_, false) => goal * scale,
     }
 }

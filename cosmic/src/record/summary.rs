@@ -56,7 +56,7 @@ keys! {
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
         /// Displacement in the rollout of `displacement_along`, along the x and y axes of the world.
         displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
-        /// Only with `controller.two_goals`: median displacement from the starts of `displacement_p50` with the goal
+        /// Only with `controller.goals = "two"`: median displacement from the starts of `displacement_p50` with the goal
         /// behind the robot. Negative displacements are towards the goal.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         displacement_behind_p50: Option<f64>, "number or `null`", unit "m";

@@ -24,7 +24,7 @@ settings! {
         /// states that the loss covers.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the task `reach` and a fixed goal" if |s: &Scene| {
-                s.objective.task == TaskKind::Reach && s.has_task() && s.controller.goals == GoalKind::Fixed
+                s.objective.task == TaskKind::Reach && s.has_task() && s.controller.goals != GoalKind::Given
             },
             source "beyond the paper";
         /// For "reach": the time by which the payload's speed is multiplied, to count as a distance from the target or

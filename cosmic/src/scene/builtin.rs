@@ -2,9 +2,10 @@
 
 use super::Scene;
 use super::base::{Base, TOP_KEYS};
+use super::diagnostic::suggest;
 use super::diagnostic::{SceneText, not_text};
 use super::keys::sections;
-use super::read::{options, pointed, suggest};
+use super::read::{options, pointed};
 use crate::error::{Error, Result};
 use crate::laws::{self, Choice};
 use crate::reading::{read_at_most, too_long};

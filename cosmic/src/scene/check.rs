@@ -291,14 +291,9 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     if let Some((key, why)) = controller.misfit() {
         found.require(false, given(key), why.to_owned());
     }
-    if controller.goals == GoalKind::Fixed {
+    if controller.goals != GoalKind::Given {
         return;
     }
-    found.require(
-        !controller.two_goals,
-        given("controller.two_goals"),
-        "with given goals, robots go both ways without two_goals".to_owned(),
-    );
     let task = scene.objective.task;
     found.require(
         !scene.has_task() || task == TaskKind::Reach,
@@ -339,8 +334,8 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     );
     let task = scene.objective.task;
     found.require(
-        !scene.controller.two_goals || task == TaskKind::Far,
-        ["controller.two_goals", "objective.task"],
+        scene.controller.goals != GoalKind::Two || task == TaskKind::Far,
+        ["controller.goals", "objective.task"],
         format!(
             "two goals need the task \"far\", but the task is \"{}\"",
             task.name()

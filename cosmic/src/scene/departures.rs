@@ -75,9 +75,11 @@ const KNOWN: &[KnownDeparture] = &departures! {
     "controller.clock": "the frequency of the clock is optimised with the controller"
         if |s| s.controller.clock == ClockKind::Learned;
     "controller.goal_relative": "the goal is relative to the robot, not absolute"
-        if |s| s.controller.goal_relative && s.controller.goals == GoalKind::Fixed;
+        if |s| s.controller.goal_relative && s.controller.goals != GoalKind::Given;
     "controller.goals": "the goal is an input of a rollout, and the robot observes its direction"
         if |s| s.controller.goals == GoalKind::Given;
+    "controller.goals": "the controller is also trained for a goal behind the robot"
+        if |s| s.controller.goals == GoalKind::Two;
     "start.tilt": "the initial design has more void on one side, which depends on the seed"
         if |s| s.start.tilt > 0.0;
     "physics.integrator": "steps are integrated by another method, leapfrog or an implicit one"
@@ -102,8 +104,6 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.robust.samples > 0;
     "lattice.mirror": "the robot is its own mirror image, front and back"
         if |s| s.lattice.mirror;
-    "controller.two_goals": "the controller is also trained for a goal behind the robot"
-        if |s| s.controller.two_goals;
     "materials.penalisation": "the stiffness of mixtures is penalised, as in SIMP"
         if |s| s.materials.penalisation != 1 && s.designs();
     "binarisation.method": "the binarisation measures are constraints, not terms of the augmented Lagrangian"

@@ -63,6 +63,18 @@ pub(super) struct Fault {
     pub(super) allowed: String,
 }
 
+/// A hint for a misspelt name: the known name that is most similar, or all known names if none is similar.
+pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Clone) -> String {
+    /// Names that differ by one or two typing errors have a Jaro-Winkler similarity above this number.
+    const CLOSE: f64 = 0.8;
+    let rate = |name: &&'n str| strsim::jaro_winkler(wrong, name);
+    let best = known.clone().max_by(|a, b| rate(a).total_cmp(&rate(b)));
+    match best.filter(|name| rate(name) > CLOSE) {
+        Some(name) => format!("did you mean `{name}`?"),
+        None => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
+    }
+}
+
 /// Joins all faults to one error. Its report shows them in the order of the sources.
 pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error {
     faults.sort_by_key(|fault| (fault.source, fault.span.start));

@@ -32,6 +32,7 @@ mod doubts;
 mod check;
 mod diagnostic;
 mod read;
+mod renamed;
 mod toml_file;
 mod whole;
 mod write;

@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::base::TOP_KEYS;
-use super::diagnostic::{Fault, SceneText, malformed};
+use super::diagnostic::{Fault, SceneText, malformed, suggest};
 use super::keys::sections;
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
@@ -348,30 +348,52 @@ impl<'s, 't> Reader<'s, 't> {
             };
             return self.fault(value.span(), message, allowed);
         };
+        let mut renamed = Vec::new();
         for (key, value) in table {
             let path = format!("{name}.{}", key.get_ref());
-            match self.scene.field(&path) {
-                Some(field) => {
-                    let is_auto = !field.auto.is_empty() && value.get_ref().as_str() == Some(AUTO);
-                    if is_auto {
-                        self.scene.auto.insert(path.clone());
-                    } else if let Err(misfit) = field.value.read(value, &field.limits) {
-                        let allowed = format!("allowed: {}", field.allowed());
-                        self.misfit(&path, value, misfit, allowed);
-                    }
-                    if !is_auto {
-                        self.scene.auto.remove(&path);
-                    }
-                    let (source, span) = (self.source, value.span());
-                    self.places.insert(path, KeyPlace { source, span });
-                }
-                None => self.unknown_key(name, key.get_ref(), key.span()),
+            match (self.scene.field(&path), Self::old_key(&path)) {
+                (Some(_), _) => self.key(path, value),
+                (None, Some(key)) => renamed.push((key, value)),
+                (None, None) => self.unknown_key(name, key.get_ref(), key.span()),
             }
+        }
+        for (key, value) in renamed {
+            self.renamed_key(key, value);
         }
     }
 
+    /// Reads the value of a key of the scene.
+    fn key(&mut self, path: String, value: &Spanned<DeValue>) {
+        let Some(field) = self.scene.field(&path) else {
+            return;
+        };
+        let is_auto = !field.auto.is_empty() && value.get_ref().as_str() == Some(AUTO);
+        if is_auto {
+            self.scene.auto.insert(path.clone());
+        } else if let Err(misfit) = field.value.read(value, &field.limits) {
+            let allowed = format!("allowed: {}", field.allowed());
+            self.misfit(&path, value, misfit, allowed);
+        }
+        if !is_auto {
+            self.scene.auto.remove(&path);
+        }
+        self.place(path, value);
+    }
+
+    /// Notes that the current source sets the key `path` by `value`.
+    pub(super) fn place(&mut self, path: String, value: &Spanned<DeValue>) {
+        let (source, span) = (self.source, value.span());
+        self.places.insert(path, KeyPlace { source, span });
+    }
+
     /// Records an error for a value that `path`, the key, does not allow.
-    fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
+    pub(super) fn misfit(
+        &mut self,
+        path: &str,
+        value: &Spanned<DeValue>,
+        misfit: Misfit,
+        allowed: String,
+    ) {
         if LAW_KEYS.contains(&path) {
             self.untaken.extend(words(value));
         }
@@ -459,18 +481,6 @@ fn words(value: &Spanned<DeValue>) -> Vec<String> {
         .into_iter()
         .filter_map(|entry| entry.get_ref().as_str());
     words.map(str::to_owned).collect()
-}
-
-/// A hint for a misspelt name: the known name that is most similar, or all known names if none is similar.
-pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Clone) -> String {
-    /// Names that differ by one or two typing errors have a Jaro-Winkler similarity above this number.
-    const CLOSE: f64 = 0.8;
-    let rate = |name: &&'n str| strsim::jaro_winkler(wrong, name);
-    let best = known.clone().max_by(|a, b| rate(a).total_cmp(&rate(b)));
-    match best.filter(|name| rate(name) > CLOSE) {
-        Some(name) => format!("did you mean `{name}`?"),
-        None => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
-    }
 }
 
 /// The first line of a text, cut off if it is long.

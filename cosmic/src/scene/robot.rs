@@ -143,7 +143,7 @@ settings! {
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
         /// Number of linear equations that an implicit step solves, each about the result of the one before. One is
         /// inaccurate: it brakes stiff robots that turn.
-        passes: usize = 2, allowed within(1.0, 16.0), since 5,
+        passes: usize = 2, allowed within(1.0, 16.0), since 6,
             read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
             source "found by experiment";
         /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
@@ -321,17 +321,16 @@ settings! {
         /// Whether the goal is given relative to the mean node position.
         goal_relative: bool = false,
             read "with a `goal_scale` above 0 and a fixed goal" if |s: &Scene| {
-                s.controller.goal_scale > 0.0 && s.controller.goals == GoalKind::Fixed
+                s.controller.goal_scale > 0.0 && s.controller.goals != GoalKind::Given
             },
             source "D3; paper: false";
-        /// Whether the controller is also trained for a second goal, mirrored behind the origin: the payload should get
-        /// as far back as it gets ahead. Robots are ranked by the worse of the two goals. The paper's goal is too small an
-        /// input for a robot to steer by: with each of the scales 0.05, 0.5, 1.5 and 3 it walks to the same side for both
-        /// goals, or badly. For a robot that steers, choose `goals = "given"`.
-        two_goals: bool = false, since 1, source "paper: false";
-        /// Whether the goal is a number of the controller, or an input of every rollout that may change while the robot
-        /// walks. A given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with
-        /// the `goal_scale` s: of a far goal, only its direction.
+        /// The goals for which the controller is trained: `goal`, a number of the controller; two such goals, of which the
+        /// second is mirrored behind the origin; or goals that are given to every rollout and may change while the robot
+        /// walks. With two goals the payload should get as far back as it gets ahead, and robots are ranked by the worse
+        /// of the two. The paper's goal is too small an input for a robot to steer by: with each of the scales 0.05, 0.5,
+        /// 1.5 and 3 it walks to the same side for both goals, or badly. For a robot that steers, choose given goals. A
+        /// given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with the
+        /// `goal_scale` s: of a far goal, only its direction.
         goals: GoalKind = GoalKind::Fixed, since 5, source "paper: fixed";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
@@ -350,12 +349,15 @@ settings! {
 }
 
 settings! {
-    /// Whether the goal is an input of a rollout.
+    /// The goals for which a controller is trained.
     #[derive(Default)]
     enum GoalKind {
         /// The goal is a number of the controller: `goal`.
         #[default]
         Fixed = "fixed",
+        /// The goal is a number of the controller, and the controller is also trained for the same goal behind the
+        /// origin.
+        Two = "two",
         /// Every rollout has its own goals. Without others it is `goal`.
         Given = "given",
     }
@@ -404,7 +406,7 @@ impl ControllerSettings {
     pub(crate) fn misfit(&self) -> Option<(&'static str, &'static str)> {
         let unseen = "given goals need a policy that observes the robot, and a goal_scale above 0";
         match (self.goals, self.policy.name()) {
-            (GoalKind::Fixed, "gaits") => Some((
+            (GoalKind::Fixed | GoalKind::Two, "gaits") => Some((
                 "controller.policy",
                 "the policy \"gaits\" needs goals = \"given\"",
             )),

@@ -1,8 +1,8 @@
 //! A TOML file that is not a scene but contains settings of scenes in some of its tables, such as the file of a study.
 
 use super::Scene;
-use super::diagnostic::{Fault, SceneText, malformed};
-use super::read::{Reader, parsed, suggest};
+use super::diagnostic::{Fault, SceneText, malformed, suggest};
+use super::read::{Reader, parsed};
 use crate::error::{Error, Result};
 use crate::reading::in_words;
 use serde::de::DeserializeOwned;

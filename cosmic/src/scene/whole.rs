@@ -2,8 +2,8 @@
 //! follow from others, and contradictions.
 
 use super::base::{Base, TOP_KEYS};
-use super::diagnostic::Fault;
-use super::read::{KeyPlace, Kind, Reader, abridged, suggest};
+use super::diagnostic::{Fault, suggest};
+use super::read::{KeyPlace, Kind, Reader, abridged};
 use super::version::{FORMAT, VERSION};
 use super::{Scene, check};
 use crate::settings::{SettingValue, within};

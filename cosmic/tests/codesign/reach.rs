@@ -5,7 +5,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{GradientPrecision, Scene, SelectionKind, TaskKind};
+use cosmic::scene::{GoalKind, GradientPrecision, Scene, SelectionKind, TaskKind};
 
 /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
 /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
@@ -132,7 +132,7 @@ fn the_first_of_equals_is_the_best_and_diverged_rollouts_are_last() {
 #[test]
 fn with_two_goals_the_worse_one_gives_the_merit() {
     let mut scene = Scene::parse("lively", LIVELY).unwrap();
-    (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
+    (scene.controller.goals, scene.controller.goal_scale) = (GoalKind::Two, 0.0);
     let check = |codesign: CoDesign, ahead: fn(&Reached) -> f64| {
         let progress = codesign.begin(1).unwrap();
         let reached = codesign.evaluator().evaluate(&progress);

@@ -4,7 +4,7 @@ use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Sough
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
-use cosmic::scene::{GradientPrecision, HorizonMode, MovedBody, Named, Scene, TaskKind};
+use cosmic::scene::{GoalKind, GradientPrecision, HorizonMode, MovedBody, Named, Scene, TaskKind};
 use cosmic::simulator::{Span, stability::Vibration};
 use cosmic::task::{Horizon, Task};
 
@@ -49,7 +49,7 @@ fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
 #[test]
 fn the_gradient_for_two_goals_agrees_with_differences() {
     let mut scene = tiny();
-    (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
+    (scene.lattice.drop, scene.controller.goals) = (1.0, GoalKind::Two);
     scene.controller.goal_scale = 1.0;
     let slopes = slopes_agree_with_differences(&scene);
     assert!(slopes.iter().all(|slope| *slope != 0.0));
@@ -121,7 +121,7 @@ fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
 #[test]
 fn both_goals_have_the_same_robot() {
     let mut scene = tiny();
-    (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
+    (scene.controller.goals, scene.controller.goal_scale) = (GoalKind::Two, 0.0);
     scene.robust.samples = 3;
     let slope = slope_in_domains(&scene, 20);
     assert_eq!(slope.loss, 0.0);
@@ -203,7 +203,7 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
     check(&scene, HorizonMode::Tail);
     scene.gradient.precision = GradientPrecision::F32;
     check(&scene, HorizonMode::Head);
-    scene.controller.two_goals = true;
+    scene.controller.goals = GoalKind::Two;
     scene.robust.samples = 2;
     scene.gradient.precision = GradientPrecision::F64;
     check(&scene, HorizonMode::Head);

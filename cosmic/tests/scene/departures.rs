@@ -43,7 +43,6 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("controller.clock", &["\"fixed\""]),
     ("controller.goal_relative", &["false"]),
     ("controller.goals", &["\"fixed\""]),
-    ("controller.two_goals", &["false"]),
     // The starts of the paper's designs d, b and c, of its ablation, and of its design a.
     (
         "start.kind",

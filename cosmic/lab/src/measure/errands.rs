@@ -146,7 +146,7 @@ impl Errands {
             return Ok(Some(()));
         }
         let scene = run::read_scene(folder, registry)?;
-        if scene.controller.goals == GoalKind::Fixed {
+        if scene.controller.goals != GoalKind::Given {
             return Ok(Some(()));
         }
         let design = folder.join(run::DESIGN);

@@ -96,7 +96,7 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
 /// this program lacks laws of the scene.
 fn ways(run: &RunFiles) -> Result<Vec<Way>> {
     let scene = &run.robot.scene;
-    if scene.controller.goals == GoalKind::Fixed || !run.robot.lacks().is_empty() {
+    if scene.controller.goals != GoalKind::Given || !run.robot.lacks().is_empty() {
         return Ok(Vec::new());
     }
     let case = (run.robot).case(&run.folder.join(DESIGN), "the ways to goals")?;

@@ -4,7 +4,7 @@ use cosmic::codesign::Record;
 use cosmic::record::files::read_json;
 use cosmic::record::multistart::{FORMAT, Halving, Rung, SEARCH, Standing, folder_of, median};
 use cosmic::record::{RunPlan, Search, history, optimise};
-use cosmic::scene::Scene;
+use cosmic::scene::{GoalKind, Scene};
 use std::num::NonZeroUsize;
 
 /// A rung for starts with these merits and the seeds 3, 4, and so on.
@@ -73,7 +73,7 @@ fn starts_are_ranked_by_a_user_s_loss_and_by_the_worse_of_two_goals() {
         );
     };
     let mut two = scene.clone();
-    (two.controller.two_goals, two.controller.goal_scale) = (true, 3.0);
+    (two.controller.goals, two.controller.goal_scale) = (GoalKind::Two, 3.0);
     check(&two);
     let own = scene.knowing(&Registry::default().with_loss("up", Up));
     check(&own.set(&["objective.own_loss=up"]).unwrap());
