@@ -8,7 +8,7 @@ use autodiff::{AnyProgram, Array, Dual, Pullback, Real};
 
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum, add};
 use super::law::{Law, StepInput, step_inputs};
-use super::slopes::{Slopes, Stretched, Tensions};
+use super::slopes::{Slopes, Tensions};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
@@ -312,12 +312,7 @@ impl<L: BarForce> Force for OnBars<L> {
             dt: step.dt,
             softening: step.softening,
         };
-        let edge = [
-            step.activation,
-            step.stiffness,
-            step.rest_length,
-            step.strain,
-        ];
+        let edge = step.per_edge();
         let impulses = if L::NEEDS_RATE {
             let ends = step.nodes.array();
             let moving = MovingTension(tension);
@@ -336,20 +331,16 @@ impl<L: BarForce> Force for OnBars<L> {
     fn record_slopes(
         &self,
         p: &mut AnyProgram,
-        bars: &Stretched,
+        step: &Step,
         given: &Given<Array>,
         before: Option<Tensions>,
     ) -> Option<Tensions> {
-        let [length, rate] = bars.length;
-        let edge = [
-            length,
-            rate,
-            bars.activation,
-            bars.stiffness,
-            bars.rest_length,
-            bars.strain,
-        ];
-        let own = p.map_with(Slopes(self.0.clone()), edge, &given.inputs);
+        let slopes = Slopes {
+            law: self.0.clone(),
+            softening: step.softening,
+        };
+        let (ends, edge) = (step.nodes.array(), step.per_edge());
+        let own = p.map_each_edge(step.graph, slopes, ends, &edge, &given.inputs);
         let Some(before) = before.map(Tensions::array) else {
             return Some(own.into());
         };

@@ -8,7 +8,7 @@ use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
 use super::law::StepInput;
 use super::motion::Particle;
-use super::slopes::{Stretched, Tensions};
+use super::slopes::Tensions;
 use super::stiffness::Stiffness;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
@@ -38,6 +38,18 @@ pub struct Step<'a, const D: usize = 2> {
     pub softening: f64,
     /// The unit vector opposite to gravity.
     pub vertical: Vector<f64, D>,
+}
+
+impl<const D: usize> Step<'_, D> {
+    /// The arrays of the edges that a force along bars reads: activation, stiffness, rest length and strain.
+    pub(super) fn per_edge(&self) -> [Array; 4] {
+        [
+            self.activation,
+            self.stiffness,
+            self.rest_length,
+            self.strain,
+        ]
+    }
 }
 
 /// A robot at one moment, for computations that are not part of a step. Vectors are in the ground's frame.
@@ -138,7 +150,7 @@ pub trait Force: Debug + Send + Sync {
     fn record_slopes(
         &self,
         _p: &mut AnyProgram,
-        _bars: &Stretched,
+        _step: &Step,
         _given: &Given<Array>,
         _before: Option<Tensions>,
     ) -> Option<Tensions> {

@@ -10,8 +10,8 @@ use super::mechanics::Mechanics;
 use super::parameters::Parameters;
 use crate::geometry::Vector;
 use crate::laws::{
-    Along, Equation, FirstPass, Flat, FreeEquation, Hold, Impulse, Linear, NextPass, Particle,
-    Passing, Reaction, Step, Stretched, Sum, Tensions,
+    Equation, FirstPass, Flat, FreeEquation, Hold, Impulse, Linear, NextPass, Particle, Passing,
+    Reaction, Step, Sum,
 };
 
 /// An implicit step of all nodes, as it is recorded.
@@ -114,48 +114,31 @@ impl Implicit<'_> {
         [wx, wy, fx, fy, jx, jy, self.step.inverse_mass]
     }
 
+    /// The step with the nodes at a base.
+    fn at(&self, base: Particle<Array>) -> Step<'_> {
+        Step {
+            nodes: base,
+            ..*self.step
+        }
+    }
+
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
     fn bars(&self, p: &mut AnyProgram, base: Particle<Array>, from_start: bool) -> Bars {
-        let (step, nodes) = (self.step, self.step.graph.nodes_of_slot());
-        let [tails, heads] = [0, 1].map(|end| {
-            let ends: Vec<_> = nodes
-                .iter()
-                .map(|ends| ends.map(|ends| ends[end]))
-                .collect();
-            base.array().map(|of| p.gather(of, &ends))
-        });
-        let ([x, y, vx, vy], [to_x, to_y, to_vx, to_vy]) = (tails, heads);
-        let along = Along {
-            softening: step.softening,
-        };
-        let [length, rate, ux, uy, dvx, dvy] =
-            p.map(along, [x, y, vx, vy, to_x, to_y, to_vx, to_vy]);
-        let stretched = Stretched {
-            length: [length, rate],
-            activation: step.activation,
-            stiffness: step.stiffness,
-            rest_length: step.rest_length,
-            strain: step.strain,
-        };
+        let at = self.at(base);
         let mut sum = None;
         for (force, given) in self.mechanics.forces.iter().zip(&self.given.forces) {
-            let own = force.record_slopes(p, &stretched, given, sum);
-            sum = own.or(sum);
+            sum = force.record_slopes(p, &at, given, sum).or(sum);
         }
-        let Tensions {
-            tension,
-            by_length,
-            by_rate,
-        } = sum.expect("every robot has springs");
+        let tensions = sum.expect("every robot has springs").array();
         let linear = Linear {
-            dt: step.dt,
+            dt: at.dt,
+            softening: at.softening,
             from_start,
         };
-        let of_bar = [tension, by_length, by_rate, length, ux, uy, dvx, dvy];
-        let [jx, jy, xx, xy, yy] = p.map(linear, of_bar);
+        let [jx, jy, slopes @ ..] = p.map_each_edge(at.graph, linear, base.array(), &tensions, &[]);
         Bars {
             impulse: Vector::new([jx, jy]),
-            slopes: [xx, xy, yy],
+            slopes,
         }
     }
 
@@ -171,10 +154,7 @@ impl Implicit<'_> {
         let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
         let per_edge = [jx, jy, xx, xy, yy];
         let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
-        let at = Step {
-            nodes: base,
-            ..*self.step
-        };
+        let at = self.at(base);
         let forces = self.mechanics.forces.iter().zip(&self.given.forces);
         let others = forces.filter(|(force, _)| !force.is_along_bars());
         others.fold(Vector::new(of_bars), |sum, (force, given)| {
