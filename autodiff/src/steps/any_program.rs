@@ -219,6 +219,25 @@ impl AnyProgram<'_> {
         }
     }
 
+    /// Like [`Program::weighted`].
+    ///
+    /// # Panics
+    /// Like [`Program::weighted`].
+    #[track_caller]
+    pub fn weighted(
+        &mut self,
+        weights: Array,
+        offsets: &[Array],
+        values: &[Array],
+        others: &[Array],
+    ) -> [Array; 2] {
+        match &mut self.0 {
+            Numbers::Double(program) => program.weighted(weights, offsets, values, others),
+            Numbers::Single(program) => program.weighted(weights, offsets, values, others),
+            Numbers::Other(program) => program.weighted_any(weights, [offsets, values, others]),
+        }
+    }
+
     /// Like [`Program::solve`].
     ///
     /// # Panics
@@ -290,6 +309,7 @@ trait Replaying {
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array;
     fn solve_any(&mut self, graph: &Graph, equations: [&[Array]; 4]) -> Vec<Array>;
     fn sum_at_nodes_any(&mut self, graph: &Graph, x: Array) -> Array;
+    fn weighted_any(&mut self, weights: Array, arrays: [&[Array]; 3]) -> [Array; 2];
 }
 
 impl<R: Real> Replaying for Program<R> {
@@ -326,5 +346,13 @@ impl<R: Real> Replaying for Program<R> {
 
     fn sum_at_nodes_any(&mut self, graph: &Graph, x: Array) -> Array {
         self.sum_at_nodes(graph, x)
+    }
+
+    fn weighted_any(
+        &mut self,
+        weights: Array,
+        [offsets, values, others]: [&[Array]; 3],
+    ) -> [Array; 2] {
+        self.weighted(weights, offsets, values, others)
     }
 }

@@ -30,8 +30,8 @@ struct Pass {
     moving: Vector<Array>,
     /// The contacts; `None` in a world without ground.
     hold: Option<Hold<Array>>,
-    /// The impulse of the ground on each node, N s. The last pass does not compute it.
-    reaction: Option<Vector<Array>>,
+    /// The impulse of the ground on each node, N s. Off the ground it is the error of the solution.
+    reaction: Vector<Array>,
     /// The sum of the blocks of each node's bars, kg.
     of_bars: [Array; 3],
 }
@@ -60,7 +60,23 @@ impl Implicit<'_> {
             };
             pass = self.pass(p, base, free, Some(&pass));
         }
+        pass.moving = self.balanced(p, &pass);
         self.land(p, &pass)
+    }
+
+    /// The velocities with which nodes move. If no node is held, they are shifted so that the momentum of the robot is
+    /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
+    fn balanced(&self, p: &mut AnyProgram, pass: &Pass) -> Vector<Array> {
+        let nodes = self.step.graph.nodes();
+        let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
+        let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass]);
+        let is_held = match &pass.hold {
+            Some(hold) => hold.is_held,
+            None => p.gather(ax, &vec![None; nodes]),
+        };
+        let [_, means] = p.weighted(mass, &[ax, ay, is_held], &[], &[]);
+        let [ax, ay, is_held] = [0, 1, 2].map(|k| p.gather(means, &vec![Some(k); nodes]));
+        Vector::new(p.map(Balanced, [wx, wy, ax, ay, is_held]))
     }
 
     /// Records a pass about the positions and velocities of `base`. `free` is the velocity without bars, `before` the
@@ -88,10 +104,8 @@ impl Implicit<'_> {
         let moving = base
             .v
             .zip_with(change, |base, change| p.map(Sum, [base, change])[0]);
-        let reaction = hold.map(|_| {
-            let impulses = self.impulses(p, base, &bars, change);
-            Vector::new(p.map(Reaction, self.balance(moving, free, impulses)))
-        });
+        let impulses = self.impulses(p, base, &bars, change);
+        let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses)));
         Pass {
             moving,
             hold,
@@ -189,7 +203,7 @@ impl Implicit<'_> {
             }
             Some(before) => {
                 let hold = before.hold.expect("the world has a ground");
-                let [jx, jy] = before.reaction.expect("a pass follows").array();
+                let [jx, jy] = before.reaction.array();
                 let [segment, is_held, sticks, is_new, impact, slip, ..] = hold.array();
                 let [xx, xy, yy] = before.of_bars;
                 let node = [
@@ -315,5 +329,28 @@ impl Kernel<4, 2> for Moved {
     #[inline(always)]
     fn eval<R: Real>(&self, node: [R; 4]) -> [R; 2] {
         Particle::new(node).after(R::lit(self.0)).x.array()
+    }
+}
+
+/// The kernel of a node's mass (kg) and its change of velocity by an impulse, from the impulse (N s) and 1 / mass.
+struct PerMass;
+
+impl Kernel<3, 3> for PerMass {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [jx, jy, inverse_mass]: [R; 3]) -> [R; 3] {
+        [inverse_mass.recip(), jx * inverse_mass, jy * inverse_mass]
+    }
+}
+
+/// The kernel that subtracts a mean velocity from the velocity of a node, unless some node is held: then the mean of
+/// `is_held`, the last input, is above 0.
+struct Balanced;
+
+impl Kernel<5, 2> for Balanced {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5]) -> [R; 2] {
+        let (moving, mean) = (Vector::new([wx, wy]), Vector::new([ax, ay]));
+        let holds = R::zero().less(is_held);
+        Vector::select(holds, moving, moving - mean).array()
     }
 }
