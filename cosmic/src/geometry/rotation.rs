@@ -49,6 +49,13 @@ impl Rotation<f64> {
 }
 
 impl<R: Real> Rotation<R> {
+    /// The rotation that turns the first axis to the unit vector `tangent`.
+    #[inline(always)]
+    pub fn with_tangent(tangent: Vector<R>) -> Self {
+        let [cos, sin] = tangent.0;
+        Self { cos, sin }
+    }
+
     /// Converts a vector to its components along the rotated axes.
     #[inline(always)]
     pub fn into_rotated<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {

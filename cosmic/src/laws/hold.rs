@@ -6,12 +6,12 @@
 //! derivative; everything else has one. `tests/data/implicit/README.md` explains the algorithm, and why it is as it is.
 
 use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{Kernel, Real};
+use autodiff::{Kernel, Pullback, Real};
 
 use super::contact::{Contact, Impact, Underfoot};
 use super::motion::{Drift, Particle};
 use super::terrain::NONE;
-use crate::geometry::{Plane, Symmetric, Vector};
+use crate::geometry::{Rotation, Symmetric, Vector};
 
 /// The drag of friction is at most this many times the trace of the node's block of the matrix.
 const STICKIEST: f64 = 1e8;
@@ -22,55 +22,35 @@ const INFINITE: f64 = 1e3;
 /// A speed that counts as 0, m/s. It is a normal number in single precision too.
 const REST: f64 = 1e-30;
 
-/// What is known of a node before a pass. `R` is the type of a number; truths are 1 or 0.
+/// What is known of a node before a pass. `A` is the type of an array; truths are 1 or 0.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Hold<R> {
-    /// The number of the ground's segment that the node touches.
-    pub(crate) segment: R,
+pub(crate) struct Hold<A> {
+    pub(crate) under: Under<A>,
     /// Whether the node is held: it cannot move into the ground or off it.
-    pub(crate) is_held: R,
+    pub(crate) is_held: A,
     /// Whether the node is also held along the ground.
-    pub(crate) sticks: R,
-    /// Whether it is held for the first time in this pass.
-    pub(crate) is_new: R,
+    pub(crate) sticks: A,
     /// The time from the beginning of the step until the node meets the ground, s.
-    pub(crate) impact: R,
+    pub(crate) impact: A,
     /// The mean velocity along the ground, m/s, of a node that stops there at the impact.
-    pub(crate) slip: R,
+    pub(crate) slip: A,
     /// The drag of friction, kg: it gives the node the impulse `-drag (v - slip)` along the ground.
-    pub(crate) drag: R,
+    pub(crate) drag: A,
     /// The speed, m/s, from which friction slows down a node that slid in the pass before; else 0.
-    pub(crate) slid: R,
+    pub(crate) slid: A,
 }
 
-impl<A: Copy> Hold<A> {
-    pub(crate) fn array(self) -> [A; 8] {
-        [
-            self.segment,
-            self.is_held,
-            self.sticks,
-            self.is_new,
-            self.impact,
-            self.slip,
-            self.drag,
-            self.slid,
-        ]
-    }
-
-    pub(crate) fn new(
-        [segment, is_held, sticks, is_new, impact, slip, drag, slid]: [A; 8],
-    ) -> Self {
-        Self {
-            segment,
-            is_held,
-            sticks,
-            is_new,
-            impact,
-            slip,
-            drag,
-            slid,
-        }
-    }
+/// The ground under a node in a pass.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Under<A> {
+    /// The number of the ground's segment that the node touches.
+    pub(crate) segment: A,
+    /// Whether the node meets the ground in this step and was not held before.
+    pub(crate) is_new: A,
+    /// The unit vector along the segment.
+    pub(crate) tangent: Vector<A>,
+    /// The height of the node above the segment, m.
+    pub(crate) height: A,
 }
 
 /// The true numbers of a mask.
@@ -101,221 +81,240 @@ impl<C: Contact> UniformKernel<1, 1> for Grip<C> {
     }
 }
 
-/// The ground as it is during a pass, and the duration of the step.
+/// The kernel that finds the ground under a node, as the numbers of [`Under`]. The inputs are the position, the velocity in
+/// the step, and of the pass before the segment and `is_held`. Only the height has a derivative.
 #[derive(Clone, Debug)]
-pub(crate) struct Passing<G> {
+pub(crate) struct Meet<G> {
     pub(crate) ground: G,
     /// The duration of the step, s.
     pub(crate) dt: f64,
 }
 
-/// The node at the beginning of a step, the velocity with which it moves in the step, and the ground under it.
-struct Over<R: Real> {
-    /// The height above the ground, m.
+impl<G: Underfoot> Kernel<6, 5> for Meet<G> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6]) -> [R; 5] {
+        let node = Particle::new([x, y, wx, wy]);
+        let (meets, met) = self.ground.meets(node, self.dt);
+        let is_new = meets & !mask(is_held);
+        let segment = R::select(is_new, met, segment).detach();
+        let plane = self.ground.plane(segment);
+        let along = Vector::<R>::upright(R::one(), R::zero());
+        let [tx, ty] = plane.axes.out_of_rotated(along).array();
+        [segment, truth(is_new), tx, ty, plane.height(node.x)]
+    }
+}
+
+/// A node in a pass, seen from the ground under it. Components of vectors are along the ground and out of it.
+struct Seen<R: Real> {
+    axes: Rotation<R>,
     height: R,
-    /// The velocity in the step, m/s: along the ground and out of it.
+    /// The velocity in the step, m/s.
     moving: Vector<R>,
     /// The time until the impact, s, if the node meets the ground.
     impact: R,
-    plane: Plane<R>,
 }
 
-impl<G: Underfoot> Passing<G> {
-    /// `meets` is true for a node that meets the ground in this step.
+impl<R: Real> Seen<R> {
+    /// `moving` is in the ground's frame. The step takes `dt` seconds.
     #[inline(always)]
-    fn over<R: Real>(
-        &self,
-        segment: R,
-        meets: R::Mask,
-        x: Vector<R>,
-        moving: Vector<R>,
-    ) -> Over<R> {
-        let (zero, plane) = (R::zero(), self.ground.plane(segment));
-        let (height, moving) = (plane.height(x), plane.axes.into_rotated(moving));
-        let approach = R::select(meets, moving.up(), -R::one());
-        let impact = (-height / approach).clamp(zero, R::lit(self.dt));
-        Over {
+    fn new(tangent: Vector<R>, height: R, is_new: R::Mask, moving: Vector<R>, dt: f64) -> Self {
+        let axes = Rotation::with_tangent(tangent);
+        let moving = axes.into_rotated(moving);
+        let approach = R::select(is_new, moving.up(), -R::one());
+        Self {
+            axes,
             height,
             moving,
-            impact,
-            plane,
+            impact: (-height / approach).clamp(R::zero(), R::lit(dt)),
         }
     }
 
-    /// The change of velocity, m/s, that brings a held node to the ground, and a node that sticks to the velocity `slip`.
+    /// The change of velocity, m/s, that brings a held node to the ground in `dt` seconds, and a node that sticks to the
+    /// velocity `slip`. It is in the ground's frame.
     #[inline(always)]
-    fn correction<R: Real>(&self, over: &Over<R>, hold: &Hold<R>) -> Vector<R> {
-        let zero = R::zero();
-        let (along, out) = (over.moving.forward(), over.moving.up());
-        let landing = -(over.height.max(zero)) / R::lit(self.dt);
-        over.plane.axes.out_of_rotated(Vector::upright(
-            R::select(mask(hold.sticks), hold.slip - along, zero),
-            R::select(mask(hold.is_held), landing - out, zero),
+    fn correction(&self, is_held: R::Mask, sticks: R::Mask, slip: R, dt: f64) -> Vector<R> {
+        let (zero, moving) = (R::zero(), self.moving);
+        let landing = -(self.height.max(zero)) / R::lit(dt);
+        self.axes.out_of_rotated(Vector::upright(
+            R::select(sticks, slip - moving.forward(), zero),
+            R::select(is_held, landing - moving.up(), zero),
         ))
     }
 
     /// Whether a node that meets the ground rests there: it did not move along the ground before.
     #[inline(always)]
-    fn rests<R: Real>(&self, plane: &Plane<R>, v: Vector<R>, grip: R) -> R::Mask {
-        let along = plane.axes.into_rotated(v).forward();
+    fn rests(&self, v: Vector<R>, grip: R) -> R::Mask {
+        let along = self.axes.into_rotated(v).forward();
         along.abs().less(R::lit(REST)) & R::zero().less(grip)
     }
 }
 
-/// The kernel of the first pass. The inputs are the node (position, velocity) and the velocity with which it would move
-/// without bars. The uniform input is the [`Grip`]. The results are the [`Hold`], and the change of velocity of held nodes.
+/// The kernel of the first pass. The inputs are the velocity, the velocity with which the node would move without bars, and
+/// of the ground under it whether the node is newly held, the tangent and the height (m). The uniform input is the
+/// [grip](Contact::grip). The results are whether the node sticks, its time of impact (s) and its slip (m/s), and the change of velocity of held nodes.
 #[derive(Clone, Debug)]
-pub(crate) struct FirstPass<G>(pub(crate) Passing<G>);
+pub struct FirstPass {
+    /// The duration of the step, s.
+    pub dt: f64,
+}
 
-impl<G: Underfoot> UniformKernel<6, 10> for FirstPass<G> {
+impl UniformKernel<8, 5> for FirstPass {
     const UNIFORMS: usize = 1;
 
     #[inline(always)]
-    fn eval_with<R: Real>(&self, [x, y, vx, vy, wx, wy]: [R; 6], given: &Uniforms<R>) -> [R; 10] {
-        let (x, v, moving) = (
-            Vector::new([x, y]),
-            Vector::new([vx, vy]),
-            Vector::new([wx, wy]),
-        );
-        let Passing { ground, dt } = &self.0;
-        let (meets, segment) = ground.meets(Particle { x, v: moving }, *dt);
-        let over = self.0.over(segment, meets, x, moving);
+    fn eval_with<R: Real>(
+        &self,
+        [vx, vy, wx, wy, is_new, tx, ty, height]: [R; 8],
+        given: &Uniforms<R>,
+    ) -> [R; 5] {
+        let (v, moving, meets) = (Vector::new([vx, vy]), Vector::new([wx, wy]), mask(is_new));
+        let seen = Seen::new(Vector::new([tx, ty]), height, meets, moving, self.dt);
         // A node that lands or slides is free along the ground in this pass, so that a false stop does not spoil its
         // reaction.
-        let rests = meets & self.0.rests(&over.plane, v, given[0]);
-        let slip = over.impact / R::lit(*dt) * over.moving.forward();
-        let hold = Hold {
-            segment,
-            is_held: truth(meets),
-            sticks: truth(rests),
-            is_new: truth(meets),
-            impact: R::select(meets, over.impact, R::zero()),
-            slip: R::select(meets & !rests, slip, R::zero()),
-            drag: R::zero(),
-            slid: R::zero(),
-        };
-        let [ex, ey] = self.0.correction(&over, &hold).array();
-        let [a, b, c, d, e, f, g, h] = hold.array();
-        [a, b, c, d, e, f, g, h, ex, ey]
+        let rests = meets & seen.rests(v, given[0]);
+        let slip = seen.impact / R::lit(self.dt) * seen.moving.forward();
+        let slip = R::select(meets & !rests, slip, R::zero());
+        let [ex, ey] = seen.correction(meets, rests, slip, self.dt).array();
+        let impact = R::select(meets, seen.impact, R::zero());
+        [truth(rests), impact, slip, ex, ey]
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 8, 5, M>,
+        given: &Uniforms<R>,
+    ) -> [[R; 8]; M] {
+        self.emitted_vjp(at, given)
     }
 }
 
-/// The kernel of the later passes. The inputs are those of [`FirstPass`], where the third vector is the velocity of the
-/// pass before, then 1 / mass, the first six numbers of the [`Hold`] before, the impulse that the ground gave in the pass
-/// before (N s), and the node's block of the matrix of bars in the first pass (kg). The results are those of [`FirstPass`].
+/// The kernel of the later passes. The inputs are those of [`FirstPass`], where the second vector is the velocity of the
+/// pass before, then 1 / mass, `is_held`, `sticks`, `is_new`, `impact` and `slip` of the pass before, the impulse that the
+/// ground gave in the pass before (N s), and the node's block of the matrix of bars in the first pass (kg). The results are
+/// `is_held`, `sticks`, `impact`, `slip`, `drag` and `slid` of the [`Hold`], and the change of velocity of held nodes.
 #[derive(Clone, Debug)]
-pub(crate) struct NextPass<G>(pub(crate) Passing<G>);
+pub struct NextPass {
+    /// The duration of the step, s.
+    pub dt: f64,
+}
 
-impl<G: Underfoot> UniformKernel<18, 10> for NextPass<G> {
+impl UniformKernel<19, 8> for NextPass {
     const UNIFORMS: usize = 1;
 
     #[inline(always)]
-    fn eval_with<R: Real>(&self, input: [R; 18], given: &Uniforms<R>) -> [R; 10] {
-        let [x, y, vx, vy, wx, wy, inverse_mass, rest @ ..] = input;
+    fn eval_with<R: Real>(&self, input: [R; 19], given: &Uniforms<R>) -> [R; 8] {
+        let [vx, vy, wx, wy, is_new, tx, ty, height, rest @ ..] = input;
         let [
-            segment,
+            inverse_mass,
             is_held,
             sticks,
-            is_new,
+            was_new,
             impact,
             slip,
-            jx,
-            jy,
-            xx,
-            xy,
-            yy,
+            rest @ ..,
         ] = rest;
-        let (x, v, moving) = (
-            Vector::new([x, y]),
+        let [jx, jy, xx, xy, yy] = rest;
+        let (zero, one, least, dt) = (R::zero(), R::one(), R::lit(REST), R::lit(self.dt));
+        let (v, moving, tangent) = (
             Vector::new([vx, vy]),
             Vector::new([wx, wy]),
+            Vector::new([tx, ty]),
         );
-        let Passing { ground, dt } = &self.0;
-        let (zero, one, least, dt_) = (R::zero(), R::one(), R::lit(REST), R::lit(*dt));
-        let (grip, was_held, stuck, was_new) =
-            (given[0], mask(is_held), mask(sticks), mask(is_new));
-        let infinite = R::lit(INFINITE).less(grip);
+        let (grip, is_new, was_new) = (given[0], mask(is_new), mask(was_new));
+        let (was_held, stuck, infinite) =
+            (mask(is_held), mask(sticks), R::lit(INFINITE).less(grip));
+        let seen = Seen::new(tangent, height, is_new, moving, self.dt);
+        let along = seen.moving.forward();
 
         // A held node stays as long as the ground pushes it; others are held if they would end in the ground.
-        let (meets, met) = ground.meets(Particle { x, v: moving }, *dt);
-        let before = ground
-            .plane(segment)
-            .axes
-            .into_rotated(Vector::new([jx, jy]));
-        let stays = was_held & zero.less(before.up());
-        let is_new = meets & !was_held;
+        let reaction = seen.axes.into_rotated(Vector::new([jx, jy]));
+        let stays = was_held & zero.less(reaction.up());
         let held = stays | is_new;
-        let segment = R::select(is_new, met, segment);
-        let over = self.0.over(segment, is_new, x, moving);
-        let along = over.moving.forward();
-
-        let rests = is_new & self.0.rests(&over.plane, v, grip);
-        let impact = R::select(is_new, over.impact, impact);
+        let rests = is_new & seen.rests(v, grip);
+        let impact = R::select(is_new, seen.impact, impact);
         let lands = (is_new | was_new) & !stuck & !rests;
-        let slip = R::select(lands, impact / dt_ * along, slip);
+        let slip = R::select(lands, impact / dt * along, slip);
         let speed = (along - slip).abs();
 
         // Friction: at most `grip` times the impulse out of the ground. A new node has no such impulse yet, so that of its
         // own mass counts.
-        let (pushes, brakes) = (grip * before.up().max(zero), before.forward().abs());
+        let (pushes, brakes) = (grip * reaction.up().max(zero), reaction.forward().abs());
         let slips = stays & stuck & !infinite & pushes.less(brakes);
         let slides = stays & !stuck;
-        let own = grip * over.moving.up().abs() / inverse_mass * (one - over.impact / dt_);
+        let own = grip * seen.moving.up().abs() / inverse_mass * (one - seen.impact / dt);
         let slowest = R::select(speed.less(least), least, speed);
         let drag = R::select(is_new, own, pushes) / slowest;
         let drag = R::select(slides | is_new, drag, zero);
-        let bars = Symmetric::new([xx, xy, yy]);
-        let tangent = (over.plane.axes).out_of_rotated(Vector::upright(one, zero));
-        let mass = inverse_mass.recip();
+        let (bars, mass) = (Symmetric::new([xx, xy, yy]), inverse_mass.recip());
         let inertia = mass + tangent.dot(bars * tangent);
         let excess = R::select(slips, brakes - pushes, one);
         let drag = R::select(slips, pushes * inertia / excess, drag);
         let most = (R::lit(STICKIEST) * (bars.trace() + mass + mass)).detach();
         let drag = R::select(drag.less(most), drag, most);
         let sticks = (infinite & held) | (stays & stuck & !slips) | rests;
-        let hold = Hold {
-            segment,
-            is_held: truth(held),
-            sticks: truth(sticks),
-            is_new: truth(is_new),
+        let [ex, ey] = seen.correction(held, sticks, slip, self.dt).array();
+        [
+            truth(held),
+            truth(sticks),
             impact,
             slip,
-            drag: R::select(infinite, zero, drag),
-            slid: R::select(slides, speed, zero),
-        };
-        let [ex, ey] = self.0.correction(&over, &hold).array();
-        let [a, b, c, d, e, f, g, h] = hold.array();
-        [a, b, c, d, e, f, g, h, ex, ey]
+            R::select(infinite, zero, drag),
+            R::select(slides, speed, zero),
+            ex,
+            ey,
+        ]
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 19, 8, M>,
+        given: &Uniforms<R>,
+    ) -> [[R; 19]; M] {
+        self.emitted_vjp(at, given)
     }
 }
 
 /// The kernel of a node's equation. The inputs are the change of velocity of held nodes, the velocity at the base of the
-/// linearisation, the velocity without bars, the impulse of the forces (N s), 1 / mass, and of the [`Hold`] the segment,
-/// `is_held`, `sticks`, `slip` and `drag`. The results are the right-hand side (N s), the node's block of the matrix
-/// (kg), and the projection onto its held directions.
-#[derive(Clone, Debug)]
-pub(crate) struct Equation<G>(pub(crate) G);
+/// linearisation, the velocity without bars, the impulse of the forces (N s), 1 / mass, the tangent of the ground, and
+/// `is_held`, `sticks`, `slip` and `drag` of the [`Hold`]. The results are the right-hand side (N s), the node's block of
+/// the matrix (kg), and the projection onto its held directions.
+#[derive(Clone, Copy, Debug)]
+pub struct Equation;
 
-impl<G: Underfoot> Kernel<14, 8> for Equation<G> {
+impl Kernel<15, 8> for Equation {
     #[inline(always)]
-    fn eval<R: Real>(&self, input: [R; 14]) -> [R; 8] {
-        let [ex, ey, vx, vy, fx, fy, jx, jy, inverse_mass, rest @ ..] = input;
-        let [segment, is_held, sticks, slip, drag] = rest;
-        let plane = self.0.plane(segment);
-        let tangent = (plane.axes).out_of_rotated(Vector::upright(R::one(), R::zero()));
-        let moving = Vector::new([vx, vy]) + Vector::new([ex, ey]);
-        let unexplained = residual(
-            moving,
-            Vector::new([fx, fy]),
-            Vector::new([jx, jy]),
+    fn eval<R: Real>(&self, input: [R; 15]) -> [R; 8] {
+        let [
+            ex,
+            ey,
+            vx,
+            vy,
+            fx,
+            fy,
+            jx,
+            jy,
             inverse_mass,
-        );
-        let slides = plane.axes.into_rotated(moving).forward() - slip;
+            tx,
+            ty,
+            rest @ ..,
+        ] = input;
+        let [is_held, sticks, slip, drag] = rest;
+        let (tangent, free) = (Vector::new([tx, ty]), Vector::new([fx, fy]));
+        let moving = Vector::new([vx, vy]) + Vector::new([ex, ey]);
+        let unexplained = residual(moving, free, Vector::new([jx, jy]), inverse_mass);
+        let slides = tangent.dot(moving) - slip;
         let [bx, by] = (-(unexplained + tangent * (drag * slides))).array();
         let mass = inverse_mass.recip();
         let [xx, xy, yy] = Symmetric::scaling(tangent, mass + drag, mass).array();
         let [fxx, fxy, fyy] = Symmetric::scaling(tangent, sticks, is_held).array();
         [bx, by, xx, xy, yy, fxx, fxy, fyy]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 15, 8, M>) -> [[R; 15]; M] {
+        self.emitted_vjp(at)
     }
 }
 

@@ -2,7 +2,7 @@
 //! bars.
 
 use autodiff::arrays::{MOST_UNIFORMS, UniformKernel, Uniforms};
-use autodiff::{Array, Dual, Kernel, Real};
+use autodiff::{Array, Dual, Kernel, Pullback, Real};
 
 use super::bar::{Bar, BarForce};
 use crate::geometry::{Symmetric, Vector};
@@ -21,7 +21,7 @@ pub struct Tensions {
 
 impl Tensions {
     /// The three arrays, in the order of the fields.
-    pub(crate) fn array(self) -> [Array; 3] {
+    pub fn array(self) -> [Array; 3] {
         [self.tension, self.by_length, self.by_rate]
     }
 }
@@ -92,13 +92,13 @@ fn edge<R: Real>([dx, dy, dvx, dvy]: [R; 4]) -> EdgeVector<R> {
 /// lower triangle of the matrix `S` by which another velocity changes it (kg). Negative slopes count as 0, and so does the
 /// tension of a compressed bar across its axis, because `S` must not be negative.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Linear {
+pub struct Linear {
     /// The duration of the step, s.
-    pub(crate) dt: f64,
+    pub dt: f64,
     /// The softening of lengths, m^2.
-    pub(crate) softening: f64,
-    /// True if the base is the start of the step, from which the ends move; false if it is the end of the step.
-    pub(crate) from_start: bool,
+    pub softening: f64,
+    /// 1 if the base is the start of the step, from which the ends move; 0 if it is the end of the step.
+    pub lead: f64,
 }
 
 impl Kernel<7, 5> for Linear {
@@ -109,25 +109,33 @@ impl Kernel<7, 5> for Linear {
         let u = edge.d / length;
         let along = dt * dt * by_length.max(zero);
         let across = dt * dt * tension.max(zero) / length;
-        let mut impulse = u * (dt * tension);
-        if self.from_start {
-            impulse += Symmetric::scaling(u, along, across) * edge.dv;
-        }
+        let moved = Symmetric::scaling(u, along, across) * edge.dv;
+        let impulse = moved.fma(R::lit(self.lead), u * (dt * tension));
         let slopes = Symmetric::scaling(u, dt.fma(by_rate.max(zero), along), across);
         let ([jx, jy], [xx, xy, yy]) = (impulse.array(), slopes.array());
         [jx, jy, xx, xy, yy]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 5, M>) -> [[R; 7]; M] {
+        self.emitted_vjp(at)
     }
 }
 
 /// The kernel that evaluates the linear function of [`Linear`]: the impulse of a bar (N s) for the relative velocity of its
 /// ends, measured from the base.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Impulse;
+pub struct Impulse;
 
 impl Kernel<7, 2> for Impulse {
     #[inline(always)]
     fn eval<R: Real>(&self, [ex, ey, jx, jy, xx, xy, yy]: [R; 7]) -> [R; 2] {
         let changed = Symmetric::new([xx, xy, yy]) * Vector::new([ex, ey]);
         (Vector::new([jx, jy]) + changed).array()
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 2, M>) -> [[R; 7]; M] {
+        self.emitted_vjp(at)
     }
 }

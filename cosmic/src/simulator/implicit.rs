@@ -10,8 +10,8 @@ use super::mechanics::Mechanics;
 use super::parameters::Parameters;
 use crate::geometry::Vector;
 use crate::laws::{
-    Equation, FirstPass, Flat, FreeEquation, Hold, Impulse, Linear, NextPass, Particle, Passing,
-    Reaction, Step, Sum,
+    Equation, FirstPass, Flat, FreeEquation, Hold, Impulse, Linear, Meet, NextPass, Particle,
+    Reaction, Step, Sum, Under,
 };
 
 /// An implicit step of all nodes, as it is recorded.
@@ -147,7 +147,7 @@ impl Implicit<'_> {
         let linear = Linear {
             dt: at.dt,
             softening: at.softening,
-            from_start,
+            lead: if from_start { 1.0 } else { 0.0 },
         };
         let [jx, jy, slopes @ ..] = p.map_each_edge(at.graph, linear, base.array(), &tensions, &[]);
         Bars {
@@ -184,56 +184,84 @@ impl Implicit<'_> {
         moving: Vector<Array>,
         before: Option<&Pass>,
     ) -> Option<(Hold<Array>, Vector<Array>)> {
-        let (contact, nodes) = (&self.mechanics.contact, self.step.nodes);
+        let (contact, nodes, dt) = (&self.mechanics.contact, self.step.nodes, self.step.dt);
         if !contact.has_ground() {
             return None;
         }
         // The kernel does not read this number; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
         let grip = contact.grip(p, any, &self.given.contact[2..]);
-        let ([x, y, vx, vy], [wx, wy]) = (nodes.array(), moving.array());
-        let (dt, terrain) = (self.step.dt, self.mechanics.terrain.clone());
-        let results = match before {
-            None => {
-                let node = [x, y, vx, vy, wx, wy];
-                match terrain {
-                    None => p.map_with(FirstPass(Passing { ground: Flat, dt }), node, &[grip]),
-                    Some(ground) => p.map_with(FirstPass(Passing { ground, dt }), node, &[grip]),
-                }
-            }
-            Some(before) => {
-                let hold = before.hold.expect("the world has a ground");
-                let [jx, jy] = before.reaction.array();
-                let [segment, is_held, sticks, is_new, impact, slip, ..] = hold.array();
-                let [xx, xy, yy] = before.of_bars;
-                let node = [
-                    x,
-                    y,
-                    vx,
-                    vy,
-                    wx,
-                    wy,
-                    self.step.inverse_mass,
-                    segment,
-                    is_held,
-                    sticks,
-                    is_new,
-                    impact,
-                    slip,
-                    jx,
-                    jy,
-                    xx,
-                    xy,
-                    yy,
-                ];
-                match terrain {
-                    None => p.map_with(NextPass(Passing { ground: Flat, dt }), node, &[grip]),
-                    Some(ground) => p.map_with(NextPass(Passing { ground, dt }), node, &[grip]),
-                }
-            }
+        let none = p.gather(any, &vec![None; self.step.graph.nodes()]);
+        let before = before.and_then(|pass| Some((pass, pass.hold?)));
+        let last = before.map_or([none; 2], |(_, hold)| [hold.under.segment, hold.is_held]);
+        let under = self.under(p, moving, last);
+        let ([vx, vy, wx, wy], [tx, ty]) = (both(nodes.v, moving), under.tangent.array());
+        let node = [vx, vy, wx, wy, under.is_new, tx, ty, under.height];
+        let Some((pass, hold)) = before else {
+            let first = p.map_with(FirstPass { dt }, node, &[grip]);
+            let [sticks, impact, slip, ex, ey] = first;
+            let hold = Hold {
+                under,
+                is_held: under.is_new,
+                sticks,
+                impact,
+                slip,
+                drag: none,
+                slid: none,
+            };
+            return Some((hold, Vector::new([ex, ey])));
         };
-        let [hold @ .., ex, ey] = results;
-        Some((Hold::new(hold), Vector::new([ex, ey])))
+        let [vx, vy, wx, wy, is_new, tx, ty, height] = node;
+        let ([jx, jy], [xx, xy, yy]) = (pass.reaction.array(), pass.of_bars);
+        let node = [
+            vx,
+            vy,
+            wx,
+            wy,
+            is_new,
+            tx,
+            ty,
+            height,
+            self.step.inverse_mass,
+            hold.is_held,
+            hold.sticks,
+            hold.under.is_new,
+            hold.impact,
+            hold.slip,
+            jx,
+            jy,
+            xx,
+            xy,
+            yy,
+        ];
+        let next = p.map_with(NextPass { dt }, node, &[grip]);
+        let [is_held, sticks, impact, slip, drag, slid, ex, ey] = next;
+        let hold = Hold {
+            under,
+            is_held,
+            sticks,
+            impact,
+            slip,
+            drag,
+            slid,
+        };
+        Some((hold, Vector::new([ex, ey])))
+    }
+
+    /// Finds the ground under every node. `last` has the segment and `is_held` of the pass before.
+    fn under(&self, p: &mut AnyProgram, moving: Vector<Array>, last: [Array; 2]) -> Under<Array> {
+        let ([x, y, wx, wy], [segment, is_held]) = (both(self.step.nodes.x, moving), last);
+        let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
+        let [segment, is_new, tx, ty, height] = match self.mechanics.terrain.clone() {
+            None => p.map(Meet { ground: Flat, dt }, node),
+            Some(ground) => p.map(Meet { ground, dt }, node),
+        };
+        Under {
+            segment,
+            is_new,
+            tangent: Vector::new([tx, ty]),
+            height,
+        }
     }
 
     /// Solves for the velocities. The vectors are the base, the velocity without bars, the impulses and the change of held
@@ -252,7 +280,7 @@ impl Implicit<'_> {
             return Vector::new(p.solve(graph, &block, &bars.slopes, [bx, by]));
         };
         let [vx, vy, fx, fy, jx, jy, inverse_mass] = self.balance(base, free, impulses);
-        let [ex, ey] = change.array();
+        let ([ex, ey], [tx, ty]) = (change.array(), hold.under.tangent.array());
         let node = [
             ex,
             ey,
@@ -263,17 +291,14 @@ impl Implicit<'_> {
             jx,
             jy,
             inverse_mass,
-            hold.segment,
+            tx,
+            ty,
             hold.is_held,
             hold.sticks,
             hold.slip,
             hold.drag,
         ];
-        let equation = match self.mechanics.terrain.clone() {
-            None => p.map(Equation(Flat), node),
-            Some(ground) => p.map(Equation(ground), node),
-        };
-        let [bx, by, xx, xy, yy, held @ ..] = equation;
+        let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node);
         Vector::new(p.solve_held(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
     }
 
@@ -292,7 +317,7 @@ impl Implicit<'_> {
             y,
             wx,
             wy,
-            hold.segment,
+            hold.under.segment,
             hold.is_held,
             hold.sticks,
             hold.slip,

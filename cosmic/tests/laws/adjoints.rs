@@ -3,8 +3,8 @@
 use autodiff::arrays::Fixed;
 use autodiff::emit::{adjoint, assert_fresh};
 use cosmic::laws::{
-    BarForce, Bend, Contact, Coulomb, Drift, Drifting, Flat, Flight, Flying, Hooke, NoGround,
-    Sticking, Stiffening, Sum, Tension, Total,
+    BarForce, Bend, Contact, Coulomb, Drift, Drifting, Equation, FirstPass, Flat, Flight, Flying,
+    Hooke, Impulse, Linear, NextPass, NoGround, Sticking, Stiffening, Sum, Tension, Total,
 };
 
 const HEADER: &str = "\
@@ -18,9 +18,11 @@ use super::bending::{Bend, Total};
 use super::contact::{Drifting, Flying};
 use super::coulomb::Coulomb;
 use super::force::Sum;
+use super::hold::{Equation, FirstPass, NextPass};
 use super::hooke::Hooke;
 use super::no_ground::NoGround;
 use super::stiffening::Stiffening;
+use super::slopes::{Impulse, Linear};
 use super::sticking::Sticking;
 ";
 
@@ -96,6 +98,28 @@ fn adjoints_are_fresh() {
         adjoint("Total", &[], |_| Total),
         adjoint("Sum", &[], |_| Sum),
     ];
-    let all = [contacts.as_flattened(), &forces].concat();
+    let given = |v: &[f64]| v[1..].to_vec();
+    let implicit = [
+        adjoint("FirstPass", &["self.dt", "uniforms[0]"], |v| Fixed {
+            kernel: FirstPass { dt: v[0] },
+            uniforms: given(v),
+        }),
+        adjoint("NextPass", &["self.dt", "uniforms[0]"], |v| Fixed {
+            kernel: NextPass { dt: v[0] },
+            uniforms: given(v),
+        }),
+        adjoint("Equation", &[], |_| Equation),
+        adjoint(
+            "Linear",
+            &["self.dt", "self.softening > 0", "self.lead"],
+            |v| Linear {
+                dt: v[0],
+                softening: v[1],
+                lead: v[2],
+            },
+        ),
+        adjoint("Impulse", &[], |_| Impulse),
+    ];
+    let all = [contacts.as_flattened(), &forces, &implicit].concat();
     assert_fresh("src/laws/adjoints.rs", HEADER, &all);
 }
