@@ -190,9 +190,10 @@ impl UniformKernel<8, 5> for FirstPass {
 }
 
 /// The kernel of the later passes. The inputs are those of [`FirstPass`], where the second vector is the velocity of the
-/// pass before, then 1 / mass, `is_held`, `sticks`, `is_new`, `impact` and `slip` of the pass before, the impulse that the
-/// ground gave in the pass before (N s), and the node's block of the matrix of bars in the first pass (kg). The results are
-/// `is_held`, `sticks`, `impact`, `slip`, `drag` and `slid` of the [`Hold`], and the change of velocity of held nodes.
+/// pass before. Then come 1 / mass, and from the pass before: whether the node was held, stuck, and newly held, its time of
+/// impact (s), its slip (m/s), and the impulse that the ground gave it (N s); at last the node's block of the matrix of bars
+/// in the first pass (kg). The results are whether the node is held and sticks, its time of impact, its slip, the drag of
+/// friction (kg), the speed from which friction slows it down (m/s), and the change of velocity of held nodes.
 #[derive(Clone, Debug)]
 pub struct NextPass {
     /// The duration of the step, s.
@@ -277,9 +278,9 @@ impl UniformKernel<19, 8> for NextPass {
 }
 
 /// The kernel of a node's equation. The inputs are the change of velocity of held nodes, the velocity at the base of the
-/// linearisation, the velocity without bars, the impulse of the forces (N s), 1 / mass, the tangent of the ground, and
-/// `is_held`, `sticks`, `slip` and `drag` of the [`Hold`]. The results are the right-hand side (N s), the node's block of
-/// the matrix (kg), and the projection onto its held directions.
+/// linearisation, the velocity without bars, the impulse of the forces (N s), 1 / mass, the tangent of the ground, whether
+/// the node is held and sticks, its slip (m/s) and the drag of friction (kg). The results are the right-hand side (N s),
+/// the node's block of the matrix (kg), and the projection onto its held directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Equation;
 
