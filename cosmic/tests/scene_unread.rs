@@ -85,6 +85,7 @@ const OTHERS: [&[&str]; 22] = [
     ],
     &["start.kind=filled", "start.void=0.4"],
     &["start.kind=uniform"],
+    &["physics.integrator=implicit"],
     &["loss.kind=final"],
     &["objective.task=reach"],
     &["objective.task=economy", "loss.kind=final"],

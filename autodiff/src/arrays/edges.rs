@@ -123,6 +123,41 @@ impl EdgePlan {
         }
     }
 
+    /// The first node of register `k`, and how many of the register's lanes are nodes if there are `nodes` nodes.
+    #[inline(always)]
+    fn nodes_of<R: Real, L: Lane<R>>(&self, k: usize, nodes: usize) -> (usize, usize) {
+        let first = k * L::N;
+        (first, L::N.min(nodes - first))
+    }
+
+    /// For each node of register `k`, sums the values of its edges: values of edges whose tail is the node are added, values
+    /// of edges whose head is the node are subtracted. `values` holds `N` arrays over the slots.
+    ///
+    /// This takes no closure to which it would pass the sums: the compiler does not always inline one.
+    #[inline(always)]
+    fn sums<R: Real, L: Lane<R>, const N: usize>(&self, values: &[R], k: usize) -> [L; N] {
+        assert!(
+            N * self.room <= values.len(),
+            "`values` is too short: it must hold {N} arrays of {} numbers",
+            self.room
+        );
+        // Each node's sum is completed before the next, so it is stored once and its terms have a fixed order.
+        let mut sums = [L::zero(); N];
+        for lane in &self.ends[self.at_nodes[k].clone()] {
+            let [tails, heads] = [L::mask(lane.tails), L::mask(lane.heads)];
+            for n in 0..N {
+                // SAFETY: the plan's positions are less than `room`, and `values` has `N` arrays of `room` numbers.
+                let (as_tail, as_head) = unsafe {
+                    let tail = L::load_at(values, n * self.room + lane.as_tail);
+                    (tail, L::load_at(values, n * self.room + lane.as_head))
+                };
+                sums[n] += L::select(tails, as_tail, L::zero());
+                sums[n] -= L::select(heads, as_head, L::zero());
+            }
+        }
+        sums
+    }
+
     /// # Panics
     /// If a register does not have the planned number of lanes. A number type that is defined by a user could change
     /// its number of lanes.
@@ -263,10 +298,14 @@ where
         }
         let Array { start, len, .. } = self.sums[0];
         let sums = &mut row[start..start + O * len];
-        collect::<R, L, O>(&self.plan, results, len, |o, node, n, sum| {
-            // SAFETY: the sums are adjacent arrays over the nodes, and `node..node + n` are nodes.
-            unsafe { sum.store_n(sums, o * len + node, n) };
-        });
+        for k in 0..self.plan.at_nodes.len() {
+            let (at, n) = self.plan.nodes_of::<R, L>(k, len);
+            let of_nodes = self.plan.sums::<R, L, O>(results, k);
+            for o in 0..O {
+                // SAFETY: the sums are adjacent arrays over the nodes, and `at..at + n` are nodes.
+                unsafe { of_nodes[o].store_n(sums, o * len + at, n) };
+            }
+        }
     }
     #[inline(always)]
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
@@ -356,46 +395,13 @@ pub(super) unsafe fn add_ends_bar<R: Real, L: Lane<R>, const C: usize>(
     ends: &[Array],
     bars: &mut Bars<R>,
 ) {
-    collect::<R, L, C>(plan, ends_bar, ends[0].len, |c, node, n, sum| {
-        let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
-        // SAFETY: guaranteed by the caller.
-        unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };
-    });
-}
-
-/// For each node, sums the values of its edges: values of edges whose tail is the node are added, values of edges whose
-/// head is the node are subtracted. `values` holds `N` arrays over the slots. Calls `take(array, first_node, count,
-/// sums)` for each of these arrays and each register of nodes.
-#[inline(always)]
-fn collect<R: Real, L: Lane<R>, const N: usize>(
-    plan: &EdgePlan,
-    values: &[R],
-    nodes: usize,
-    mut take: impl FnMut(usize, usize, usize, L),
-) {
-    assert!(
-        N * plan.room <= values.len(),
-        "`values` is too short: it must hold {N} arrays of {} numbers",
-        plan.room
-    );
-    for (k, at_node) in plan.at_nodes.iter().enumerate() {
-        let node = k * L::N;
-        // Each node's sum is completed before the next, so it is stored once and its terms have a fixed order.
-        let mut sums = [L::zero(); N];
-        for lane in &plan.ends[at_node.clone()] {
-            let [tails, heads] = [lane.tails, lane.heads].map(L::mask);
-            for n in 0..N {
-                // SAFETY: the plan's positions are less than `room`, and `values` has `N` arrays of `room` numbers.
-                let (as_tail, as_head) = unsafe {
-                    let tail = L::load_at(values, n * plan.room + lane.as_tail);
-                    (tail, L::load_at(values, n * plan.room + lane.as_head))
-                };
-                sums[n] += L::select(tails, as_tail, L::zero());
-                sums[n] -= L::select(heads, as_head, L::zero());
-            }
-        }
-        for n in 0..N {
-            take(n, node, L::N.min(nodes - node), sums[n]);
+    for k in 0..plan.at_nodes.len() {
+        let (node, n) = plan.nodes_of::<R, L>(k, ends[0].len);
+        let sums = plan.sums::<R, L, C>(ends_bar, k);
+        for c in 0..C {
+            let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
+            // SAFETY: guaranteed by the caller.
+            unsafe { (L::load_n(part, at, n) - sums[c]).store_n(part, at, n) };
         }
     }
 }

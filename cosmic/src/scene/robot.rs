@@ -141,7 +141,7 @@ settings! {
             auto "16.384 s times the time scale, divided by `dt`", source "paper, table 2";
         /// Integration method.
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
-        /// Number of linear equations that an implicit step solves, each about the result of the one before. One is
+        /// Number of times that an implicit step solves its equations, each time about the last result. Once is
         /// inaccurate: it brakes stiff robots that turn.
         passes: usize = 2, allowed within(1.0, 16.0), since 6,
             read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
