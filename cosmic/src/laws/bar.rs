@@ -1,21 +1,11 @@
-//! Force laws along bars: the trait [`BarForce`], and the code that makes a law of this kind a [`Force`].
-
-use std::any::Any;
-use std::sync::Arc;
+//! Force laws along bars: the trait [`BarForce`] and the kernels of its laws.
 
 use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
-use autodiff::{AnyProgram, Array, Dual, Pullback, Real};
+use autodiff::{Pullback, Real};
 
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum, add};
-use super::law::{Law, StepInput, step_inputs};
-use super::slopes::{Slopes, Tensions};
-use super::stiffness::Stiffness;
+use super::law::Law;
 use crate::geometry::Vector;
-use crate::lattice::{EdgeVector, Lattice};
-use crate::settings::Settings;
-
-/// A factor slightly above 1. A stroke multiplied by this factor ends beyond the stop in spite of rounding errors.
-const BEYOND: f64 = 1.0 + 1e-9;
+use crate::lattice::EdgeVector;
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +29,7 @@ impl<R: Real> Bar<R> {
     /// Describes the bar of an edge. The four given numbers are the edge's activation, stiffness, rest length and
     /// strain at full activation. The rate is 0 unless `needs_rate` is true.
     #[inline(always)]
-    fn of_edge<const D: usize>(
+    pub(super) fn of_edge<const D: usize>(
         edge: &EdgeVector<R, D>,
         length: R,
         needs_rate: bool,
@@ -214,187 +204,5 @@ impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
         };
         let impulse = self.0.impulse(edge, given, settings);
         impulse.array()
-    }
-}
-
-/// Makes a law along bars a [`Force`] on the nodes of a lattice.
-#[derive(Clone, Debug)]
-pub(crate) struct OnBars<L>(pub(crate) L);
-
-impl<L: BarForce> OnBars<L> {
-    /// Makes the numbers of an edge's bar in a pose that the tension may depend on.
-    fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
-        let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
-        let given = [
-            pose.activation.get(edge).copied().unwrap_or(0.0),
-            pose.body.stiffness[edge],
-            pose.lattice.rest_length[edge],
-            pose.body.strain[edge],
-        ];
-        let length = between.length(pose.lattice.softening());
-        Bar::of_edge(&between, length, true, given)
-    }
-
-    /// A derivative of the tension: with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise with
-    /// respect to the length (N/m).
-    fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
-        let constant = Dual::<f64, 1>::constant;
-        let mut moving = Bar {
-            length: constant(bar.length),
-            rate: constant(bar.rate),
-            target: constant(bar.target),
-            rest_length: constant(bar.rest_length),
-            stiffness: constant(bar.stiffness),
-            strain: constant(bar.strain),
-        };
-        let by = if by_rate {
-            &mut moving.rate
-        } else {
-            &mut moving.length
-        };
-        *by = Dual::variable(by.value, 0);
-        L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
-    }
-
-    /// The larger [slope](Self::slope) of two bars, which are longer and shorter than their rest length by slightly
-    /// more than their stroke.
-    fn largest_slope(&self, bars: [Bar<f64>; 2], by_rate: bool) -> f64 {
-        let [longer, shorter] = bars.map(|bar| self.slope(bar, by_rate));
-        longer.max(shorter)
-    }
-
-    /// Two bars whose target is their rest length. One is longer than that by slightly more than its stroke `off` (m),
-    /// the other is shorter by as much.
-    fn resting(stiffness: f64, rest_length: f64, off: f64) -> [Bar<f64>; 2] {
-        [off, -off].map(|off| Bar {
-            length: rest_length + off * BEYOND,
-            rate: 0.0,
-            target: rest_length,
-            rest_length,
-            stiffness,
-            strain: (off / rest_length).abs(),
-        })
-    }
-}
-
-impl<L: BarForce> AnyForce for OnBars<L> {
-    fn name(&self) -> &'static str {
-        L::NAME
-    }
-    fn settings(&mut self) -> &mut dyn Settings {
-        &mut self.0
-    }
-    fn boxed(&self) -> Box<dyn AnyForce> {
-        Box::new(self.clone())
-    }
-    fn any(&self) -> &dyn Any {
-        self
-    }
-    fn on(&self, _: &Lattice) -> Option<Arc<dyn Force>> {
-        Some(Arc::new(self.clone()))
-    }
-}
-
-impl<L: BarForce> Force for OnBars<L> {
-    fn inputs(&self) -> Vec<StepInput> {
-        step_inputs(&self.0)
-    }
-
-    fn record(
-        &self,
-        p: &mut AnyProgram,
-        step: &Step,
-        given: &Given<Array>,
-        before: Option<Vector<Array>>,
-    ) -> Vector<Array> {
-        let tension = Tension {
-            law: self.0.clone(),
-            dt: step.dt,
-            softening: step.softening,
-        };
-        let edge = step.per_edge();
-        let impulses = if L::NEEDS_RATE {
-            let ends = step.nodes.array();
-            let moving = MovingTension(tension);
-            p.map_edges_with(step.graph, moving, ends, &edge, &given.inputs)
-        } else {
-            let ends = step.nodes.x.array();
-            p.map_edges_with(step.graph, tension, ends, &edge, &given.inputs)
-        };
-        add(p, before, Vector::new(impulses))
-    }
-
-    fn is_along_bars(&self) -> bool {
-        true
-    }
-
-    fn record_slopes(
-        &self,
-        p: &mut AnyProgram,
-        step: &Step,
-        given: &Given<Array>,
-        before: Option<Tensions>,
-    ) -> Option<Tensions> {
-        let slopes = Slopes {
-            law: self.0.clone(),
-            softening: step.softening,
-        };
-        let (ends, edge) = (step.nodes.array(), step.per_edge());
-        let own = p.map_each_edge(step.graph, slopes, ends, &edge, &given.inputs);
-        let Some(before) = before.map(Tensions::array) else {
-            return Some(own.into());
-        };
-        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]])[0]);
-        Some(sum.into())
-    }
-
-    fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
-        let edges = pose.lattice.edges.iter().enumerate();
-        let here = edges.filter(|(e, ends)| ends.contains(&node) && pose.body.stiffness[*e] != 0.0);
-        let pull = |(edge, &[i, j]): (usize, &[usize; 2])| {
-            let bar = self.bar(pose, edge);
-            let per_length = L::tension(&self.0, bar) / bar.length;
-            let other = if i == node { j } else { i };
-            let x = &pose.state.x;
-            Pull {
-                part: format!("the {} of edge {edge} [{i}, {j}]", L::NOUN),
-                force: (x[other] - x[node]) * per_length,
-            }
-        };
-        here.map(pull).collect()
-    }
-
-    fn tension(&self, pose: &Pose, edge: usize) -> f64 {
-        L::tension(&self.0, self.bar(pose, edge))
-    }
-
-    fn energy(&self, pose: &Pose) -> Option<f64> {
-        let edges = 0..pose.lattice.edges.len();
-        edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
-    }
-
-    /// Adds the stiffness of each bar at a length just outside the range of its actuator, so that the stiffness of
-    /// stops is included. A stiffening bar that other forces stretch even further would be stiffer.
-    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
-        for edge in 0..pose.lattice.edges.len() {
-            let bar = self.bar(pose, edge);
-            let k =
-                self.bar_stiffness(bar.stiffness, bar.rest_length, bar.strain * bar.rest_length);
-            stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
-            if L::NEEDS_RATE {
-                stiffness.dampen_bar(edge, self.slope(bar, true));
-            }
-        }
-    }
-
-    fn bar_stiffness(&self, k: f64, rest_length: f64, off: f64) -> f64 {
-        self.largest_slope(Self::resting(k, rest_length, off), false)
-    }
-
-    fn bar_damping(&self, k: f64, rest_length: f64, off: f64) -> f64 {
-        if !L::NEEDS_RATE {
-            return 0.0;
-        }
-        self.largest_slope(Self::resting(k, rest_length, off), true)
     }
 }

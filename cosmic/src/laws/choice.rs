@@ -6,14 +6,16 @@ use serde::{Serialize, Serializer};
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::bar::{BarForce, OnBars};
-use super::contact::{AnyContact, Contact};
+use super::any_contact::AnyContact;
+use super::bar::BarForce;
+use super::contact::Contact;
 use super::coulomb::Coulomb;
 use super::damper::Damper;
 use super::force::AnyForce;
 use super::law_file::LawFile;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
+use super::on_bars::OnBars;
 use super::sticking::Sticking;
 use super::stops::Stops;
 use crate::registry::Registry;

@@ -3,14 +3,12 @@
 use std::fmt::Debug;
 
 use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
-use autodiff::{AnyProgram, Array, Pullback, Real};
+use autodiff::{Pullback, Real};
 
-use super::hold::{Grip, Landing};
-use super::law::{Law, StepInput, step_inputs};
+use super::law::Law;
 use super::motion::{Drift, Flight, Particle};
 use super::terrain::{NONE, Terrain, Way};
 use crate::geometry::{Plane, Vector};
-use crate::settings::Settings;
 
 /// A node at the moment when it meets the ground.
 #[derive(Clone, Copy, Debug)]
@@ -364,169 +362,5 @@ impl<C: Contact, G: Underfoot> UniformKernel<4, 4> for Drifting<C, G> {
         settings: &Uniforms<R>,
     ) -> [[R; 4]; M] {
         G::drifting_vjp(self, at, settings)
-    }
-}
-
-/// A [`Contact`] as a trait object, for use without knowing its type.
-pub(crate) trait AnyContact: Debug + Send + Sync {
-    fn name(&self) -> &'static str;
-    fn has_ground(&self) -> bool;
-    fn settings(&mut self) -> &mut dyn Settings;
-    fn inputs(&self) -> Vec<StepInput>;
-    fn boxed(&self) -> Box<dyn AnyContact>;
-    fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
-    /// Records a step of all nodes with the kernel [`Flying`], and returns the nodes after it.
-    fn fly(
-        &self,
-        p: &mut AnyProgram,
-        flight: Flight,
-        terrain: Option<&Terrain>,
-        pushed: Pushed,
-    ) -> Particle<Array>;
-    /// Records the largest friction of the law, as an array of one number. `any` is an array of one number.
-    fn grip(&self, p: &mut AnyProgram, any: Array, settings: &[Array]) -> Array;
-    /// Records the end of an implicit step with the kernel [`Landing`], and returns the nodes after it.
-    fn land(
-        &self,
-        p: &mut AnyProgram,
-        dt: f64,
-        terrain: Option<&Terrain>,
-        node: [Array; 9],
-        settings: &[Array],
-    ) -> Particle<Array>;
-    /// Records a drift of all nodes with the kernel [`Drifting`], and returns the nodes after it.
-    fn drift(
-        &self,
-        p: &mut AnyProgram,
-        drift: Drift,
-        terrain: Option<&Terrain>,
-        nodes: Particle<Array>,
-        settings: &[Array],
-    ) -> Particle<Array>;
-}
-
-/// The inputs of the kernel [`Flying`]: all nodes, and the impulses and velocities that a push adds to them.
-pub(crate) struct Pushed<'a, const D: usize = 2> {
-    pub(crate) nodes: Particle<Array, D>,
-    /// The impulse on each node, N s.
-    pub(crate) impulses: Vector<Array, D>,
-    /// 1 / mass, 1/kg.
-    pub(crate) inverse_mass: Array,
-    /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
-    pub(crate) uniforms: &'a [Array],
-}
-
-impl<C: Contact> AnyContact for C {
-    fn name(&self) -> &'static str {
-        C::NAME
-    }
-    fn has_ground(&self) -> bool {
-        C::HAS_GROUND
-    }
-    fn settings(&mut self) -> &mut dyn Settings {
-        self
-    }
-    fn inputs(&self) -> Vec<StepInput> {
-        step_inputs(self)
-    }
-    fn boxed(&self) -> Box<dyn AnyContact> {
-        Box::new(self.clone())
-    }
-    fn with_friction(&self, friction: f64) -> Box<dyn AnyContact> {
-        Box::new(self.clone().with_friction(friction))
-    }
-    fn fly(
-        &self,
-        p: &mut AnyProgram,
-        flight: Flight,
-        terrain: Option<&Terrain>,
-        pushed: Pushed,
-    ) -> Particle<Array> {
-        let ([x, y, vx, vy], [jx, jy]) = (pushed.nodes.array(), pushed.impulses.array());
-        let node = [x, y, vx, vy, jx, jy, pushed.inverse_mass];
-        let contact = self.clone();
-        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(
-                Flying {
-                    flight,
-                    contact,
-                    ground: Flat,
-                },
-                node,
-                pushed.uniforms,
-            ),
-            Some(ground) => p.map_with(
-                Flying {
-                    flight,
-                    contact,
-                    ground,
-                },
-                node,
-                pushed.uniforms,
-            ),
-        })
-    }
-    fn grip(&self, p: &mut AnyProgram, any: Array, settings: &[Array]) -> Array {
-        p.map_with(Grip(self.clone()), [any], settings)[0]
-    }
-    fn land(
-        &self,
-        p: &mut AnyProgram,
-        dt: f64,
-        terrain: Option<&Terrain>,
-        node: [Array; 9],
-        settings: &[Array],
-    ) -> Particle<Array> {
-        let contact = self.clone();
-        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(
-                Landing {
-                    contact,
-                    ground: Flat,
-                    dt,
-                },
-                node,
-                settings,
-            ),
-            Some(ground) => p.map_with(
-                Landing {
-                    contact,
-                    ground,
-                    dt,
-                },
-                node,
-                settings,
-            ),
-        })
-    }
-    fn drift(
-        &self,
-        p: &mut AnyProgram,
-        drift: Drift,
-        terrain: Option<&Terrain>,
-        nodes: Particle<Array>,
-        settings: &[Array],
-    ) -> Particle<Array> {
-        let (contact, node) = (self.clone(), nodes.array());
-        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(
-                Drifting {
-                    drift,
-                    contact,
-                    ground: Flat,
-                },
-                node,
-                settings,
-            ),
-            Some(ground) => p.map_with(
-                Drifting {
-                    drift,
-                    contact,
-                    ground,
-                },
-                node,
-                settings,
-            ),
-        })
     }
 }

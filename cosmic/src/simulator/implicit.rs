@@ -4,19 +4,25 @@
 //! A step is implicit Euler, solved by Newton's method; each of its iterations is a *pass*. Vectors and blocks are those
 //! of `tests/data/implicit/README.md`, which has the equations and compares this step with others.
 
+use std::sync::Arc;
+
 use autodiff::{AnyProgram, Array, Kernel, Real};
 
-use super::mechanics::Mechanics;
 use super::parameters::Parameters;
 use crate::geometry::Vector;
 use crate::laws::{
-    Equation, FirstPass, Flat, FreeEquation, Hold, Impulse, Linear, Meet, NextPass, Particle,
-    Reaction, Step, Sum, Under,
+    AnyContact, Equation, FirstPass, Flat, Force, FreeEquation, Hold, Impulse, Linear, Meet,
+    NextPass, Particle, Reaction, Step, Sum, Terrain, Under,
 };
 
 /// An implicit step of all nodes, as it is recorded.
 pub(super) struct Implicit<'a> {
-    pub(super) mechanics: &'a Mechanics,
+    /// The factor by which damping multiplies a velocity in the step.
+    pub(super) decay: f64,
+    pub(super) contact: &'a dyn AnyContact,
+    /// The profile of the ground; `None` if the ground is a straight line.
+    pub(super) terrain: Option<&'a Terrain>,
+    pub(super) forces: &'a [Arc<dyn Force>],
     /// The number of passes, each of which solves linear equations.
     pub(super) passes: usize,
     pub(super) given: &'a Parameters<Array>,
@@ -48,7 +54,7 @@ impl Implicit<'_> {
     /// Records the step, and returns the nodes after it.
     pub(super) fn record(&self, p: &mut AnyProgram) -> Particle<Array> {
         let start = self.step.nodes;
-        let falling = Falling(self.mechanics.flight.decay);
+        let falling = Falling(self.decay);
         let free = Vector::new(p.map_with(falling, start.v.array(), &self.given.contact[..2]));
         let first = Particle { v: free, ..start };
         let mut pass = self.pass(p, first, free, None);
@@ -140,7 +146,7 @@ impl Implicit<'_> {
     fn bars(&self, p: &mut AnyProgram, base: Particle<Array>, from_start: bool) -> Bars {
         let at = self.at(base);
         let mut sum = None;
-        for (force, given) in self.mechanics.forces.iter().zip(&self.given.forces) {
+        for (force, given) in self.forces.iter().zip(&self.given.forces) {
             sum = force.record_slopes(p, &at, given, sum).or(sum);
         }
         let tensions = sum.expect("every robot has springs").array();
@@ -169,7 +175,7 @@ impl Implicit<'_> {
         let per_edge = [jx, jy, xx, xy, yy];
         let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
         let at = self.at(base);
-        let forces = self.mechanics.forces.iter().zip(&self.given.forces);
+        let forces = self.forces.iter().zip(&self.given.forces);
         let others = forces.filter(|(force, _)| !force.is_along_bars());
         others.fold(Vector::new(of_bars), |sum, (force, given)| {
             force.record(p, &at, given, Some(sum))
@@ -184,7 +190,7 @@ impl Implicit<'_> {
         moving: Vector<Array>,
         before: Option<&Pass>,
     ) -> Option<(Hold<Array>, Vector<Array>)> {
-        let (contact, nodes, dt) = (&self.mechanics.contact, self.step.nodes, self.step.dt);
+        let (contact, nodes, dt) = (self.contact, self.step.nodes, self.step.dt);
         if !contact.has_ground() {
             return None;
         }
@@ -252,7 +258,7 @@ impl Implicit<'_> {
     fn under(&self, p: &mut AnyProgram, moving: Vector<Array>, last: [Array; 2]) -> Under<Array> {
         let ([x, y, wx, wy], [segment, is_held]) = (both(self.step.nodes.x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
-        let [segment, is_new, tx, ty, height] = match self.mechanics.terrain.clone() {
+        let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
             None => p.map(Meet { ground: Flat, dt }, node),
             Some(ground) => p.map(Meet { ground, dt }, node),
         };
@@ -323,7 +329,7 @@ impl Implicit<'_> {
             hold.slip,
             hold.slid,
         ];
-        let (contact, terrain) = (&self.mechanics.contact, self.mechanics.terrain.as_ref());
+        let (contact, terrain) = (self.contact, self.terrain);
         contact.land(p, dt, terrain, node, &self.given.contact[2..])
     }
 }

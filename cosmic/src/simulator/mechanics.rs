@@ -32,9 +32,9 @@ pub(super) struct Mechanics {
     /// The softening of lengths, m^2.
     softening: f64,
     pub(super) flight: Flight,
-    pub(super) contact: Arc<dyn AnyContact>,
+    contact: Arc<dyn AnyContact>,
     /// The profile of the ground above the ground line; `None` if the ground is a straight line.
-    pub(super) terrain: Option<Terrain>,
+    terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
     /// Gravity (m/s^2), then the settings of the contact law, then the settings of each force.
@@ -157,14 +157,16 @@ impl Mechanics {
                 vertical: self.ground.vertical(),
             };
             if let Some(passes) = self.passes {
-                let (mechanics, step) = (self, &step);
-                nodes = Implicit {
-                    mechanics,
+                let implicit = Implicit {
+                    decay: self.flight.decay,
+                    contact: &*self.contact,
+                    terrain,
+                    forces: &self.forces,
                     passes,
                     given,
-                    step,
-                }
-                .record(p);
+                    step: &step,
+                };
+                nodes = implicit.record(p);
                 continue;
             }
             let mut impulses = None;
