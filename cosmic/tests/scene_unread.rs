@@ -51,7 +51,7 @@ const SMALL: [&str; 19] = [
 ];
 
 /// Other scenes, each as changes of the settings in [`SMALL`].
-const OTHERS: [&[&str]; 22] = [
+const OTHERS: [&[&str]; 23] = [
     &[
         "lattice.columns=6",
         "lattice.rows=6",
