@@ -144,7 +144,7 @@ pub struct Tension<L> {
     pub law: L,
     /// The time for which the bar pulls on its nodes, s.
     pub dt: f64,
-    /// The [softening](Lattice::softening) of lengths, m^2.
+    /// The [softening](crate::lattice::Lattice::softening) of lengths, m^2.
     pub softening: f64,
 }
 
