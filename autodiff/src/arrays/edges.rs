@@ -1,4 +1,4 @@
-//! Maps a kernel over the edges of a graph and sums its results at the nodes.
+//! Maps a kernel over the edges of a graph, and sums its results at the nodes or keeps them at the edges.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use std::ops::Range;
@@ -14,19 +14,20 @@ use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
 /// An operation that applies a kernel to each edge of a graph. The first `C` inputs of the kernel are differences of
-/// node values (head minus tail). The other inputs come from arrays with one number per edge. Each of the `O` results
-/// is added to a sum at the edge's tail and subtracted from the sum at its head.
+/// node values (head minus tail). The other inputs come from arrays with one number per edge. If `SUMS` is true, each of
+/// the `O` results is added to a sum at the edge's tail and subtracted from the sum at its head. Otherwise the results
+/// stay at the edge.
 ///
 /// Registers may extend past the edges of a group and past the nodes. A mask discards the numbers that they read there.
-pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
+pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool> {
     kernel: K,
     plan: EdgePlan,
     /// First `C` arrays over the nodes, then arrays over the slots.
     inputs: [Array; I],
     uniforms: UniformInputs,
     active: [bool; I],
-    /// The output arrays over the nodes, adjacent in memory.
-    sums: [Array; O],
+    /// The output arrays, adjacent in memory: over the nodes if `SUMS` is true, otherwise over the slots.
+    outputs: [Array; O],
     reach: Reach,
     /// Arrays with one number per slot. The forward step stores the results of the kernel here, and the reverse step
     /// the cotangents of the differences. Each array takes `plan.room` numbers.
@@ -34,16 +35,16 @@ pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
 }
 
 /// Assigns the edges and nodes of a graph to registers. The plan is the same for all steps.
-pub(super) struct EdgePlan {
-    pub(super) edges: Vec<LaneOfEdges>,
+struct EdgePlan {
+    edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
     /// For each register of nodes, the range of its entries in `ends`.
     at_nodes: Vec<Range<usize>>,
     /// The numbers of nodes and of slots that accesses of whole registers may reach.
-    pub(super) nodes: usize,
-    pub(super) slots: usize,
+    nodes: usize,
+    slots: usize,
     /// The length of each array in `scratch`.
-    pub(super) room: usize,
+    room: usize,
     /// The number of lanes in a register.
     width: usize,
 }
@@ -52,13 +53,13 @@ pub(super) struct EdgePlan {
 /// the slots, `scratch` its position in `scratch`. `tail` and `head` are the positions of its two nodes in arrays over
 /// the nodes.
 #[derive(Clone, Copy)]
-pub(super) struct LaneOfEdges {
-    pub(super) slot: usize,
-    pub(super) scratch: usize,
+struct LaneOfEdges {
+    slot: usize,
+    scratch: usize,
     tail: usize,
     head: usize,
     /// A bit for each slot that holds an edge.
-    pub(super) bits: u16,
+    bits: u16,
 }
 
 /// The edges of one group that begin or end at a register of adjacent nodes.
@@ -75,7 +76,7 @@ struct LaneOfEnds {
 }
 
 impl EdgePlan {
-    pub(super) fn new(graph: &Graph, lanes: usize) -> Self {
+    fn new(graph: &Graph, lanes: usize) -> Self {
         // The edges whose head is a node are read from a position in `scratch` that is lower by `offset`. Unused room
         // at the beginning of `scratch` ensures that this position is never negative.
         let lead = graph.lead().next_multiple_of(WIDEST);
@@ -162,7 +163,7 @@ impl EdgePlan {
     /// If a register does not have the planned number of lanes. A number type that is defined by a user could change
     /// its number of lanes.
     #[inline(always)]
-    pub(super) fn check<R: Real, L: Lane<R>>(&self) {
+    fn check<R: Real, L: Lane<R>>(&self) {
         assert_eq!(
             L::N,
             self.width,
@@ -180,8 +181,11 @@ fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
     ends.collect()
 }
 
-impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: usize>
-    EdgeMap<R, K, C, I, O>
+impl<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool>
+    EdgeMap<R, K, C, I, O, SUMS>
+where
+    R: Real,
+    K: UniformKernel<I, O>,
 {
     pub(crate) fn new(
         kernel: K,
@@ -189,7 +193,7 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
         ends: [Array; C],
         per_edge: &[Array],
         uniforms: &[Array],
-        sums: [Array; O],
+        outputs: [Array; O],
     ) -> Self {
         assert!(O > 0, "map_edges: the kernel must have at least one result");
         assert_eq!(
@@ -198,19 +202,23 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
             "map_edges: the kernel must have one input for each array in `ends` and in `per_edge`"
         );
         let plan = EdgePlan::new(graph, lanes::<R>());
-        let mut inputs = [sums[0]; I];
+        let mut inputs = [outputs[0]; I];
         inputs[..C].copy_from_slice(&ends);
         inputs[C..].copy_from_slice(per_edge);
         let len = |k| if k < C { plan.nodes } else { plan.slots };
         let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
-        let sums_len = |&array| (array, plan.nodes.max(graph.nodes()));
+        let reached = if SUMS {
+            plan.nodes.max(graph.nodes())
+        } else {
+            plan.slots
+        };
         Self {
             kernel,
             inputs,
             uniforms: UniformInputs::new(uniforms, K::UNIFORMS),
             active: [true; I],
-            reach: Reach::new(lens.chain(sums.iter().map(sums_len))),
-            sums,
+            reach: Reach::new(lens.chain(outputs.iter().map(|&array| (array, reached)))),
+            outputs,
             scratch: Aligned::zeros(C.max(O) * plan.room),
             plan,
         }
@@ -218,17 +226,13 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
 }
 
 /// For each input, the slice of its numbers. Arrays over the nodes come first, then arrays over the slots.
-pub(super) struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
+struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// # Safety
     /// The caller must have checked `reach` for these values.
     #[inline(always)]
-    pub(super) unsafe fn new(
-        inputs: &[Array; I],
-        plan: &EdgePlan,
-        values: StepValues<'a, R>,
-    ) -> Self {
+    unsafe fn new(inputs: &[Array; I], plan: &EdgePlan, values: StepValues<'a, R>) -> Self {
         let mut sources = [values.row; I];
         for k in 0..I {
             let len = if k < C { plan.nodes } else { plan.slots };
@@ -243,7 +247,7 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// # Safety
     /// The register must belong to the plan.
     #[inline(always)]
-    pub(super) unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
+    unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
         let LaneOfEdges {
             slot, tail, head, ..
         } = lane;
@@ -262,14 +266,14 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     }
 }
 
-impl<R, K, const C: usize, const I: usize, const O: usize> LaneOperation<R>
-    for EdgeMap<R, K, C, I, O>
+impl<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool> LaneOperation<R>
+    for EdgeMap<R, K, C, I, O, SUMS>
 where
     R: Real,
     K: UniformKernel<I, O>,
 {
     fn outputs(&self) -> Vec<Array> {
-        self.sums.to_vec()
+        self.outputs.to_vec()
     }
     fn set_active(&mut self, arrays: &[bool]) {
         for k in 0..I {
@@ -288,7 +292,7 @@ where
             let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
             let uniforms = self.uniforms.load(K::UNIFORMS, values);
-            // The kernel writes its results to `scratch`. They are summed at the nodes below.
+            // The kernel writes its results to `scratch`. They are summed or copied below.
             for &lane in &self.plan.edges {
                 let y = self.kernel.eval_with(sources.load::<L>(lane), &uniforms);
                 for o in 0..O {
@@ -296,14 +300,30 @@ where
                 }
             }
         }
-        let Array { start, len, .. } = self.sums[0];
-        let sums = &mut row[start..start + O * len];
+        let Array { start, len, .. } = self.outputs[0];
+        let outputs = &mut row[start..start + O * len];
+        if !SUMS {
+            outputs.fill(R::zero());
+            for &lane in &self.plan.edges {
+                let n = L::N.min(len - lane.slot);
+                for o in 0..O {
+                    // SAFETY: as above; the outputs are adjacent arrays over the slots.
+                    unsafe {
+                        let result = L::load_at(results, o * room + lane.scratch);
+                        // Later registers overwrite the zeros of slots that this one reaches beyond its group.
+                        let result = L::select(L::mask(lane.bits), result, L::zero());
+                        result.store_n(outputs, o * len + lane.slot, n);
+                    }
+                }
+            }
+            return;
+        }
         for k in 0..self.plan.at_nodes.len() {
             let (at, n) = self.plan.nodes_of::<R, L>(k, len);
             let of_nodes = self.plan.sums::<R, L, O>(results, k);
             for o in 0..O {
-                // SAFETY: the sums are adjacent arrays over the nodes, and `at..at + n` are nodes.
-                unsafe { of_nodes[o].store_n(sums, o * len + at, n) };
+                // SAFETY: the outputs are adjacent arrays over the nodes, and `at..at + n` are nodes.
+                unsafe { of_nodes[o].store_n(outputs, o * len + at, n) };
             }
         }
     }
@@ -315,20 +335,24 @@ where
         let EdgePlan { room, .. } = self.plan;
         let ends_bar = &mut self.scratch[..C * room];
         let places = Places::new(bars);
-        let y_bars = places.of_active(&self.sums, &[true; O]);
+        let y_bars = places.of_active(&self.outputs, &[true; O]);
         let x_bars = places.of_active(&self.inputs, &self.active);
         // SAFETY: `reach` was checked, and `ends_bar` has `C` arrays of `room` numbers.
         unsafe {
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
             let uniforms = self.uniforms.load(K::UNIFORMS, values);
             for &lane in &self.plan.edges {
-                // A result was added at the tail and subtracted at the head. So its cotangent is the tail's cotangent
-                // minus the head's. For ghosts (slots without an edge) it is zero.
+                // A result that was added at the tail and subtracted at the head has the tail's cotangent minus the
+                // head's. For ghosts (slots without an edge) it is zero.
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
-                    let head: L = load(y_bars[o], lane.head, L::N);
-                    let tail_less_head = load::<R, L>(y_bars[o], lane.tail, L::N) - head;
-                    y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
+                    let of_edge: L = if SUMS {
+                        let head: L = load(y_bars[o], lane.head, L::N);
+                        load::<R, L>(y_bars[o], lane.tail, L::N) - head
+                    } else {
+                        load(y_bars[o], lane.slot, L::N)
+                    };
+                    y_bar[o] = L::select(L::mask(lane.bits), of_edge, L::zero());
                 }
                 let x = sources.load::<L>(lane);
                 let at = Pullback {
@@ -345,9 +369,18 @@ where
                 }
             }
         }
+        // A difference is head minus tail, so its cotangent is subtracted at the tail and added at the head.
         if self.active[..C].contains(&true) {
-            // SAFETY: `reach` was checked.
-            unsafe { add_ends_bar::<R, L, C>(&self.plan, ends_bar, &self.inputs[..C], bars) };
+            for k in 0..self.plan.at_nodes.len() {
+                let (node, n) = self.plan.nodes_of::<R, L>(k, self.inputs[0].len);
+                let sums = self.plan.sums::<R, L, C>(ends_bar, k);
+                for c in 0..C {
+                    let end = self.inputs[c];
+                    let (part, at) = (bars.part_mut(end), end.start + node);
+                    // SAFETY: the nodes are within the checked reach.
+                    unsafe { (L::load_n(part, at, n) - sums[c]).store_n(part, at, n) };
+                }
+            }
         }
         if const { K::UNIFORMS > 0 } {
             self.add_uniform_bars(values, bars);
@@ -355,8 +388,11 @@ where
     }
 }
 
-impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: usize>
-    EdgeMap<R, K, C, I, O>
+impl<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool>
+    EdgeMap<R, K, C, I, O, SUMS>
+where
+    R: Real,
+    K: UniformKernel<I, O>,
 {
     /// Adds the cotangents of uniform inputs, edge by edge.
     fn add_uniform_bars(&self, values: StepValues<R>, bars: &mut Bars<R>) {
@@ -374,35 +410,16 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
                 };
             }
             for k in 0..O {
-                let sum = &bars.row[self.sums[k].start..];
-                y_bar[k] = sum[tail] - sum[head];
+                let bar = &bars.row[self.outputs[k].start..];
+                y_bar[k] = if SUMS {
+                    bar[tail] - bar[head]
+                } else {
+                    bar[slot]
+                };
             }
             (slot, x, y_bar)
         };
         (self.uniforms).add_bars(&self.kernel, values, bars, edges, at);
-    }
-}
-
-/// Adds the cotangents of differences, which `ends_bar` holds as `C` arrays over the slots, to those of the `C` arrays
-/// `ends`. A difference is head minus tail, so its cotangent is subtracted at the tail and added at the head.
-///
-/// # Safety
-/// The nodes of `ends` must be within a checked reach.
-#[inline(always)]
-pub(super) unsafe fn add_ends_bar<R: Real, L: Lane<R>, const C: usize>(
-    plan: &EdgePlan,
-    ends_bar: &[R],
-    ends: &[Array],
-    bars: &mut Bars<R>,
-) {
-    for k in 0..plan.at_nodes.len() {
-        let (node, n) = plan.nodes_of::<R, L>(k, ends[0].len);
-        let sums = plan.sums::<R, L, C>(ends_bar, k);
-        for c in 0..C {
-            let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
-            // SAFETY: guaranteed by the caller.
-            unsafe { (L::load_n(part, at, n) - sums[c]).store_n(part, at, n) };
-        }
     }
 }
 

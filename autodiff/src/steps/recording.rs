@@ -3,8 +3,8 @@
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EachEdge, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, MOST_UNKNOWNS,
-    Map, Matrix, NodeSum, Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
+    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, MOST_UNKNOWNS, Map, Matrix,
+    NodeSum, Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
 };
 use crate::real::Real;
 
@@ -270,7 +270,8 @@ impl<R: Real> Program<R> {
     {
         let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, true);
         let outputs = arrays(&outputs);
-        let map = EdgeMap::new(kernel, &graph, ends, per_edge, uniforms, outputs);
+        let map =
+            EdgeMap::<R, K, C, I, O, true>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
         self.push_kernel(Box::new(InLanes(map)));
         outputs
     }
@@ -279,7 +280,7 @@ impl<R: Real> Program<R> {
     /// slots, with zeros for ghosts.
     ///
     /// # Panics
-    /// Like [`map_edges_with`](Program::map_edges_with). Also if `ends` is empty.
+    /// Like [`map_edges_with`](Program::map_edges_with).
     #[track_caller]
     pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
@@ -294,7 +295,8 @@ impl<R: Real> Program<R> {
     {
         let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, false);
         let outputs = arrays(&outputs);
-        let map = EachEdge::new(kernel, &graph, ends, per_edge, uniforms, outputs);
+        let map =
+            EdgeMap::<R, K, C, I, O, false>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
         self.push_kernel(Box::new(InLanes(map)));
         outputs
     }

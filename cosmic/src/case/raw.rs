@@ -299,12 +299,12 @@ fn is_one(option: &usize) -> bool {
     *option == 1
 }
 
-/// True if an option has its default value. Options that the first version of the format does not have are left out of
-/// a case file if this is true.
 fn are_not_given(goals: &GoalKind) -> bool {
     *goals != GoalKind::Given
 }
 
+/// True if an option has its default value. Options that the first version of the format does not have are left out of
+/// a case file if this is true.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

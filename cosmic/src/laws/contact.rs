@@ -58,10 +58,10 @@ pub trait Contact: Law {
         fast - Self::respond(law, Impact { velocity, rest }).forward()
     }
 
-    /// Computes the node after a drift over terrain, which ignores segment number `but` at first. If the node meets a segment of the terrain, the law gets the
-    /// components of the velocity along that segment and out of it. If the rest of the drift leads into another
-    /// segment, as in a corner, the law is applied a second time. If the node would sink into the ground even then, it
-    /// stops in the corner.
+    /// Computes the node after a drift over terrain. The node does not meet segment number `but`; -1 stands for no
+    /// segment. If it meets another segment, the law gets the components of the velocity along that segment and out of
+    /// it. If the rest of the drift leads into yet another segment, as in a corner, the law is applied a second time. If
+    /// the node would sink into the ground even then, it stops in the corner.
     #[inline(always)]
     fn drift_over<R: Real, const D: usize>(
         law: &Self::Of<R>,

@@ -139,14 +139,9 @@ pub trait Force: Debug + Send + Sync {
         before: Option<Vector<Array>>,
     ) -> Vector<Array>;
 
-    /// True if this force acts along bars, and implements [`record_slopes`](Force::record_slopes). An implicit step takes
-    /// the impulses of other forces from [`record`](Force::record), as if they did not change during the step.
-    fn is_along_bars(&self) -> bool {
-        false
-    }
-
-    /// Records the tension that this force adds to every bar, with its slopes. Returns the sum with `before`, the tensions
-    /// of earlier forces. `None` unless the force [acts along bars](Force::is_along_bars).
+    /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
+    /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes
+    /// its impulses from [`record`](Force::record), as if they did not change during the step.
     fn record_slopes(
         &self,
         _p: &mut AnyProgram,

@@ -22,7 +22,7 @@ const INFINITE: f64 = 1e3;
 /// A speed that counts as 0, m/s. It is a normal number in single precision too.
 const REST: f64 = 1e-30;
 
-/// What is known of a node before a pass. `A` is the type of an array; truths are 1 or 0.
+/// The contacts of all nodes in a pass. Every field has a number for each node. Yes is 1, and no is 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hold<A> {
     pub(crate) under: Under<A>,
@@ -53,16 +53,16 @@ pub(crate) struct Under<A> {
     pub(crate) height: A,
 }
 
-/// The true numbers of a mask.
+/// The number of a mask: 1 for yes, 0 for no.
 #[inline(always)]
 fn truth<R: Real>(mask: R::Mask) -> R {
     R::select(mask, R::one(), R::zero())
 }
 
-/// The mask of a number that is 1 or 0.
+/// The mask of a number that is 1 for yes and 0 for no.
 #[inline(always)]
-fn mask<R: Real>(truth: R) -> R::Mask {
-    R::lit(0.5).less(truth)
+fn mask<R: Real>(number: R) -> R::Mask {
+    R::lit(0.5).less(number)
 }
 
 /// The largest friction of a contact law, as a multiple of the normal impulse: a velocity along the ground that is too

@@ -124,10 +124,6 @@ impl<L: BarForce> Force for OnBars<L> {
         add(p, before, Vector::new(impulses))
     }
 
-    fn is_along_bars(&self) -> bool {
-        true
-    }
-
     fn record_slopes(
         &self,
         p: &mut AnyProgram,

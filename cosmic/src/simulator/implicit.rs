@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{AnyProgram, Array, Kernel, Real};
 
 use super::parameters::Parameters;
@@ -30,7 +31,17 @@ pub(super) struct Implicit<'a> {
     pub(super) step: &'a Step<'a>,
 }
 
-/// What a pass leaves behind.
+/// What all passes of a step read.
+struct Start {
+    /// The velocity that nodes would have without bars, m/s.
+    free: Vector<Array>,
+    /// The largest friction, as a multiple of the impulse out of the ground; `None` in a world without ground.
+    grip: Option<Array>,
+    /// A zero for every node.
+    none: Array,
+}
+
+/// The results of a pass.
 struct Pass {
     /// The velocity with which nodes move in the step, m/s.
     moving: Vector<Array>,
@@ -48,61 +59,65 @@ struct Bars {
     impulse: Vector<Array>,
     /// The lower triangle of the matrix by which a change of velocity changes the impulse, kg.
     slopes: [Array; 3],
+    /// The numbers of the forces that do not act along bars.
+    others: Vec<usize>,
 }
 
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it.
     pub(super) fn record(&self, p: &mut AnyProgram) -> Particle<Array> {
-        let start = self.step.nodes;
-        let falling = Falling(self.decay);
-        let free = Vector::new(p.map_with(falling, start.v.array(), &self.given.contact[..2]));
-        let first = Particle { v: free, ..start };
-        let mut pass = self.pass(p, first, free, None);
+        let (nodes, falling) = (self.step.nodes, Falling(self.decay));
+        let free = Vector::new(p.map_with(falling, nodes.v.array(), &self.given.contact[..2]));
+        // The kernel of the grip does not read its input; a rest length has no derivative.
+        let any = p.gather(self.step.rest_length, &[Some(0)]);
+        let has_ground = self.contact.has_ground();
+        let start = Start {
+            free,
+            grip: has_ground.then(|| self.contact.grip(p, any, &self.given.contact[2..])),
+            none: p.gather(any, &vec![None; self.step.graph.nodes()]),
+        };
+        let first = Particle { v: free, ..nodes };
+        let mut pass = self.pass(p, first, &start, None);
         for _ in 1..self.passes {
-            let moved = p.map(Moved(self.step.dt), both(start.x, pass.moving));
+            let moved = p.map(Moved(self.step.dt), both(nodes.x, pass.moving));
             let base = Particle {
                 x: Vector::new(moved),
                 v: pass.moving,
             };
-            pass = self.pass(p, base, free, Some(&pass));
+            pass = self.pass(p, base, &start, Some(&pass));
         }
-        pass.moving = self.balanced(p, &pass);
+        pass.moving = self.balanced(p, &start, &pass);
         self.land(p, &pass)
     }
 
     /// The velocities with which nodes move. If no node is held, they are shifted so that the momentum of the robot is
     /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
-    fn balanced(&self, p: &mut AnyProgram, pass: &Pass) -> Vector<Array> {
+    fn balanced(&self, p: &mut AnyProgram, start: &Start, pass: &Pass) -> Vector<Array> {
         let nodes = self.step.graph.nodes();
         let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
         let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass]);
-        let is_held = match &pass.hold {
-            Some(hold) => hold.is_held,
-            None => p.gather(ax, &vec![None; nodes]),
-        };
+        let is_held = pass.hold.map_or(start.none, |hold| hold.is_held);
         let [_, means] = p.weighted(mass, &[ax, ay, is_held], &[], &[]);
         let [ax, ay, is_held] = [0, 1, 2].map(|k| p.gather(means, &vec![Some(k); nodes]));
         Vector::new(p.map(Balanced, [wx, wy, ax, ay, is_held]))
     }
 
-    /// Records a pass about the positions and velocities of `base`. `free` is the velocity without bars, `before` the
-    /// pass before.
+    /// Records a pass about the positions and velocities of `base`. `before` is the pass before.
     fn pass(
         &self,
         p: &mut AnyProgram,
         base: Particle<Array>,
-        free: Vector<Array>,
+        start: &Start,
         before: Option<&Pass>,
     ) -> Pass {
-        let graph = self.step.graph;
+        let (graph, free) = (self.step.graph, start.free);
         let bars = self.bars(p, base, before.is_none());
-        let hold = self.hold(p, base.v, before);
-        let (hold, change) = match hold {
+        let held = start
+            .grip
+            .map(|grip| self.hold(p, [grip, start.none], base.v, before));
+        let (hold, change) = match held {
             Some((hold, change)) => (Some(hold), change),
-            None => {
-                let none = vec![None; graph.nodes()];
-                (None, base.v.map(|of| p.gather(of, &none)))
-            }
+            None => (None, base.v.map(|_| start.none)),
         };
         let impulses = self.impulses(p, base, &bars, change);
         let solved = self.solve(p, [base.v, free, impulses, change], hold.as_ref(), &bars);
@@ -144,10 +159,12 @@ impl Implicit<'_> {
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
     fn bars(&self, p: &mut AnyProgram, base: Particle<Array>, from_start: bool) -> Bars {
-        let at = self.at(base);
-        let mut sum = None;
-        for (force, given) in self.forces.iter().zip(&self.given.forces) {
-            sum = force.record_slopes(p, &at, given, sum).or(sum);
+        let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
+        for (k, force) in self.forces.iter().enumerate() {
+            match force.record_slopes(p, &at, &self.given.forces[k], sum) {
+                Some(tensions) => sum = Some(tensions),
+                None => others.push(k),
+            }
         }
         let tensions = sum.expect("every robot has springs").array();
         let linear = Linear {
@@ -159,6 +176,7 @@ impl Implicit<'_> {
         Bars {
             impulse: Vector::new([jx, jy]),
             slopes,
+            others,
         }
     }
 
@@ -174,34 +192,26 @@ impl Implicit<'_> {
         let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
         let per_edge = [jx, jy, xx, xy, yy];
         let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
-        let at = self.at(base);
-        let forces = self.forces.iter().zip(&self.given.forces);
-        let others = forces.filter(|(force, _)| !force.is_along_bars());
-        others.fold(Vector::new(of_bars), |sum, (force, given)| {
-            force.record(p, &at, given, Some(sum))
+        let (at, others) = (self.at(base), bars.others.iter());
+        others.fold(Vector::new(of_bars), |sum, &k| {
+            self.forces[k].record(p, &at, &self.given.forces[k], Some(sum))
         })
     }
 
     /// Decides which nodes are held in a pass that begins with the velocity `moving`. Returns the contacts, and the change
-    /// of velocity that brings held nodes to the ground. `None` in a world without ground.
+    /// of velocity that brings held nodes to the ground. `none` is a zero for every node.
     fn hold(
         &self,
         p: &mut AnyProgram,
+        [grip, none]: [Array; 2],
         moving: Vector<Array>,
         before: Option<&Pass>,
-    ) -> Option<(Hold<Array>, Vector<Array>)> {
-        let (contact, nodes, dt) = (self.contact, self.step.nodes, self.step.dt);
-        if !contact.has_ground() {
-            return None;
-        }
-        // The kernel does not read this number; a rest length has no derivative.
-        let any = p.gather(self.step.rest_length, &[Some(0)]);
-        let grip = contact.grip(p, any, &self.given.contact[2..]);
-        let none = p.gather(any, &vec![None; self.step.graph.nodes()]);
+    ) -> (Hold<Array>, Vector<Array>) {
+        let (v, dt) = (self.step.nodes.v, self.step.dt);
         let before = before.and_then(|pass| Some((pass, pass.hold?)));
         let last = before.map_or([none; 2], |(_, hold)| [hold.under.segment, hold.is_held]);
         let under = self.under(p, moving, last);
-        let ([vx, vy, wx, wy], [tx, ty]) = (both(nodes.v, moving), under.tangent.array());
+        let ([vx, vy, wx, wy], [tx, ty]) = (both(v, moving), under.tangent.array());
         let node = [vx, vy, wx, wy, under.is_new, tx, ty, under.height];
         let Some((pass, hold)) = before else {
             let first = p.map_with(FirstPass { dt }, node, &[grip]);
@@ -215,7 +225,7 @@ impl Implicit<'_> {
                 drag: none,
                 slid: none,
             };
-            return Some((hold, Vector::new([ex, ey])));
+            return (hold, Vector::new([ex, ey]));
         };
         let [vx, vy, wx, wy, is_new, tx, ty, height] = node;
         let ([jx, jy], [xx, xy, yy]) = (pass.reaction.array(), pass.of_bars);
@@ -251,7 +261,7 @@ impl Implicit<'_> {
             drag,
             slid,
         };
-        Some((hold, Vector::new([ex, ey])))
+        (hold, Vector::new([ex, ey]))
     }
 
     /// Finds the ground under every node. `last` has the segment and `is_held` of the pass before.
@@ -343,11 +353,11 @@ fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
 /// given by uniform inputs.
 struct Falling(f64);
 
-impl autodiff::arrays::UniformKernel<2, 2> for Falling {
+impl UniformKernel<2, 2> for Falling {
     const UNIFORMS: usize = 2;
 
     #[inline(always)]
-    fn eval_with<R: Real>(&self, v: [R; 2], gravity: &autodiff::arrays::Uniforms<R>) -> [R; 2] {
+    fn eval_with<R: Real>(&self, v: [R; 2], gravity: &Uniforms<R>) -> [R; 2] {
         let gravity = Vector::new([gravity[0], gravity[1]]);
         Vector::new(v).fma(R::lit(self.0), gravity).array()
     }

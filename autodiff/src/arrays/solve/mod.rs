@@ -28,11 +28,10 @@ pub(crate) struct Solve<R> {
     held: Vec<Array>,
     /// The nodes with a held direction in one of the starts.
     holds: Vec<bool>,
-    /// Those of them with a held direction that is not along an axis.
+    /// The nodes among them whose held direction is not along an axis.
     is_oblique: Vec<bool>,
     /// For the nodes with a held direction and each start, the projection onto the free directions, row by row.
     free: Vec<R>,
-    edges: Vec<[usize; 2]>,
     /// The right-hand side: an array for each unknown of a node.
     b: Vec<Array>,
     /// For each array of the right-hand side, whether it carries derivatives.
@@ -118,7 +117,6 @@ impl<R: Real> Solve<R> {
             holds: vec![false; graph.nodes()],
             is_oblique: vec![false; graph.nodes()],
             free: vec![R::zero(); graph.nodes() * starts * unknowns * unknowns],
-            edges: ends,
             b: b.to_vec(),
             is_active: vec![true; b.len()],
             outputs: outputs.to_vec(),
@@ -183,8 +181,10 @@ impl<R: Real> Solve<R> {
                 }
             }
         }
-        for k in 0..self.edges.len() {
-            let [a, b] = self.edges[k];
+        for k in 0..self.entries[0].of_edges.len() {
+            let SlotEdge {
+                tail: a, head: b, ..
+            } = self.entries[0].of_edges[k].edge;
             if self.is_oblique[a] || self.is_oblique[b] {
                 let is_before = self.places[a] < self.places[b];
                 let ends = if is_before { [b, a] } else { [a, b] };
