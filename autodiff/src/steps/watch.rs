@@ -54,8 +54,8 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let bound = L::splat(self.watch.bound);
-        // This shortcut is only taken in SIMD lanes, because a tape would record the products.
-        if L::N > 1 && self.is_small::<L>(bound * bound) {
+        // This shortcut is only taken in SIMD lanes, because a tape would record the sums.
+        if L::N > 1 && self.is_small::<L>(bound) {
             return;
         }
         let mut below = L::Mask::splat(true);
@@ -74,10 +74,11 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
 }
 
 impl<R: Real> Look<'_, R> {
-    /// Returns, for each lane, whether the sum of all squares is below the square of the bound. If it is, every number
-    /// is below the bound, even with rounding. This is cheaper than comparing each number.
+    /// Returns whether the sum of all magnitudes is below the bound in every lane. If it is, every number is below the
+    /// bound, even with rounding. This is cheaper than comparing each number. Squares would be slow: those of tiny numbers
+    /// are subnormal.
     #[inline(always)]
-    fn is_small<L: Lane<R>>(&self, square: L) -> bool {
+    fn is_small<L: Lane<R>>(&self, bound: L) -> bool {
         let mut sums = [L::zero(); 2];
         for part in self.parts {
             let numbers = &self.row[part.range()];
@@ -85,13 +86,12 @@ impl<R: Real> Look<'_, R> {
             let rest = pairs.remainder();
             for pair in pairs {
                 let (x, y) = (L::load(pair), L::load(&pair[L::N..]));
-                sums = [x.fma(x, sums[0]), y.fma(y, sums[1])];
+                sums = [sums[0] + x.abs(), sums[1] + y.abs()];
             }
             for rest in rest.chunks(L::N) {
-                let x = L::load_up_to(rest);
-                sums[0] = x.fma(x, sums[0]);
+                sums[0] = sums[0] + L::load_up_to(rest).abs();
             }
         }
-        (sums[0] + sums[1]).less(square).all()
+        (sums[0] + sums[1]).less(bound).all()
     }
 }
