@@ -126,7 +126,7 @@ impl LatticeSettings {
 }
 
 /// The largest number of substeps.
-pub(crate) const MOST_SUBSTEPS: f64 = 64.0;
+pub(crate) const MOST_SUBSTEPS: f64 = 1024.0;
 
 settings! {
     /// The physics of a rollout, with the ground line.
