@@ -8,7 +8,7 @@ use cosmic::case::Case;
 use cosmic::error::Result;
 use cosmic::record::files::make_folder;
 use cosmic_lab::report::sheet::{Section, Sheet};
-use cosmic_lab::verify::{accuracy, gradients, stability};
+use cosmic_lab::verify::{accuracy, gradients, stability, stiff};
 use std::path::PathBuf;
 
 /// Measure the errors of trajectories, gradients and time steps against more accurate methods
@@ -25,6 +25,9 @@ pub(super) struct Arguments {
     /// Check stability: the largest stable time steps of the design, and stiff and extreme robots
     #[arg(long)]
     stability: bool,
+    /// Compare explicit and implicit steps with bars of any stiffness. Only if asked for
+    #[arg(long)]
+    stiff: bool,
     /// Folder for verify.html, verify.json, a CSV file per table and an SVG file per figure
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -57,15 +60,17 @@ impl Arguments {
         sheet.judge()
     }
 
-    /// Returns the parts that the user asks for. Without an option for a part, returns all parts.
+    /// Returns the parts that the user asks for. Without an option for a part, returns all parts but `stiff`, which takes
+    /// minutes.
     fn parts(&self) -> Vec<Part> {
-        let parts: [(bool, Part); 3] = [
-            (self.accuracy, accuracy),
-            (self.gradients, gradients),
-            (self.stability, stability),
+        let all = !(self.accuracy || self.gradients || self.stability || self.stiff);
+        let parts: [(bool, Part); 4] = [
+            (self.accuracy || all, accuracy),
+            (self.gradients || all, gradients),
+            (self.stability || all, stability),
+            (self.stiff, stiff),
         ];
-        let all = !parts.iter().any(|(asked, _)| *asked);
-        let wanted = parts.into_iter().filter(|(asked, _)| all || *asked);
+        let wanted = parts.into_iter().filter(|(wanted, _)| *wanted);
         wanted.map(|(_, part)| part).collect()
     }
 }

@@ -101,6 +101,37 @@ fn stability(section: &Value) {
     }
 }
 
+/// The comparison of stiff bars takes long, so it is done only if asked for.
+#[test]
+fn stiff_bars_are_compared_on_demand() {
+    let bench = Bench::with(SMALL);
+    let told = bench.ok("verify tiny.toml --stiff --out sheet");
+    has(
+        &told.out,
+        &[
+            "STIFF BARS",
+            "explicit and implicit steps",
+            "checks, 0 failed",
+        ],
+    );
+    for name in ["ACCURACY", "GRADIENTS", "STABILITY"] {
+        assert!(!told.out.contains(name), "{name}");
+    }
+    let sections = bench.json("sheet/verify.json");
+    let rows = &sections["sections"][0]["tables"][0]["rows"];
+    let methods = rows.as_array().unwrap().iter().map(|row| &row["method"]);
+    for method in ["symplectic euler", "leapfrog", "implicit"] {
+        assert!(methods.clone().any(|name| name == method), "no {method}");
+    }
+    for world in ["air", "ground"] {
+        assert!(
+            bench
+                .path(&format!("sheet/stiff_{world}_1e6.svg"))
+                .is_file()
+        );
+    }
+}
+
 #[test]
 fn one_part_can_be_verified_alone_and_a_failure_exits_with_1() {
     let stiff = format!("{SMALL}[materials]\nstiffness = [1e6, 1e6, 1e6]\n");

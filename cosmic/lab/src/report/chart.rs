@@ -18,7 +18,7 @@ const NAMES: f64 = 270.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogChart {
     /// The name of the file, without `.svg`.
-    pub name: &'static str,
+    pub name: String,
     /// The caption.
     pub caption: String,
     /// The heading: the quantity of the vertical axis, with its unit.

@@ -76,7 +76,7 @@ pub struct Method {
 }
 
 impl Method {
-    fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         let name = self.integrator.name().replace('_', " ");
         match self.substeps {
             1 => name,
@@ -133,7 +133,8 @@ pub struct Reference {
 }
 
 impl Reference {
-    fn of(case: &Case, marks: [usize; 4]) -> Self {
+    /// Runs a case with steps that are `finer` times shorter, to the marks.
+    pub(super) fn of(case: &Case, marks: [usize; 4], finer: usize) -> Self {
         let ways = [
             (Integrator::Leapfrog, 1.0),
             (Integrator::SymplecticEuler, 1.0),
@@ -144,7 +145,7 @@ impl Reference {
                 integrator,
                 substeps: 1,
             };
-            let (case, at) = method.applied(case, marks, coarser / FINER as f64);
+            let (case, at) = method.applied(case, marks, coarser / finer as f64);
             Probe::new(&case).run::<f64>(&at)
         };
         let found: Vec<Vec<State<f64>>> = ways.par_iter().map(run).collect();
@@ -264,7 +265,7 @@ impl<'a> Accuracy<'a> {
     pub fn of(case: &'a Case) -> Self {
         let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
         let marks = [last / 16, last / 4, last / 2, last];
-        let reference = Reference::of(case, marks);
+        let reference = Reference::of(case, marks, FINER);
         let ways: Vec<(Method, f64)> = Method::all(case)
             .into_iter()
             .flat_map(|method| FRACTIONS.map(|fraction| (method, fraction)))
@@ -410,7 +411,7 @@ impl<'a> Accuracy<'a> {
         let point = |run: &Run| Vector::new([along(run), run.shown()]);
         let default = Some(self.default_run()).filter(|run| run.is_sound() && run.shown() > 0.0);
         LogChart {
-            name,
+            name: name.to_owned(),
             caption: caption.to_owned(),
             title: format!("Largest error of a node at {} s, m", times[SHOWN]),
             along: axis,

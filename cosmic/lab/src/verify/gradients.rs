@@ -1,20 +1,18 @@
 //! Measures the error, time and memory of every way to compute a gradient, over rollouts of different lengths
 //! (horizons).
 
-mod subject;
-
 use autodiff::DoubleDouble;
 use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::measured;
 use super::probe::{Probe, distance, most, norm, relative_error};
+use super::subject::{DIRECTIONS, Slopes, Subject};
 use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Standing, Table};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
-use subject::{DIRECTIONS, Slopes, Subject};
 
 /// The longest horizon in steps.
 const LONGEST: usize = 4096;
@@ -332,15 +330,17 @@ impl Gradients {
     pub fn section(&self) -> Section {
         let longest = self.rows.iter().rfind(|row| row.way == DRIVER);
         let by_time = |row: &Row| Vector::new([row.whole, row.error]);
-        let figure =
-            |name, along: &str, caption: &str, point: &dyn Fn(&Row) -> Vector<f64>| LogChart {
-                name,
-                caption: caption.to_owned(),
-                title: "Relative error of the slopes".to_owned(),
-                along: along.to_owned(),
-                lines: self.lines(point),
-                marked: None,
-            };
+        let figure = |name: &str,
+                      along: &str,
+                      caption: &str,
+                      point: &dyn Fn(&Row) -> Vector<f64>| LogChart {
+            name: String::from(name),
+            caption: caption.to_owned(),
+            title: "Relative error of the slopes".to_owned(),
+            along: along.to_owned(),
+            lines: self.lines(point),
+            marked: None,
+        };
         let mut section = Section {
             title: "Gradients".to_owned(),
             notes: self.notes(),

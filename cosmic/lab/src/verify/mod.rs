@@ -1,6 +1,7 @@
 //! Checks the program's numbers against other ways to compute them, and measures their cost.
 
 pub mod accuracy;
+mod bare;
 pub mod chaos;
 mod clock;
 pub mod gradcheck;
@@ -9,8 +10,11 @@ mod plan;
 pub mod probe;
 mod speed;
 pub mod stability;
+pub mod stiff;
+mod subject;
 
 pub use accuracy::accuracy;
+pub use bare::Bare;
 pub use clock::{measured, peak_memory};
 pub use gradcheck::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
 pub use gradients::gradients;
@@ -18,3 +22,4 @@ pub use plan::{Plan, Term};
 pub use probe::frequencies;
 pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
 pub use stability::stability;
+pub use stiff::stiff;

@@ -1,4 +1,4 @@
-//! Robots without a design: the test states stiffnesses and masses directly. They have no actuators.
+//! Robots without a design: stiffnesses and masses are stated directly. They have no actuators.
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
