@@ -417,3 +417,41 @@ fn the_stable_step_includes_stops() {
         ["stiffness = 0.0", "stiffness = 40.0", "stiffness = 40000.0"].map(bound);
     assert!(none < soft && soft < 0.2 * hard, "{none} {soft} {hard}");
 }
+
+/// The force of an actuator falls with its speed, which dampens like a damper of `force / speed`, if it works at its limit.
+#[test]
+fn the_stable_step_includes_the_speed_of_actuators() {
+    let damping = |speed: &str| {
+        let mut case = robot(&format!(
+            "physics.forces = ['actuator']\nactuator = {{force = 0.5, speed = {speed}}}"
+        ));
+        case.design = Design::Layout(vec![Material::Actuator; case.lattice.edges.len()]);
+        let body = case.body();
+        Vibration::new(&case.lattice, &body, &case.physics, &case.start.x).damping()
+    };
+    let [slow, fast] = ["0.2", "2.0"].map(damping);
+    assert!(
+        fast > 0.0 && (slow / fast - 10.0).abs() < 1e-6,
+        "{slow} {fast}"
+    );
+}
+
+#[test]
+fn laws_in_the_place_of_springs_are_refused_beside_stiffening() {
+    for (physics, says) in [
+        (
+            "forces = ['rope'], stiffening = 50",
+            "set physics.stiffening to 0",
+        ),
+        (
+            "integrator = 'implicit', bending_radius = 0.01",
+            "set physics.bending_radius to 0",
+        ),
+    ] {
+        let scene = Scene::paper().with("test", &format!("physics = {{{physics}}}"));
+        let error = scene
+            .expect_err("the settings contradict each other")
+            .to_string();
+        assert!(error.contains(says), "{error}");
+    }
+}

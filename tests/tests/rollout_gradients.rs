@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 16] = [
+const WORLDS: [&str; 18] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -35,6 +35,10 @@ const WORLDS: [&str; 16] = [
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, dt = 0.003}\nmaterials.stiffness = \
      [1e-7, 1e5, 30.0]\nlattice.drop = 0.008\nground = {profile = 'points', points = [[0.08, 0.0], [0.15, 0.01], \
      [0.18, 0.003], [0.22, 0.01], [0.31, -0.01]]}",
+    "physics = {contact = 'coulomb', friction = 0.4, forces = ['actuator', 'buckle']}\n\
+     actuator = {force = 0.1, speed = 0.4}\nbuckle.bending = 2e-4",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['actuator', 'rope']}\n\
+     actuator = {force = 0.1, speed = 0.4}\nrope = {actuator = 0.0, skeleton = 0.5}",
 ];
 
 #[test]

@@ -6,8 +6,10 @@ use serde::{Serialize, Serializer};
 use toml::Spanned;
 use toml::de::DeValue;
 
+use super::actuator::Actuator;
 use super::any_contact::AnyContact;
 use super::bar::BarForce;
+use super::buckle::Buckle;
 use super::contact::Contact;
 use super::coulomb::Coulomb;
 use super::damper::Damper;
@@ -16,6 +18,7 @@ use super::law_file::LawFile;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
 use super::on_bars::OnBars;
+use super::rope::Rope;
 use super::sticking::Sticking;
 use super::stops::Stops;
 use crate::registry::Registry;
@@ -58,10 +61,13 @@ fn contacts() -> [Box<dyn AnyContact>; 3] {
 }
 
 /// The force laws of this crate. Scenes choose them by name.
-fn forces() -> [Box<dyn AnyForce>; 2] {
+fn forces() -> [Box<dyn AnyForce>; 5] {
     [
         Box::new(OnBars(Damper::default())),
         Box::new(OnBars(Stops::default())),
+        Box::new(OnBars(Actuator::default())),
+        Box::new(OnBars(Rope::default())),
+        Box::new(OnBars(Buckle::default())),
     ]
 }
 
@@ -290,6 +296,12 @@ impl ForceLaws {
     pub fn about(&self) -> Vec<(&'static str, &'static str)> {
         let about = |law: &dyn AnyForce| (law.name(), law.boxed().settings().about());
         self.laws().map(about).collect()
+    }
+
+    /// The name of the first law that [replaces](BarForce::REPLACES_SPRING) the springs of bars.
+    pub(crate) fn replaces_spring(&self) -> Option<&'static str> {
+        let law = self.laws().find(|law| law.replaces_spring());
+        law.map(AnyForce::name)
     }
 
     /// A copy of the chosen laws without the law `name`.

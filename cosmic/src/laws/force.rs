@@ -193,6 +193,10 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
     fn settings(&mut self) -> &mut dyn Settings;
     fn boxed(&self) -> Box<dyn AnyForce>;
     fn any(&self) -> &dyn Any;
+    /// True if this law takes the place of the springs of bars, which it subtracts.
+    fn replaces_spring(&self) -> bool {
+        false
+    }
     /// Prepares this law for a lattice. Returns the force, or `None` if the law has nothing to act on.
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
 }

@@ -20,7 +20,7 @@ impl BarForce for Hooke {
 
     #[inline(always)]
     fn tension<R: Real>(_: &Self, bar: Bar<R>) -> R {
-        bar.stiffness * (bar.length - bar.target)
+        bar.spring()
     }
 
     fn energy(&self, bar: Bar<f64>) -> Option<f64> {

@@ -14,6 +14,9 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
+/// A small share of a stroke, and a small rate, m/s: a law may have a kink at the target and at rest, so slopes are also
+/// taken beside these.
+const BESIDE: f64 = 1e-6;
 /// A factor slightly above 1. A stroke multiplied by this factor ends beyond the stop in spite of rounding errors.
 const BEYOND: f64 = 1.0 + 1e-9;
 
@@ -56,24 +59,22 @@ impl<L: BarForce> OnBars<L> {
         L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// The larger [slope](Self::slope) of two bars, which are longer and shorter than their rest length by slightly
-    /// more than their stroke.
-    fn largest_slope(&self, bars: [Bar<f64>; 2], by_rate: bool) -> f64 {
-        let [longer, shorter] = bars.map(|bar| self.slope(bar, by_rate));
-        longer.max(shorter)
-    }
-
-    /// Two bars whose target is their rest length. One is longer than that by slightly more than its stroke `off` (m),
-    /// the other is shorter by as much.
-    fn resting(stiffness: f64, rest_length: f64, off: f64) -> [Bar<f64>; 2] {
-        [off, -off].map(|off| Bar {
-            length: rest_length + off * BEYOND,
-            rate: 0.0,
-            target: rest_length,
-            rest_length,
-            stiffness,
-            strain: (off / rest_length).abs(),
-        })
+    /// The largest [slope](Self::slope) of a bar whose target is its rest length: it is longer or shorter than that by
+    /// slightly more than its stroke `off` (m), or nearly at rest.
+    fn largest_slope(&self, stiffness: f64, rest_length: f64, off: f64, by_rate: bool) -> f64 {
+        let changes = [off * BEYOND, off * BESIDE, -off * BESIDE, -off * BEYOND];
+        let bars = changes.into_iter().flat_map(|change| {
+            [-BESIDE, 0.0, BESIDE].map(|rate| Bar {
+                length: rest_length + change,
+                rate,
+                target: rest_length,
+                rest_length,
+                stiffness,
+                strain: (off / rest_length).abs(),
+            })
+        });
+        let slopes = bars.map(|bar| self.slope(bar, by_rate));
+        slopes.fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
@@ -89,6 +90,9 @@ impl<L: BarForce> AnyForce for OnBars<L> {
     }
     fn any(&self) -> &dyn Any {
         self
+    }
+    fn replaces_spring(&self) -> bool {
+        L::REPLACES_SPRING
     }
     fn on(&self, _: &Lattice) -> Option<Arc<dyn Force>> {
         Some(Arc::new(self.clone()))
@@ -178,19 +182,20 @@ impl<L: BarForce> Force for OnBars<L> {
                 self.bar_stiffness(bar.stiffness, bar.rest_length, bar.strain * bar.rest_length);
             stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
             if L::NEEDS_RATE {
-                stiffness.dampen_bar(edge, self.slope(bar, true));
+                let off = bar.strain * bar.rest_length;
+                stiffness.dampen_bar(edge, self.bar_damping(bar.stiffness, bar.rest_length, off));
             }
         }
     }
 
     fn bar_stiffness(&self, k: f64, rest_length: f64, off: f64) -> f64 {
-        self.largest_slope(Self::resting(k, rest_length, off), false)
+        self.largest_slope(k, rest_length, off, false)
     }
 
     fn bar_damping(&self, k: f64, rest_length: f64, off: f64) -> f64 {
         if !L::NEEDS_RATE {
             return 0.0;
         }
-        self.largest_slope(Self::resting(k, rest_length, off), true)
+        self.largest_slope(k, rest_length, off, true)
     }
 }

@@ -343,13 +343,22 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// An implicit step treats bars as springs along their axis.
+/// An implicit step treats bars as springs along their axis, and some laws take the place of linear springs.
 fn steps_of(scene: &Scene, found: &mut Conflicts) {
     let physics = &scene.physics;
     found.require(
         physics.integrator != Integrator::Implicit || physics.bending_radius == 0.0,
         ["physics.integrator", "physics.bending_radius"],
         "implicit steps of bars that resist bending are not supported; set physics.bending_radius to 0".to_owned(),
+    );
+    let replaces = physics.forces.replaces_spring();
+    found.require(
+        replaces.is_none() || physics.stiffening == 0.0,
+        ["physics.forces", "physics.stiffening"],
+        format!(
+            "the force `{}` takes the place of springs by Hooke's law, not of stiffening springs; set physics.stiffening to 0",
+            replaces.unwrap_or_default()
+        ),
     );
 }
 

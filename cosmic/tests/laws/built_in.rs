@@ -7,8 +7,9 @@ use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Pullback, Real, gradient};
 use cosmic::geometry::{Profile, Vector};
 use cosmic::laws::{
-    Bar, BarForce, Bend, Contact, Coulomb, Damper, Drift, Drifting, Flat, Flight, Flying, Hooke,
-    Impact, Law, MovingTension, NoGround, Sticking, Stiffening, Stops, Tension, Terrain, Underfoot,
+    Actuator, Bar, BarForce, Bend, Buckle, Contact, Coulomb, Damper, Drift, Drifting, Flat, Flight,
+    Flying, Hooke, Impact, Law, MovingTension, NoGround, Rope, Sticking, Stiffening, Stops,
+    Tension, Terrain, Underfoot,
 };
 
 const DT: f64 = 0.002;
@@ -123,14 +124,7 @@ fn stops_at_both_ends_of_the_stroke() {
         at: 0.35,
         stiffness: 400.0,
     };
-    let bar = |length, strain| Bar {
-        length,
-        rate: 0.0,
-        target: 0.1,
-        rest_length: 0.1,
-        stiffness: 30.0,
-        strain,
-    };
+    let bar = |length, strain| bar(length, 0.0, strain);
     for (length, force) in [(0.1349, 0.0), (0.136, 0.4), (0.0651, 0.0), (0.064, -0.4)] {
         // Lengths of 0.1 m are rounded at 1e-17 and multiplied by 400 N/m.
         assert!((Stops::tension(&law, bar(length, 0.35)) - force).abs() < 1e-14);
@@ -151,6 +145,93 @@ fn stops_at_both_ends_of_the_stroke() {
         } else {
             assert_eq!(tension.eval(given), [0.0; 2]);
         }
+    }
+}
+
+/// A bar of 30 N/m whose target is its rest length of 0.1 m.
+fn bar(length: f64, rate: f64, strain: f64) -> Bar<f64> {
+    Bar {
+        length,
+        rate,
+        target: 0.1,
+        rest_length: 0.1,
+        stiffness: 30.0,
+        strain,
+    }
+}
+
+/// An actuator pulls like a spring up to its force, which falls with speed while it does work, and not while it is driven
+/// backwards.
+#[test]
+fn actuators_are_limited_by_force_and_speed() {
+    let law = Actuator {
+        force: 0.6,
+        speed: 0.5,
+        strain: 0.35,
+    };
+    let total = |bar: Bar<f64>| bar.spring() + Actuator::tension(&law, bar);
+    for (change, rate, force) in [
+        (0.01, 0.0, 0.3),
+        (0.03, 0.0, 0.6),
+        (-0.03, 0.0, -0.6),
+        // It shortens while it pulls, at half of its speed, and lengthens while it pushes.
+        (0.03, -0.25, 0.3),
+        (-0.03, 0.25, -0.3),
+        // It is pulled out or pushed in against its force.
+        (0.03, 0.25, 0.6),
+        (-0.03, -0.25, -0.6),
+        // Faster than it can move without a load.
+        (0.03, -0.6, 0.0),
+    ] {
+        // Lengths of 0.1 m are rounded at 1e-17 and multiplied by 30 N/m.
+        let bar = bar(0.1 + change, rate, 0.35);
+        assert!((total(bar) - force).abs() < 1e-14, "{change} {rate}");
+    }
+    // A passive bar keeps its spring, and half of an actuator has half of the limit.
+    assert_eq!(Actuator::tension(&law, bar(0.13, 0.0, 0.0)), 0.0);
+    let half = total(bar(0.13, 0.0, 0.175));
+    assert!((half - 0.5 * (0.9 + 0.6)).abs() < 1e-14, "{half}");
+    for [dvx, dvy] in [[-0.1, -0.1], [0.2, 0.1]] {
+        let given = [0.11, 0.09, dvx, dvy, 0.3, 30.0, 0.1, 0.35];
+        let Fixed { kernel, uniforms } = tension(law.clone());
+        let kernel = MovingTension(kernel);
+        is_right(&Fixed { kernel, uniforms }, given);
+    }
+}
+
+/// Ropes do not push, and buckled bars push with their Euler load.
+#[test]
+fn ropes_and_buckled_bars() {
+    let rope = Rope {
+        actuator: 1.0,
+        skeleton: 0.0,
+        strain: 0.35,
+    };
+    let buckle = Buckle { bending: 1e-3 };
+    let load = std::f64::consts::PI.powi(2) * 1e-3 / 0.01;
+    // With 30 N/m, the Euler load compresses the bar by 0.033 m.
+    for (length, of_rope, of_buckle) in [(0.12, 0.6, 0.6), (0.08, 0.0, -0.6), (0.05, 0.0, -load)] {
+        let bar = bar(length, 0.0, 0.35);
+        let total = |tension: f64| bar.spring() + tension;
+        assert!((total(Rope::tension(&rope, bar)) - of_rope).abs() < 1e-14);
+        assert!((total(Buckle::tension(&buckle, bar)) - of_buckle).abs() < 1e-14);
+    }
+    // A skeleton bar is no rope.
+    assert_eq!(Rope::tension(&rope, bar(0.08, 0.0, 0.0)), 0.0);
+    for length in [0.12, 0.08, 0.05] {
+        // Parabolas, as in the test of the stops.
+        let slope =
+            |energy: &dyn Fn(f64) -> f64| (energy(length + 1e-6) - energy(length - 1e-6)) / 2e-6;
+        let at = |length| bar(length, 0.0, 0.35);
+        let of_rope = slope(&|length| rope.energy(at(length)).unwrap());
+        assert!((of_rope - Rope::tension(&rope, at(length))).abs() < 1e-8);
+        let of_buckle = slope(&|length| buckle.energy(at(length)).unwrap());
+        assert!((of_buckle - Buckle::tension(&buckle, at(length))).abs() < 1e-8);
+    }
+    for [dx, dy] in [[0.03, 0.04], [0.02, 0.03]] {
+        let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
+        is_right(&tension(rope.clone()), given);
+        is_right(&tension(buckle.clone()), given);
     }
 }
 

@@ -1,0 +1,48 @@
+//! Bars that pull and do not push: ropes, tendons, and air muscles.
+
+use autodiff::Real;
+
+use super::bar::{Bar, BarForce};
+use super::law::Law;
+use crate::settings::{above, within};
+
+crate::settings! {
+    /// Bars pull only, like ropes.
+    struct Rope<R> {
+        /// Whether actuators pull only: 1 for yes, 0 for no.
+        actuator: R = 1.0, allowed within(0.0, 1.0), source "beyond the paper";
+        /// Whether skeleton bars pull only.
+        skeleton: R = 0.0, allowed within(0.0, 1.0), source "beyond the paper";
+        /// Largest actuation strain of the actuator material, `materials.max_strain`. It tells the share of actuator in
+        /// a mixture.
+        strain: R = 0.35, allowed above(0.0, 0.99), source "that of `earth`";
+    }
+}
+
+impl Law for Rope {
+    const NAME: &'static str = "rope";
+}
+
+impl<R: Real> Rope<R> {
+    /// The share of a bar's compression that is missing.
+    #[inline(always)]
+    fn share(&self, strain: R) -> R {
+        (self.actuator - self.skeleton).fma(strain * self.strain.recip(), self.skeleton)
+    }
+}
+
+impl BarForce for Rope {
+    const REPLACES_SPRING: bool = true;
+
+    /// A bar that is shorter than its target does not push. At the target the derivative is that of the slack rope.
+    #[inline(always)]
+    fn tension<R: Real>(rope: &Rope<R>, bar: Bar<R>) -> R {
+        let spring = bar.spring();
+        rope.share(bar.strain) * (spring.max(R::zero()) - spring)
+    }
+
+    fn energy(&self, bar: Bar<f64>) -> Option<f64> {
+        let slack = (bar.target - bar.length).max(0.0);
+        Some(-0.5 * self.share(bar.strain) * bar.stiffness * slack * slack)
+    }
+}
