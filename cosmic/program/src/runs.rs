@@ -10,6 +10,7 @@ use cosmic::geometry::Range;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
+use cosmic::simulator::Energy;
 use cosmic_lab::report::departures;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
@@ -118,6 +119,7 @@ fn robot(summary: &Summary) -> String {
             100.0 * loads.tangled,
         );
     }
+    text += &summary.energy.as_ref().map_or(String::new(), energy);
     // Such a displacement is printed as 0.000 m.
     if let Some(moved) = summary.displacement_p50.filter(|x| x.abs() < 5e-4) {
         text +=
@@ -130,6 +132,25 @@ fn robot(summary: &Summary) -> String {
         text += &format!("open loop, without feedback: {clock:.3} m{keeps}\n");
     }
     text
+}
+
+/// Describes the energy that the robot needs, and what ten minutes take from a battery or an air tank.
+fn energy(energy: &Energy) -> String {
+    let per_distance = match (energy.per_metre, energy.cost_of_transport) {
+        (Some(joule), Some(cost)) => format!(", {joule:.2} J/m, cost of transport {cost:.2}"),
+        (Some(joule), None) => format!(", {joule:.2} J/m"),
+        (None, _) => String::new(),
+    };
+    let joule = 600.0 * energy.power;
+    // Air that expands from 6 bar to 1 bar at its temperature does this work.
+    let air = joule / (6e5 * 6.0_f64.ln());
+    format!(
+        "energy: {:.3} kg, {:.2} W on average{per_distance}; ten minutes take {:.2} Wh, or {:.2} l of air at 6 bar, without losses\n",
+        energy.mass,
+        energy.power,
+        joule / 3600.0,
+        1e3 * air,
+    )
 }
 
 /// Formats the summary of a run. The first line names its folder; the last line has displacement, volumes and time.

@@ -14,7 +14,7 @@ use crate::geometry::Vector;
 use crate::policy::Controller;
 use crate::random::Purpose;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
-use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
+use crate::simulator::{BarLoad, Divergence, Energy, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
 /// The states in [`Delivery::trajectory`] are this number of steps apart.
@@ -72,6 +72,8 @@ pub struct Delivery {
     /// The loads of the bars of `materials` over all steps of the unperturbed rollout; `None` for
     /// an undecided design and for a diverged rollout.
     pub loads: Option<Loads>,
+    /// The energy that the robot needs in the unperturbed rollout; `None` if `loads` is `None`.
+    pub energy: Option<Energy>,
     /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
     pub bars: Vec<Option<BarLoad>>,
     /// The states after every 16 steps of the unperturbed rollout, and its last state.
@@ -163,6 +165,8 @@ impl Evaluator {
             actuator_volume,
             structure,
             loads: layout.map(|layout| simulator.loads_of(layout, &bars, &trajectory)),
+            energy: layout
+                .map(|layout| simulator.energy_of(layout, &bars, &body, steps, moved.forward())),
             bars,
             trajectory,
             divergence,

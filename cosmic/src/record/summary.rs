@@ -10,7 +10,7 @@ use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
 use crate::keys::{Cell, Keyed, keys};
 use crate::scene::Departure;
-use crate::simulator::Loads;
+use crate::simulator::{Energy, Loads};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -92,6 +92,10 @@ keys! {
         /// versions.
         #[serde(default)]
         loads: Option<Loads>, "object or `null`", parts Loads as columns;
+        /// The mass of the robot and the energy that it needs in the unperturbed rollout. Absent in files of earlier
+        /// versions.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        energy: Option<Energy>, "object", parts Energy;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
             columns ["flips"] of |s: &Summary| (!s.is_undecided()).then_some(s.flips);
@@ -253,6 +257,7 @@ impl Summary {
             undecided: Some(delivery.structure.is_none()),
             structure: delivery.structure,
             loads: delivery.loads.clone(),
+            energy: delivery.energy,
             flips: progress.flips,
             skipped_gradients: progress.skipped,
             entered: progress.entered,

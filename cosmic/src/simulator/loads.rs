@@ -100,6 +100,10 @@ pub struct BarLoad {
     /// The magnitude of the power that the bar gives to its nodes or takes from them, W. Power is the force times the
     /// rate of the length.
     pub power: Magnitude,
+    /// The mean over all states of the power that the bar gives to its nodes, W. While it takes power from them, it counts
+    /// as 0.
+    #[serde(default)]
+    pub given: f64,
     /// The largest force with which the bar pulls its ends together, N.
     pub tension: f64,
     /// The largest force with which the bar pushes its ends apart, N.
@@ -302,7 +306,11 @@ impl BarLoad {
 /// The loads and motion of a bar, collected state by state.
 #[derive(Clone, Debug)]
 struct Gathered {
+    /// The number of states.
+    states: usize,
     strains: Range,
+    /// The sum of the power that the bar gives, W.
+    given: f64,
     tension: f64,
     compression: f64,
     /// The largest values of strain, force, speed and power, in this order.
@@ -313,7 +321,9 @@ impl Gathered {
     /// Prepares to collect the loads in this number of states.
     fn over(states: usize) -> Self {
         Self {
+            states,
             strains: Range::default(),
+            given: 0.0,
             tension: 0.0,
             compression: 0.0,
             series: [(); 4].map(|()| Largest::of(states)),
@@ -326,6 +336,8 @@ impl Gathered {
         self.strains = self.strains.with(strain);
         self.tension = self.tension.max(tension);
         self.compression = self.compression.max(-tension);
+        // A bar that pulls gives power while it grows shorter.
+        self.given += (-tension * rate).max(0.0);
         let seen = [strain, tension, rate, tension * rate];
         self.series.iter_mut().zip(seen).for_each(|(s, x)| s.see(x));
     }
@@ -340,6 +352,7 @@ impl Gathered {
             force,
             speed,
             power,
+            given: self.given / self.states.max(1) as f64,
         }
     }
 }

@@ -19,10 +19,12 @@ mod blame;
 mod divergence;
 mod overflow;
 mod loads;
+mod economy;
 
 pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
 pub use driven::Driven;
+pub use economy::Energy;
 pub use energy::Store;
 pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
 pub use overflow::{Overflow, Sweep};

@@ -103,3 +103,55 @@ fn loads_are_those_of_hooke_s_bars() {
     let all = simulator.loads_of(&layout, &bars, &folded);
     assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
 }
+
+/// Actuators that pull while they grow shorter give power. The lattice is 10 % longer along x than at rest in one of two
+/// states, and shrinks there by 1 m/s per metre.
+#[test]
+fn energy_is_what_actuators_give() {
+    let scene = Scene::paper();
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let layout = vec![Material::Actuator; lattice.edges.len()];
+    let design = Design::Layout(layout.clone());
+    let body = Body::new(&design, &lattice, &scene.materials, &scene.physics);
+    let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
+    // Without strokes, the controller has no part in the forces.
+    let idle = Body {
+        strain: vec![0.0; layout.len()],
+        ..body.clone()
+    };
+    let controller = Controller::xavier(&scene.controller, &lattice, 1);
+    let rest = lattice.state_at_rest();
+    let shrinking = State {
+        x: rest.x.iter().map(|x| *x + x.along() * 0.1).collect(),
+        v: rest.x.iter().map(|x| x.along() * -1.1).collect(),
+    };
+    let trajectory = Trajectory::new(vec![0, 16], vec![rest, shrinking]);
+    let moments = simulator.moments(&idle, &controller, &trajectory);
+    let edges = 0..lattice.edges.len();
+    let bars: Vec<_> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
+    for (bar, &[i, j]) in bars.iter().zip(&lattice.edges) {
+        let [_, dy] = lattice.direction([i, j]).map(f64::abs).array();
+        if dy == 0.0 {
+            // The extension of 10 mm times 30 N/m times 0.11 m/s, in one of two states. The softening changes lengths by
+            // a fraction of 5e-11.
+            assert!((bar.given - 0.5 * 0.033).abs() < 1e-9, "{bar:?}");
+        }
+    }
+    let bars: Vec<_> = bars.into_iter().map(Some).collect();
+    let power: f64 = bars.iter().flatten().map(|bar| bar.given).sum();
+    let mass: f64 = body.mass.iter().sum();
+    let energy = simulator.energy_of(&layout, &bars, &body, 100, -2.0);
+    let per_metre = power * 100.0 * scene.physics.dt / 2.0;
+    let cost = per_metre / (mass * scene.physics.gravity);
+    for (found, right) in [
+        (energy.power, power),
+        (energy.mass, mass),
+        (energy.per_metre.unwrap(), per_metre),
+        (energy.cost_of_transport.unwrap(), cost),
+    ] {
+        // Sums of a hundred numbers are rounded at 1e-14.
+        assert!((found / right - 1.0).abs() < 1e-12, "{energy:?}");
+    }
+    let still = simulator.energy_of(&layout, &bars, &body, 100, 0.001);
+    assert_eq!((still.per_metre, still.cost_of_transport), (None, None));
+}
