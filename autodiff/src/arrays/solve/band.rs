@@ -7,7 +7,7 @@
 
 use super::super::weighted::each;
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked};
+use crate::simd::{Lane, Unchecked, WIDEST};
 
 /// The number of rows that are eliminated together, and of the columns of a tile. It is the same for all registers and
 /// any number of starts.
@@ -205,38 +205,57 @@ impl Band {
         self,
         starts: usize,
         matrix: &mut [R],
-        recent: &[R],
+        recent: &mut [R],
         b: &mut [R],
         block: usize,
     ) {
         let n = const { used::<R, L, T>() };
-        let (first, stride) = (block * BLOCK, self.stride());
+        let (len, stride) = (BLOCK * starts, self.stride() * starts);
         // SAFETY: guaranteed by the caller.
         unsafe {
-            for at in (0..BLOCK * starts).step_by(n) {
+            for at in (0..len).step_by(n) {
                 let rest = self.rest::<R, L, T>(starts, matrix, recent, [block, 0], at);
                 for r in 0..BLOCK {
-                    rest[r].store_n(matrix, (first + r) * stride * starts + at, n);
+                    rest[r].store_n(recent, self.recent(block, r) * starts + at, n);
                 }
             }
-            let tile = matrix.get_unchecked_mut(first * stride * starts..);
-            let b = b.get_unchecked_mut(first * starts..);
-            let (mut rest, mut side) = ([[T::zero(); BLOCK]; BLOCK], [T::zero(); BLOCK]);
-            for r in 0..BLOCK {
-                for c in r..BLOCK {
-                    rest[r][c] = T::load_n(tile, (r * stride + c) * starts, starts);
+            let rows = recent.get_unchecked_mut(self.recent(block, 0) * starts..);
+            let factors = matrix.get_unchecked_mut(block * BLOCK * stride..);
+            let side = b.get_unchecked_mut(block * len..);
+            let mut solved = [T::zero(); BLOCK];
+            let mut next = T::load_n(rows, 0, starts).recip();
+            for p in 0..BLOCK {
+                let (row, inverse) = (p * stride, next);
+                if p + 1 < BLOCK {
+                    // The next inverse must not wait until this unknown is eliminated from all rows.
+                    let diagonal = row + (p + 1) * starts;
+                    let beside = T::load_n(rows, diagonal, starts);
+                    let diagonal = T::load_n(rows, diagonal + stride, starts);
+                    next = (diagonal - beside * inverse * beside).recip();
                 }
-                side[r] = T::load_n(b, r * starts, starts);
+                solved[p] = T::load_n(side, p * starts, starts) * inverse;
+                let each_inverse: L = spread::<R, T, L>(inverse, starts);
+                let each_solved: L = spread::<R, T, L>(solved[p], starts);
+                for at in (0..len).step_by(n) {
+                    let known = L::load_n(rows, row + at, n);
+                    (known * each_inverse).store_n(factors, row + at, n);
+                    let rest = L::load_n(side, at, n);
+                    (-each_solved).fma(known, rest).store_n(side, at, n);
+                }
+                for r in p + 1..BLOCK {
+                    let factor: L = each_at(factors.get_unchecked(row..), r, starts);
+                    // Numbers before the diagonal are not needed.
+                    for at in (r * starts / n * n..len).step_by(n) {
+                        let known = L::load_n(rows, row + at, n);
+                        let rest = L::load_n(rows, r * stride + at, n);
+                        (-factor).fma(known, rest).store_n(rows, r * stride + at, n);
+                    }
+                }
+                inverse.store_n(factors, row + p * starts, starts);
             }
-            // One call for each unknown: the compiler does not unroll three nested loops.
-            eliminate::<R, T, 0>(starts, stride, &mut rest, &mut side, tile, b);
-            eliminate::<R, T, 1>(starts, stride, &mut rest, &mut side, tile, b);
-            eliminate::<R, T, 2>(starts, stride, &mut rest, &mut side, tile, b);
-            eliminate::<R, T, 3>(starts, stride, &mut rest, &mut side, tile, b);
-            eliminate::<R, T, 4>(starts, stride, &mut rest, &mut side, tile, b);
-            eliminate::<R, T, 5>(starts, stride, &mut rest, &mut side, tile, b);
-            eliminate::<R, T, 6>(starts, stride, &mut rest, &mut side, tile, b);
-            eliminate::<R, T, 7>(starts, stride, &mut rest, &mut side, tile, b);
+            for p in 0..BLOCK {
+                solved[p].store_n(side, p * starts, starts);
+            }
         }
     }
 
@@ -323,39 +342,12 @@ const fn used<R: Real, L: Lane<R>, T: Lane<R>>() -> usize {
     }
 }
 
-/// Eliminates unknown `P` of a block from the rest of the block and from the right-hand side.
-///
-/// # Safety
-/// The slices must have the rows of the block.
+/// Repeats the numbers of a register that holds one number of each start, to fill a register.
 #[inline(always)]
-unsafe fn eliminate<R: Real, T: Lane<R>, const P: usize>(
-    starts: usize,
-    stride: usize,
-    rest: &mut [[T; BLOCK]; BLOCK],
-    side: &mut [T; BLOCK],
-    matrix: &mut [R],
-    b: &mut [R],
-) {
-    let inverse = rest[P][P].recip();
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        inverse.store_n(matrix, (P * stride + P) * starts, starts);
-        (side[P] * inverse).store_n(b, P * starts, starts);
-        for r in 0..BLOCK {
-            if r > P {
-                let factor = rest[P][r] * inverse;
-                factor.store_n(matrix, (P * stride + r) * starts, starts);
-                for c in 0..BLOCK {
-                    if c >= r {
-                        let product = factor * rest[P][c];
-                        rest[r][c] -= product;
-                    }
-                }
-                let product = factor * side[P];
-                side[r] -= product;
-            }
-        }
-    }
+fn spread<R: Real, T: Lane<R>, L: Lane<R>>(numbers: T, starts: usize) -> L {
+    let mut all = [R::zero(); WIDEST];
+    numbers.store(&mut all);
+    each(&all, starts)
 }
 
 /// Loads number `k` of each start. The numbers repeat, to fill a register.
