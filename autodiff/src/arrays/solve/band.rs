@@ -16,7 +16,7 @@ const BLOCK: usize = 8;
 /// The shape of a banded matrix.
 ///
 /// Rows and columns are divided into blocks. A row has whole tiles, from the one with the diagonal to the last one
-/// that is not zero. The rows of the last block that are too many are those of the unit matrix.
+/// that is not zero. The last block is filled up with rows of the unit matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Band {
     /// The number of rows.
@@ -30,14 +30,15 @@ pub(super) struct Band {
 }
 
 /// Methods take the number of starts as an argument, because callers give it as a constant where it is 1. In all of
-/// them, `T` is a register that holds one number of each start.
+/// them, `T` holds one number of each start: it is `R` for a single start, and otherwise a register. In `T`, products
+/// are not fused with sums, because single numbers would be rounded differently from registers.
 impl Band {
     pub(super) fn new(size: usize, beside: usize) -> Self {
         Self {
             size,
             beside,
             blocks: size.div_ceil(BLOCK),
-            tiles: 1 + (BLOCK - 1 + beside) / BLOCK,
+            tiles: 1 + beside.div_ceil(BLOCK),
         }
     }
 
@@ -46,7 +47,7 @@ impl Band {
         self.blocks * BLOCK * self.stride()
     }
 
-    /// The number of numbers of a right-hand side, for one start. After the last number there are zeros.
+    /// The number of numbers of a right-hand side, for one start. The last block is filled up.
     pub(super) fn len_of_side(self) -> usize {
         self.blocks * BLOCK
     }
@@ -89,10 +90,11 @@ impl Band {
         self.tiles * BLOCK * self.stride()
     }
 
-    /// Replaces the right-hand side `b` by the solution `x` of `A x = b`, for a symmetric positive definite matrix `A`.
+    /// Replaces the right-hand side `b` by the solution `x` of `A x = b`, with a symmetric positive definite matrix `A`.
     ///
     /// With the factor `A = U' D^-1 U`, where `D` is the diagonal of the triangle `U`, the matrix becomes `D^-1 U`, with
-    /// `D^-1` as its diagonal. The rows of `U` of the last few blocks are in `recent`.
+    /// `D^-1` as its diagonal. Rows of `U` are needed for a few blocks only; they are kept in `recent`, which so stays in
+    /// the cache.
     ///
     /// # Panics
     /// If one of the slices is too short.
@@ -107,6 +109,7 @@ impl Band {
         let matrix = &mut matrix[..self.len() * starts];
         let recent = &mut recent[..self.len_of_recent() * starts];
         let b = &mut b[..self.len_of_side() * starts];
+        b[self.size * starts..].fill(R::zero());
         // SAFETY: the lengths were checked. `T` has room for all starts.
         unsafe {
             for block in 0..self.blocks {
@@ -147,7 +150,8 @@ impl Band {
             unsafe {
                 let mut rest = L::load_n(b, place, n);
                 for before in (1..=block.min(self.tiles - 1)).rev() {
-                    for j in 0..BLOCK {
+                    let first = (before * BLOCK).saturating_sub(self.beside);
+                    for j in first..BLOCK {
                         let known = self.recent(block - before, j) + before * BLOCK;
                         let factor: L = each_at(b, (block - before) * BLOCK + j, starts);
                         rest = (-factor).fma(L::load_n(recent, known * starts + at, n), rest);
@@ -181,7 +185,9 @@ impl Band {
                 rest[r] = L::load_n(matrix, row * starts + at, n);
             }
             for before in (1..=block.min(self.tiles - 1 - tile)).rev() {
-                for j in 0..BLOCK {
+                // The rows before do not reach the tile.
+                let first = ((before + tile) * BLOCK).saturating_sub(self.beside);
+                for j in first..BLOCK {
                     let known = self.recent(block - before, j) + (before + tile) * BLOCK;
                     let known = L::load_n(recent, known * starts + at, n);
                     let factors = ((block - before) * BLOCK + j) * stride + before * BLOCK;
@@ -224,35 +230,22 @@ impl Band {
             let side = b.get_unchecked_mut(block * len..);
             let mut solved = [T::zero(); BLOCK];
             let mut next = T::load_n(rows, 0, starts).recip();
-            for p in 0..BLOCK {
-                let (row, inverse) = (p * stride, next);
-                if p + 1 < BLOCK {
-                    // The next inverse must not wait until this unknown is eliminated from all rows.
-                    let diagonal = row + (p + 1) * starts;
-                    let beside = T::load_n(rows, diagonal, starts);
-                    let diagonal = T::load_n(rows, diagonal + stride, starts);
-                    next = (diagonal - beside * inverse * beside).recip();
-                }
-                solved[p] = T::load_n(side, p * starts, starts) * inverse;
-                let each_inverse: L = spread::<R, T, L>(inverse, starts);
-                let each_solved: L = spread::<R, T, L>(solved[p], starts);
-                for at in (0..len).step_by(n) {
-                    let known = L::load_n(rows, row + at, n);
-                    (known * each_inverse).store_n(factors, row + at, n);
-                    let rest = L::load_n(side, at, n);
-                    (-each_solved).fma(known, rest).store_n(side, at, n);
-                }
-                for r in p + 1..BLOCK {
-                    let factor: L = each_at(factors.get_unchecked(row..), r, starts);
-                    // Numbers before the diagonal are not needed.
-                    for at in (r * starts / n * n..len).step_by(n) {
-                        let known = L::load_n(rows, row + at, n);
-                        let rest = L::load_n(rows, r * stride + at, n);
-                        (-factor).fma(known, rest).store_n(rows, r * stride + at, n);
-                    }
-                }
-                inverse.store_n(factors, row + p * starts, starts);
-            }
+            let mut tile = Tile {
+                starts,
+                stride,
+                rows,
+                factors,
+                side,
+            };
+            // One call for each unknown, because the compiler does not unroll nested loops.
+            (solved[0], next) = tile.eliminate::<L, T, 0>(next);
+            (solved[1], next) = tile.eliminate::<L, T, 1>(next);
+            (solved[2], next) = tile.eliminate::<L, T, 2>(next);
+            (solved[3], next) = tile.eliminate::<L, T, 3>(next);
+            (solved[4], next) = tile.eliminate::<L, T, 4>(next);
+            (solved[5], next) = tile.eliminate::<L, T, 5>(next);
+            (solved[6], next) = tile.eliminate::<L, T, 6>(next);
+            (solved[7], _) = tile.eliminate::<L, T, 7>(next);
             for p in 0..BLOCK {
                 solved[p].store_n(side, p * starts, starts);
             }
@@ -339,6 +332,69 @@ const fn used<R: Real, L: Lane<R>, T: Lane<R>>() -> usize {
         BLOCK
     } else {
         L::N
+    }
+}
+
+/// The tile with the diagonal of a block, while the unknowns of the block are eliminated.
+struct Tile<'a, R> {
+    starts: usize,
+    /// The distance between rows.
+    stride: usize,
+    /// The rows of `U`.
+    rows: &'a mut [R],
+    /// The rows of `D^-1 U`, with `D^-1` as its diagonal.
+    factors: &'a mut [R],
+    /// The right-hand side. Its numbers up to the last eliminated unknown are meaningless.
+    side: &'a mut [R],
+}
+
+impl<R: Real> Tile<'_, R> {
+    /// Eliminates unknown `P` from the rows below and from the right-hand side, with the inverse of its number in the
+    /// diagonal. Returns its number of `D^-1 U x` and the inverse for the next unknown.
+    ///
+    /// # Safety
+    /// The slices must have the rows of the tile.
+    #[inline(always)]
+    unsafe fn eliminate<L: Lane<R>, T: Lane<R>, const P: usize>(&mut self, inverse: T) -> (T, T) {
+        let Self {
+            starts,
+            stride,
+            ref mut rows,
+            ref mut factors,
+            ref mut side,
+        } = *self;
+        let (n, len, row) = (const { used::<R, L, T>() }, BLOCK * starts, P * stride);
+        // SAFETY: guaranteed by the caller.
+        unsafe {
+            let mut next = T::zero();
+            if P + 1 < BLOCK {
+                // The next inverse must not wait until this unknown is eliminated from all rows.
+                let diagonal = row + (P + 1) * starts;
+                let beside = T::load_n(rows, diagonal, starts);
+                let diagonal = T::load_n(rows, diagonal + stride, starts);
+                next = (diagonal - beside * inverse * beside).recip();
+            }
+            let solved = T::load_n(side, P * starts, starts) * inverse;
+            let (each_inverse, each_solved): (L, L) =
+                (spread(inverse, starts), spread(solved, starts));
+            for at in (0..len).step_by(n) {
+                let known = L::load_n(rows, row + at, n);
+                (known * each_inverse).store_n(factors, row + at, n);
+                let rest = L::load_n(side, at, n);
+                (-each_solved).fma(known, rest).store_n(side, at, n);
+            }
+            for r in P + 1..BLOCK {
+                let factor: L = each_at(factors.get_unchecked(row..), r, starts);
+                // Numbers before the diagonal are not needed.
+                for at in (r * starts / n * n..len).step_by(n) {
+                    let known = L::load_n(rows, row + at, n);
+                    let rest = L::load_n(rows, r * stride + at, n);
+                    (-factor).fma(known, rest).store_n(rows, r * stride + at, n);
+                }
+            }
+            inverse.store_n(factors, row + P * starts, starts);
+            (solved, next)
+        }
     }
 }
 

@@ -1,5 +1,4 @@
 //! The solution of a system of linear equations whose matrix has the structure of a graph.
-
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 mod band;
@@ -30,6 +29,8 @@ pub(crate) struct Solve<R> {
     edges: Vec<SlotEdge>,
     /// The edges of all starts.
     lanes: Vec<LaneOfEdges>,
+    /// The number of lanes of a register.
+    width: usize,
     /// The number of slots.
     slots: usize,
     /// The projection of every node onto its held directions, as arrays of the lower triangle; empty if nothing is held.
@@ -88,6 +89,22 @@ struct LaneOfEdges {
     n: usize,
 }
 
+impl LaneOfEdges {
+    /// Adds the numbers of the edges to the `sums` from number `at` on.
+    ///
+    /// # Safety
+    /// The numbers of the edges must reach to the last edge, and the sums must have a whole register from `at` on.
+    #[inline(always)]
+    unsafe fn add<R: Real, L: Lane<R>>(&self, of_edges: &[R], sums: &mut [R], at: usize) {
+        // SAFETY: guaranteed by the caller.
+        unsafe {
+            let of_edges = L::load_n(of_edges, self.slot, self.n);
+            let of_edges = L::select(L::mask(self.bits), of_edges, L::zero());
+            (L::load_at(sums, at) + of_edges).store_at(sums, at);
+        }
+    }
+}
+
 /// Divides the edges of a graph into registers of `lanes` lanes.
 fn lanes_of(graph: &Graph, lanes: usize) -> Vec<LaneOfEdges> {
     let mut all: Vec<LaneOfEdges> = Vec::new();
@@ -119,6 +136,11 @@ impl<R: Real> Solve<R> {
         outputs: &[Array],
         starts: usize,
     ) -> Self {
+        let width = lanes::<R>();
+        assert!(
+            starts <= width,
+            "a register has one lane or more for each start"
+        );
         let edges_by_slot = graph.edges_by_slot();
         let pairs = edges_by_slot.iter().map(|edge| [edge.tail, edge.head]);
         let pairs: Vec<[usize; 2]> = pairs.collect();
@@ -154,7 +176,8 @@ impl<R: Real> Solve<R> {
                 .zip(arrays)
                 .map(entry)
                 .collect(),
-            lanes: lanes_of(&graph.side_by_side(starts), lanes::<R>()),
+            lanes: lanes_of(&graph.side_by_side(starts), width),
+            width,
             edges: edges_by_slot,
             slots: graph.slots(),
             held: held.to_vec(),
@@ -175,7 +198,17 @@ impl<R: Real> Solve<R> {
         }
     }
 
-    /// Computes the matrix.
+    /// # Panics
+    /// If a register does not have as many lanes as when this operation was created.
+    #[inline(always)]
+    fn check_width(&self, lanes: usize) {
+        assert_eq!(
+            lanes, self.width,
+            "the number type changed its number of lanes; it must stay the same"
+        );
+    }
+
+    /// Computes the matrix. `T` is a register that holds one number of each start.
     #[inline(always)]
     fn set_matrix<L: Lane<R>, T: Lane<R>>(&mut self, starts: usize, values: StepValues<R>) {
         let matrix = &mut self.matrix[..];
@@ -187,38 +220,19 @@ impl<R: Real> Solve<R> {
                 let of_edges = &values.get(entry.edges)[..self.slots * starts];
                 let sums = &mut self.sums[..];
                 sums[..entry.nodes.len].copy_from_slice(values.get(entry.nodes));
-                for LaneOfEdges {
-                    slot,
-                    tail,
-                    bits,
-                    n,
-                    ..
-                } in &self.lanes
-                {
-                    let number =
-                        L::select(L::mask(*bits), L::load_n(of_edges, *slot, *n), L::zero());
-                    (L::load_at(sums, *tail) + number).store_at(sums, *tail);
+                // All tails and then all heads, because loads of what was just stored are slow.
+                for lane in &self.lanes {
+                    lane.add::<R, L>(of_edges, sums, lane.tail);
                 }
-                for LaneOfEdges {
-                    slot,
-                    head,
-                    bits,
-                    n,
-                    ..
-                } in &self.lanes
-                {
-                    let number =
-                        L::select(L::mask(*bits), L::load_n(of_edges, *slot, *n), L::zero());
-                    (L::load_at(sums, *head) + number).store_at(sums, *head);
+                for lane in &self.lanes {
+                    lane.add::<R, L>(of_edges, sums, lane.head);
                 }
                 for node in 0..entry.of_nodes.len() {
-                    T::load_n(sums, node * starts, starts).store_n(
-                        matrix,
-                        entry.of_nodes[node] * starts,
-                        starts,
-                    );
+                    let sum = T::load_n(sums, node * starts, starts);
+                    sum.store_n(matrix, entry.of_nodes[node] * starts, starts);
                 }
                 for &[slot, index] in &entry.between {
+                    // Unlike a negation, this difference is never -0.
                     let number = T::zero() - T::load_n(of_edges, slot * starts, starts);
                     number.store_n(matrix, index * starts, starts);
                 }
@@ -379,7 +393,7 @@ impl<R: Real> Solve<R> {
     /// Copies one unknown of all nodes of the right-hand side.
     #[inline(always)]
     fn set_side<T: Lane<R>>(&mut self, starts: usize, unknown: usize, b: &[R]) {
-        let Self { side, places, .. } = self;
+        let (side, places) = (&mut self.side[..], &self.places[..]);
         for node in 0..places.len() {
             let number: T = part(b, node * starts, starts);
             number.store_up_to(&mut side[(places[node] + unknown) * starts..][..starts]);
@@ -402,9 +416,9 @@ impl<R: Real> Solve<R> {
     /// Copies one unknown of all nodes of the solution.
     #[inline(always)]
     fn copy_solution<T: Lane<R>>(&self, starts: usize, unknown: usize, x: &mut [R]) {
-        for node in 0..self.places.len() {
-            let place = (self.places[node] + unknown) * starts;
-            let number: T = part(&self.side, place, starts);
+        let (side, places) = (&self.side[..], &self.places[..]);
+        for node in 0..places.len() {
+            let number: T = part(side, (places[node] + unknown) * starts, starts);
             number.store_up_to(&mut x[node * starts..][..starts]);
         }
     }
@@ -417,6 +431,7 @@ impl<R: Real> Solve<R> {
         parameters: &[R],
         row: &mut [R],
     ) {
+        self.check_width(L::N);
         let begin = self.outputs[0].start;
         let (row, after) = row.split_at_mut(begin);
         let values = StepValues { parameters, row };
@@ -443,6 +458,7 @@ impl<R: Real> Solve<R> {
         values: StepValues<R>,
         bars: &mut Bars<R>,
     ) {
+        self.check_width(L::N);
         self.set_matrix::<L, T>(starts, values);
         for unknown in 0..self.outputs.len() {
             self.set_side::<T>(starts, unknown, &bars.row[self.outputs[unknown].range()]);
