@@ -285,6 +285,9 @@ pub(super) fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
     if starts == L::N {
         return L::load(numbers);
     }
+    if starts == 2 {
+        return L::splat(numbers[0]).zip(L::splat(numbers[1]))[0];
+    }
     let mut all = [R::zero(); WIDEST];
     for k in 0..L::N {
         all[k] = numbers[k % starts];

@@ -1,209 +1,420 @@
-//! A symmetric matrix that has numbers only near its diagonal, its factor, and the solution of linear equations.
+//! A symmetric matrix that has numbers only near its diagonal, and the solution of linear equations.
 //!
-//! The matrix is stored by columns, from the diagonal down. The numbers of several starts are interleaved, as in
+//! The matrix is stored by rows, from the diagonal on. The numbers of several starts are interleaved, as in
 //! [arrays](super::super). Every number is computed by the same operations in the same order for any number of starts
 //! and any register, so results are bit-identical.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
-use super::super::weighted::{each, sum};
+use super::super::weighted::each;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST};
 
-/// How many numbers of a column are computed together, in registers. It is the same for all registers and any number of
-/// starts.
-const PART: usize = WIDEST;
+/// The number of rows that are eliminated together, and of the columns of a tile. It is the same for all registers and
+/// any number of starts.
+const BLOCK: usize = 8;
 
 /// The shape of a banded matrix.
+///
+/// Rows and columns are divided into blocks. A row has whole tiles, from the one with the diagonal to the last one
+/// that is not zero. The last block is filled up with rows of the unit matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Band {
-    /// The number of columns.
-    pub(super) size: usize,
-    /// The number of diagonals below the main diagonal.
-    below: usize,
-    /// The distance from the beginning of a column to that of the next one, in numbers of one start. After the last
-    /// diagonal there are zeros, so that whole parts can be loaded, also from the row below.
-    stride: usize,
+    /// The number of rows.
+    size: usize,
+    /// The number of diagonals beside the main diagonal, on one side.
+    beside: usize,
+    /// The number of blocks of rows.
+    blocks: usize,
+    /// The number of tiles of a row.
+    tiles: usize,
 }
 
-/// Methods take the number of starts as an argument, because callers give it as a constant where it is 1.
+/// Methods take the number of starts as an argument, because callers give it as a constant where it is 1. In all of
+/// them, `T` holds one number of each start: it is `R` for a single start, and otherwise a register. In `T`, products
+/// are not fused with sums, because single numbers would be rounded differently from registers.
 impl Band {
-    pub(super) fn new(size: usize, below: usize, starts: usize) -> Self {
+    pub(super) fn new(size: usize, beside: usize) -> Self {
         Self {
             size,
-            below,
-            stride: below + 2 + PART.div_ceil(starts),
+            beside,
+            blocks: size.div_ceil(BLOCK),
+            tiles: 1 + beside.div_ceil(BLOCK),
         }
     }
 
     /// The number of numbers of the matrix, for one start. Zeros included.
     pub(super) fn len(self) -> usize {
-        self.size * self.stride
+        self.blocks * BLOCK * self.stride()
     }
 
-    /// The number of numbers of a right-hand side, for one start. After the last number there are zeros.
+    /// The number of numbers of a right-hand side, for one start. The last block is filled up.
     pub(super) fn len_of_side(self) -> usize {
-        self.size + self.stride
+        self.blocks * BLOCK
     }
 
-    /// The index of an entry in or below the diagonal, in numbers of one start.
+    /// The distance from the beginning of a row to that of the next one, in numbers of one start.
+    #[inline(always)]
+    fn stride(self) -> usize {
+        self.tiles * BLOCK
+    }
+
+    /// The index of an entry at or after the diagonal, in numbers of one start.
+    #[inline(always)]
     pub(super) fn index(self, row: usize, column: usize) -> usize {
-        column * self.stride + row - column
+        row * self.stride() + column - row / BLOCK * BLOCK
+    }
+
+    /// Replaces all numbers of a matrix by zeros, and the rows after the last one by those of the unit matrix.
+    #[inline(always)]
+    pub(super) fn clear<R: Real>(self, starts: usize, matrix: &mut [R]) {
+        matrix.fill(R::zero());
+        for row in self.size..self.blocks * BLOCK {
+            matrix[self.index(row, row) * starts..][..starts].fill(R::one());
+        }
     }
 
     /// Replaces a row and its column by those of the unit matrix, for the start `s`.
     #[inline(always)]
     pub(super) fn set_unit<R: Real>(self, starts: usize, matrix: &mut [R], row: usize, s: usize) {
-        for column in row.saturating_sub(self.below)..row {
-            matrix[self.index(row, column) * starts + s] = R::zero();
+        for before in row.saturating_sub(self.beside)..row {
+            matrix[self.index(before, row) * starts + s] = R::zero();
         }
-        for below in row + 1..self.size.min(row + self.below + 1) {
-            matrix[self.index(below, row) * starts + s] = R::zero();
+        for column in row + 1..self.size.min(row + self.beside + 1) {
+            matrix[self.index(row, column) * starts + s] = R::zero();
         }
         matrix[self.index(row, row) * starts + s] = R::one();
     }
 
-    /// Replaces a symmetric positive definite matrix `A` by its factor: matrices `U` and `D` with `A = U D^-1 U'`, where `D`
-    /// is the diagonal of the triangle `U`. The factor has `U` below the diagonal, and in it the inverses of the numbers of
-    /// `D`.
-    ///
-    /// # Panics
-    /// If the matrix is too short.
-    #[inline(always)]
-    pub(super) fn factorize<R: Real, L: Lane<R>>(self, starts: usize, matrix: &mut [R]) {
-        let stride = self.stride * starts;
-        let matrix = &mut matrix[..self.size * stride];
-        // Two columns at a time, because both need the same columns before them.
-        for k in (0..self.size).step_by(2) {
-            let both = k + 1 < self.size;
-            self.subtract_before::<R, L>(starts, matrix, k, both);
-            let (first, second) = matrix[k * stride..].split_at_mut(stride);
-            for s in 0..starts {
-                first[s] = first[s].recip();
-            }
-            if both {
-                self.subtract_column::<R, L>(starts, first, second);
-                for s in 0..starts {
-                    second[s] = second[s].recip();
-                }
-            }
-        }
+    /// The number of numbers of the blocks of rows that elimination still needs, for one start.
+    pub(super) fn len_of_recent(self) -> usize {
+        self.tiles * BLOCK * self.stride()
     }
 
-    /// Subtracts the parts of all columns before column `k` from this column, and from the next one if `both` is true.
+    /// Replaces the right-hand side `b` by the solution `x` of `A x = b`, with a symmetric positive definite matrix `A`.
+    ///
+    /// With the factor `A = U' D^-1 U`, where `D` is the diagonal of the triangle `U`, the matrix becomes `D^-1 U`, with
+    /// `D^-1` as its diagonal. Rows of `U` are needed for a few blocks only; they are kept in `recent`, which so stays in
+    /// the cache.
+    ///
+    /// # Panics
+    /// If one of the slices is too short.
     #[inline(always)]
-    fn subtract_before<R: Real, L: Lane<R>>(
+    pub(super) fn solve<R: Real, L: Lane<R>, T: Lane<R>>(
         self,
         starts: usize,
         matrix: &mut [R],
-        k: usize,
-        both: bool,
+        recent: &mut [R],
+        b: &mut [R],
     ) {
-        let (below, stride, len) = (self.below, self.stride * starts, (self.below + 1) * starts);
-        let (known, columns) = matrix.split_at_mut(k * stride);
-        let registers = const { PART.div_ceil(L::N) };
-        // A part of the columns stays in registers while the columns before it are subtracted.
-        for part in (0..len).step_by(PART) {
-            let mut rest = [[L::zero(); PART]; 2];
-            // SAFETY: parts begin within the diagonals of a column, and after these a column has room for a part. Without a
-            // second column, the first one is loaded twice.
-            unsafe {
-                let second = if both { stride } else { 0 };
-                for r in 0..registers {
-                    rest[0][r] = L::load_at(columns, part + r * L::N);
-                    rest[1][r] = L::load_at(columns, second + part + r * L::N);
-                }
-                for j in k.saturating_sub(below - part / starts)..k {
-                    let known = known.get_unchecked(j * stride..);
-                    let row = (k - j) * starts;
-                    let inverse = each::<R, L>(known, starts);
-                    let next = row + starts;
-                    let to_first = -(each::<R, L>(known.get_unchecked(row..), starts) * inverse);
-                    let to_second = -(each::<R, L>(known.get_unchecked(next..), starts) * inverse);
-                    for r in 0..registers {
-                        let at = part + r * L::N;
-                        rest[0][r] = to_first.fma(L::load_at(known, row + at), rest[0][r]);
-                        rest[1][r] = to_second.fma(L::load_at(known, next + at), rest[1][r]);
-                    }
-                }
-                for r in 0..registers {
-                    rest[0][r].store_at(columns, part + r * L::N);
-                    if both {
-                        rest[1][r].store_at(columns, stride + part + r * L::N);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Subtracts the part of a finished column from the next one.
-    #[inline(always)]
-    fn subtract_column<R: Real, L: Lane<R>>(self, starts: usize, column: &[R], next: &mut [R]) {
-        let len = (self.below + 1) * starts;
-        // SAFETY: registers begin within the diagonals of a column; after these a column has room for a part.
-        unsafe {
-            let inverse = each::<R, L>(column, starts);
-            let factor = -(each::<R, L>(column.get_unchecked(starts..), starts) * inverse);
-            for at in (0..len).step_by(L::N) {
-                let rest = factor.fma(L::load_at(column, starts + at), L::load_at(next, at));
-                rest.store_at(next, at);
-            }
-        }
-    }
-
-    /// Replaces the right-hand side `b` by the solution `x` of `A x = b`, with the factor of `A`.
-    ///
-    /// # Panics
-    /// If the factor or the right-hand side is too short.
-    #[inline(always)]
-    pub(super) fn solve<R: Real, L: Lane<R>>(self, starts: usize, factor: &[R], b: &mut [R]) {
-        let (stride, len) = (self.stride * starts, (self.below + 1) * starts);
-        let factor = &factor[..self.size * stride];
+        let matrix = &mut matrix[..self.len() * starts];
+        let recent = &mut recent[..self.len_of_recent() * starts];
         let b = &mut b[..self.len_of_side() * starts];
-        // Two columns at a time: loads of what the columns before have just stored are slow.
-        // SAFETY: registers begin within the diagonals of a column; after these a column has room for a part, and so has the
-        // right-hand side.
+        b[self.size * starts..].fill(R::zero());
+        // SAFETY: the lengths were checked. `T` has room for all starts.
         unsafe {
-            for k in (0..self.size).step_by(2) {
-                let first = factor.get_unchecked(k * stride..);
-                let b = b.get_unchecked_mut(k * starts..);
-                for s in 0..starts {
-                    b[s] *= first[s];
-                }
-                let known = -each::<R, L>(b, starts);
-                if k + 1 == self.size {
-                    break;
-                }
-                let second = factor.get_unchecked((k + 1) * stride..);
-                for s in 0..starts {
-                    b[starts + s] = (b[starts + s] - b[s] * first[starts + s]) * second[s];
-                }
-                let next = -each::<R, L>(&b[starts..], starts);
-                for at in (2 * starts..len + starts).step_by(L::N) {
-                    let rest = known.fma(L::load_at(first, at), L::load_at(b, at));
-                    next.fma(L::load_at(second, at - starts), rest)
-                        .store_at(b, at);
+            for block in 0..self.blocks {
+                self.subtract_from_side::<R, L, T>(starts, recent, b, block);
+                self.eliminate_diagonal::<R, L, T>(starts, matrix, recent, b, block);
+                for tile in 1..self.tiles.min(self.blocks - block) {
+                    self.eliminate_tile::<R, L, T>(starts, matrix, recent, [block, tile]);
                 }
             }
-            // The numbers after the last one have been subtracted from; they count as zero.
-            b[self.size * starts..].fill(R::zero());
-            for k in (0..self.size).step_by(2).rev() {
-                let first = factor.get_unchecked(k * stride..(k + 1) * stride);
-                let (b, later) = b.get_unchecked_mut(k * starts..).split_at_mut(2 * starts);
-                let later = &later[..len - starts];
-                let known = sum::<R, L>(&first[2 * starts..len + starts], Some(later), starts);
-                let second = match k + 1 < self.size {
-                    true => factor.get_unchecked((k + 1) * stride..(k + 2) * stride),
-                    // The numbers after the last column's diagonal are zeros.
-                    false => first,
-                };
-                let next = sum::<R, L>(&second[starts..len], Some(later), starts);
-                for s in 0..starts {
-                    if k + 1 < self.size {
-                        b[starts + s] -= next[s] * second[s];
+            for block in (0..self.blocks).rev() {
+                self.substitute_back::<R, T>(starts, matrix, b, block);
+            }
+        }
+    }
+
+    /// The index of a row in the rows of recent blocks, in numbers of one start.
+    #[inline(always)]
+    fn recent(self, block: usize, row: usize) -> usize {
+        (block % self.tiles * BLOCK + row) * self.stride()
+    }
+
+    /// Subtracts the parts of all blocks before from a block of the right-hand side.
+    ///
+    /// # Safety
+    /// The slices must be as long as in [`solve`](Self::solve).
+    #[inline(always)]
+    unsafe fn subtract_from_side<R: Real, L: Lane<R>, T: Lane<R>>(
+        self,
+        starts: usize,
+        recent: &[R],
+        b: &mut [R],
+        block: usize,
+    ) {
+        let n = const { used::<R, L, T>() };
+        for at in (0..BLOCK * starts).step_by(n) {
+            let place = block * BLOCK * starts + at;
+            // SAFETY: guaranteed by the caller.
+            unsafe {
+                let mut rest = L::load_n(b, place, n);
+                for before in (1..=block.min(self.tiles - 1)).rev() {
+                    let first = (before * BLOCK).saturating_sub(self.beside);
+                    for j in first..BLOCK {
+                        let known = self.recent(block - before, j) + before * BLOCK;
+                        let factor: L = each_at(b, (block - before) * BLOCK + j, starts);
+                        rest = (-factor).fma(L::load_n(recent, known * starts + at, n), rest);
                     }
-                    b[s] -= first[starts + s].fma(b[starts + s], known[s]) * first[s];
+                }
+                rest.store_n(b, place, n);
+            }
+        }
+    }
+
+    /// Returns numbers of a tile minus the parts of all blocks before: a register for each row, which begins at the
+    /// number `at` of the tile's row.
+    ///
+    /// # Safety
+    /// The slices must be as long as in [`solve`](Self::solve).
+    #[inline(always)]
+    unsafe fn rest<R: Real, L: Lane<R>, T: Lane<R>>(
+        self,
+        starts: usize,
+        matrix: &[R],
+        recent: &[R],
+        [block, tile]: [usize; 2],
+        at: usize,
+    ) -> [L; BLOCK] {
+        let (stride, n) = (self.stride(), const { used::<R, L, T>() });
+        let mut rest = [L::zero(); BLOCK];
+        // SAFETY: guaranteed by the caller.
+        unsafe {
+            for r in 0..BLOCK {
+                let row = (block * BLOCK + r) * stride + tile * BLOCK;
+                rest[r] = L::load_n(matrix, row * starts + at, n);
+            }
+            for before in (1..=block.min(self.tiles - 1 - tile)).rev() {
+                // The rows before do not reach the tile.
+                let first = ((before + tile) * BLOCK).saturating_sub(self.beside);
+                for j in first..BLOCK {
+                    let known = self.recent(block - before, j) + (before + tile) * BLOCK;
+                    let known = L::load_n(recent, known * starts + at, n);
+                    let factors = ((block - before) * BLOCK + j) * stride + before * BLOCK;
+                    let factors = matrix.get_unchecked(factors * starts..);
+                    for r in 0..BLOCK {
+                        let factor: L = each_at(factors, r, starts);
+                        rest[r] = (-factor).fma(known, rest[r]);
+                    }
+                }
+            }
+        }
+        rest
+    }
+
+    /// Eliminates the unknowns of a block within its rows and columns, and from the right-hand side.
+    ///
+    /// # Safety
+    /// The slices must be as long as in [`solve`](Self::solve).
+    #[inline(always)]
+    unsafe fn eliminate_diagonal<R: Real, L: Lane<R>, T: Lane<R>>(
+        self,
+        starts: usize,
+        matrix: &mut [R],
+        recent: &mut [R],
+        b: &mut [R],
+        block: usize,
+    ) {
+        let n = const { used::<R, L, T>() };
+        let (len, stride) = (BLOCK * starts, self.stride() * starts);
+        // SAFETY: guaranteed by the caller.
+        unsafe {
+            for at in (0..len).step_by(n) {
+                let rest = self.rest::<R, L, T>(starts, matrix, recent, [block, 0], at);
+                for r in 0..BLOCK {
+                    rest[r].store_n(recent, self.recent(block, r) * starts + at, n);
+                }
+            }
+            let rows = recent.get_unchecked_mut(self.recent(block, 0) * starts..);
+            let factors = matrix.get_unchecked_mut(block * BLOCK * stride..);
+            let side = b.get_unchecked_mut(block * len..);
+            let mut solved = [T::zero(); BLOCK];
+            let mut next = T::load_n(rows, 0, starts).recip();
+            let mut tile = Tile {
+                starts,
+                stride,
+                rows,
+                factors,
+                side,
+            };
+            // One call for each unknown, because the compiler does not unroll nested loops.
+            (solved[0], next) = tile.eliminate::<L, T, 0>(next);
+            (solved[1], next) = tile.eliminate::<L, T, 1>(next);
+            (solved[2], next) = tile.eliminate::<L, T, 2>(next);
+            (solved[3], next) = tile.eliminate::<L, T, 3>(next);
+            (solved[4], next) = tile.eliminate::<L, T, 4>(next);
+            (solved[5], next) = tile.eliminate::<L, T, 5>(next);
+            (solved[6], next) = tile.eliminate::<L, T, 6>(next);
+            (solved[7], _) = tile.eliminate::<L, T, 7>(next);
+            for p in 0..BLOCK {
+                solved[p].store_n(side, p * starts, starts);
+            }
+        }
+    }
+
+    /// Eliminates the unknowns of a block from its rows of a tile after the diagonal.
+    ///
+    /// # Safety
+    /// The slices must be as long as in [`solve`](Self::solve).
+    #[inline(always)]
+    unsafe fn eliminate_tile<R: Real, L: Lane<R>, T: Lane<R>>(
+        self,
+        starts: usize,
+        matrix: &mut [R],
+        recent: &mut [R],
+        [block, tile]: [usize; 2],
+    ) {
+        let (stride, n) = (self.stride(), const { used::<R, L, T>() });
+        for at in (0..BLOCK * starts).step_by(n) {
+            // SAFETY: guaranteed by the caller.
+            unsafe {
+                let mut rest = self.rest::<R, L, T>(starts, matrix, recent, [block, tile], at);
+                for p in 0..BLOCK {
+                    let row = (block * BLOCK + p) * stride * starts;
+                    let factors = matrix.get_unchecked_mut(row..);
+                    for r in p + 1..BLOCK {
+                        let factor: L = each_at(factors, r, starts);
+                        rest[r] = (-factor).fma(rest[p], rest[r]);
+                    }
+                    let inverse: L = each_at(factors, p, starts);
+                    (rest[p] * inverse).store_n(factors, tile * BLOCK * starts + at, n);
+                    let known = self.recent(block, p) + tile * BLOCK;
+                    rest[p].store_n(recent, known * starts + at, n);
                 }
             }
         }
     }
+
+    /// Replaces a block of the right-hand side by the solution, when all blocks after it are solved.
+    ///
+    /// # Safety
+    /// The slices must be as long as in [`solve`](Self::solve).
+    #[inline(always)]
+    unsafe fn substitute_back<R: Real, T: Lane<R>>(
+        self,
+        starts: usize,
+        matrix: &[R],
+        b: &mut [R],
+        block: usize,
+    ) {
+        let (first, stride) = (block * BLOCK, self.stride());
+        let columns = stride.min(self.blocks * BLOCK - first);
+        // SAFETY: guaranteed by the caller.
+        unsafe {
+            let matrix = matrix.get_unchecked(first * stride * starts..);
+            let b = b.get_unchecked_mut(first * starts..);
+            let mut x = [T::zero(); BLOCK];
+            for r in 0..BLOCK {
+                x[r] = T::load_n(b, r * starts, starts);
+            }
+            for c in (BLOCK..columns).rev() {
+                let known = T::load_n(b, c * starts, starts);
+                for r in 0..BLOCK {
+                    x[r] -= known * T::load_n(matrix, (r * stride + c) * starts, starts);
+                }
+            }
+            for c in (0..BLOCK).rev() {
+                let known = x[c];
+                for r in 0..BLOCK {
+                    if r < c {
+                        x[r] -= known * T::load_n(matrix, (r * stride + c) * starts, starts);
+                    }
+                }
+                known.store_n(b, c * starts, starts);
+            }
+        }
+    }
+}
+
+/// The number of lanes of `L` that are used: all, unless a row of a tile is shorter.
+const fn used<R: Real, L: Lane<R>, T: Lane<R>>() -> usize {
+    if T::N == 1 && L::N > BLOCK {
+        BLOCK
+    } else {
+        L::N
+    }
+}
+
+/// The tile with the diagonal of a block, while the unknowns of the block are eliminated.
+struct Tile<'a, R> {
+    starts: usize,
+    /// The distance between rows.
+    stride: usize,
+    /// The rows of `U`.
+    rows: &'a mut [R],
+    /// The rows of `D^-1 U`, with `D^-1` as its diagonal.
+    factors: &'a mut [R],
+    /// The right-hand side. Its numbers up to the last eliminated unknown are meaningless.
+    side: &'a mut [R],
+}
+
+impl<R: Real> Tile<'_, R> {
+    /// Eliminates unknown `P` from the rows below and from the right-hand side, with the inverse of its number in the
+    /// diagonal. Returns its number of `D^-1 U x` and the inverse for the next unknown.
+    ///
+    /// # Safety
+    /// The slices must have the rows of the tile.
+    #[inline(always)]
+    unsafe fn eliminate<L: Lane<R>, T: Lane<R>, const P: usize>(&mut self, inverse: T) -> (T, T) {
+        let Self {
+            starts,
+            stride,
+            ref mut rows,
+            ref mut factors,
+            ref mut side,
+        } = *self;
+        let (n, len, row) = (const { used::<R, L, T>() }, BLOCK * starts, P * stride);
+        // SAFETY: guaranteed by the caller.
+        unsafe {
+            let mut next = T::zero();
+            if P + 1 < BLOCK {
+                // The next inverse must not wait until this unknown is eliminated from all rows.
+                let diagonal = row + (P + 1) * starts;
+                let beside = T::load_n(rows, diagonal, starts);
+                let diagonal = T::load_n(rows, diagonal + stride, starts);
+                next = (diagonal - beside * inverse * beside).recip();
+            }
+            let solved = T::load_n(side, P * starts, starts) * inverse;
+            let (each_inverse, each_solved): (L, L) =
+                (spread(inverse, starts), spread(solved, starts));
+            for at in (0..len).step_by(n) {
+                let known = L::load_n(rows, row + at, n);
+                (known * each_inverse).store_n(factors, row + at, n);
+                let rest = L::load_n(side, at, n);
+                (-each_solved).fma(known, rest).store_n(side, at, n);
+            }
+            for r in P + 1..BLOCK {
+                let factor: L = each_at(factors.get_unchecked(row..), r, starts);
+                // Numbers before the diagonal are not needed.
+                for at in (r * starts / n * n..len).step_by(n) {
+                    let known = L::load_n(rows, row + at, n);
+                    let rest = L::load_n(rows, r * stride + at, n);
+                    (-factor).fma(known, rest).store_n(rows, r * stride + at, n);
+                }
+            }
+            inverse.store_n(factors, row + P * starts, starts);
+            (solved, next)
+        }
+    }
+}
+
+/// Repeats the numbers of a register that holds one number of each start, to fill a register.
+#[inline(always)]
+fn spread<R: Real, T: Lane<R>, L: Lane<R>>(numbers: T, starts: usize) -> L {
+    let mut all = [R::zero(); WIDEST];
+    numbers.store(&mut all);
+    each(&all, starts)
+}
+
+/// Loads number `k` of each start. The numbers repeat, to fill a register.
+///
+/// # Safety
+/// The slice must have number `k` of each start.
+#[inline(always)]
+unsafe fn each_at<R: Real, L: Lane<R>>(numbers: &[R], k: usize, starts: usize) -> L {
+    // SAFETY: guaranteed by the caller.
+    each(
+        unsafe { numbers.get_unchecked(k * starts..(k + 1) * starts) },
+        starts,
+    )
 }

@@ -1,15 +1,17 @@
 //! The solution of a system of linear equations whose matrix has the structure of a graph.
+#![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 mod band;
 mod order;
 
 use self::band::Band;
 use super::array::Array;
+use super::dense::Aligned;
 use super::graph::{Graph, SlotEdge};
 use super::operation::LaneOperation;
 use super::row::{Bars, StepValues};
 use crate::real::Real;
-use crate::simd::Lane;
+use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
 /// The rows and columns of the lower triangle of a block with `n` rows: `[0, 0], [1, 0], [1, 1], [2, 0], ...`.
 pub(crate) fn triangle(n: usize) -> Vec<[usize; 2]> {
@@ -24,6 +26,13 @@ pub(crate) const MOST_UNKNOWNS: usize = 4;
 /// Implements [`Program::solve`](crate::Program::solve).
 pub(crate) struct Solve<R> {
     entries: Vec<Entry>,
+    edges: Vec<SlotEdge>,
+    /// The edges of all starts.
+    lanes: Vec<LaneOfEdges>,
+    /// The number of lanes of a register.
+    width: usize,
+    /// The number of slots.
+    slots: usize,
     /// The projection of every node onto its held directions, as arrays of the lower triangle; empty if nothing is held.
     held: Vec<Array>,
     /// The nodes with a held direction in one of the starts.
@@ -42,9 +51,15 @@ pub(crate) struct Solve<R> {
     starts: usize,
     band: Band,
     /// The matrix and then its factor. The reverse sweep computes it again, which takes less time than to load it.
-    matrix: Vec<R>,
+    matrix: Aligned<R>,
+    /// See [`Band::solve`].
+    recent: Aligned<R>,
     /// The right-hand side and then the solution, in the order of elimination.
-    side: Vec<R>,
+    side: Aligned<R>,
+    /// The solution of the reverse sweep: an array for each unknown of a node.
+    w: Vec<R>,
+    /// An entry of the blocks in the diagonal, for each node. There is room for a register after the last node.
+    sums: Aligned<R>,
 }
 
 /// An entry in the lower triangle of all blocks.
@@ -55,18 +70,61 @@ struct Entry {
     edges: Array,
     /// For each node, the index of its number in the matrix.
     of_nodes: Vec<usize>,
-    of_edges: Vec<EdgeEntry>,
+    /// The slot of an edge, and the index of its number between its ends. The entries beside the diagonal of a block have
+    /// two such numbers for each edge: the entry and its image above the diagonal.
+    between: Vec<[usize; 2]>,
     /// Whether the arrays of nodes and of edges carry derivatives.
     is_active: [bool; 2],
 }
 
-/// Where an entry of an edge's block is in the matrix.
-struct EdgeEntry {
-    edge: SlotEdge,
-    /// In the blocks of both ends.
-    own: [usize; 2],
-    /// Between the ends: of the entry and of its image above the diagonal. They are equal in the diagonal of a block.
-    between: [usize; 2],
+/// The edges whose slots fill a register. In each lane, the slot and both ends are higher by one.
+struct LaneOfEdges {
+    /// The slot and the ends of lane 0.
+    slot: usize,
+    tail: usize,
+    head: usize,
+    /// Which lanes have an edge.
+    bits: u16,
+    /// The number of lanes, up to the last one with an edge.
+    n: usize,
+}
+
+impl LaneOfEdges {
+    /// Adds the numbers of the edges to the `sums` from number `at` on.
+    ///
+    /// # Safety
+    /// The numbers of the edges must reach to the last edge, and the sums must have a whole register from `at` on.
+    #[inline(always)]
+    unsafe fn add<R: Real, L: Lane<R>>(&self, of_edges: &[R], sums: &mut [R], at: usize) {
+        // SAFETY: guaranteed by the caller.
+        unsafe {
+            let of_edges = L::load_n(of_edges, self.slot, self.n);
+            let of_edges = L::select(L::mask(self.bits), of_edges, L::zero());
+            (L::load_at(sums, at) + of_edges).store_at(sums, at);
+        }
+    }
+}
+
+/// Divides the edges of a graph into registers of `lanes` lanes.
+fn lanes_of(graph: &Graph, lanes: usize) -> Vec<LaneOfEdges> {
+    let mut all: Vec<LaneOfEdges> = Vec::new();
+    for SlotEdge { slot, tail, head } in graph.edges_by_slot() {
+        let lane = slot % lanes;
+        match all.last_mut() {
+            Some(last) if last.slot == slot - lane => {
+                last.bits |= 1 << lane;
+                last.n = lane + 1;
+            }
+            _ => all.push(LaneOfEdges {
+                slot: slot - lane,
+                tail: tail - lane,
+                head: head - lane,
+                bits: 1 << lane,
+                n: lane + 1,
+            }),
+        }
+    }
+    all
 }
 
 impl<R: Real> Solve<R> {
@@ -78,32 +136,37 @@ impl<R: Real> Solve<R> {
         outputs: &[Array],
         starts: usize,
     ) -> Self {
-        let slots = graph.edges_by_slot();
-        let ends: Vec<[usize; 2]> = slots.iter().map(|edge| [edge.tail, edge.head]).collect();
-        let (places, unknowns) = (order::places(graph.nodes(), &ends), outputs.len());
-        let below = (order::bandwidth(&places, &ends) + 1) * unknowns - 1;
-        let band = Band::new(graph.nodes() * unknowns, below, starts);
+        let width = lanes::<R>();
+        assert!(
+            starts <= width,
+            "a register has one lane or more for each start"
+        );
+        let edges_by_slot = graph.edges_by_slot();
+        let pairs = edges_by_slot.iter().map(|edge| [edge.tail, edge.head]);
+        let pairs: Vec<[usize; 2]> = pairs.collect();
+        let (places, unknowns) = (order::places(graph.nodes(), &pairs), outputs.len());
+        let beside = (order::bandwidth(&places, &pairs) + 1) * unknowns - 1;
+        let band = Band::new(graph.nodes() * unknowns, beside);
         let places: Vec<usize> = places.iter().map(|place| place * unknowns).collect();
         let arrays = nodes.iter().zip(edges);
         let entry = |([row, column], (&nodes, &edges)): ([usize; 2], (&Array, &Array))| {
-            let own = |place: &usize| band.index(place + row, place + column);
-            let of_edge = |edge: &SlotEdge| {
+            let own = |place: &usize| band.index(place + column, place + row);
+            let mut between = Vec::new();
+            for edge in &edges_by_slot {
                 let [a, b] = [edge.tail, edge.head].map(|node| places[node]);
                 let (first, last) = (a.min(b), a.max(b));
-                EdgeEntry {
-                    edge: *edge,
-                    own: [a, b].map(|place| own(&place)),
-                    between: [[row, column], [column, row]]
-                        .map(|[row, column]| band.index(last + row, first + column)),
+                between.push([edge.slot, band.index(first + column, last + row)]);
+                if row != column {
+                    between.push([edge.slot, band.index(first + row, last + column)]);
                 }
-            };
+            }
             Entry {
                 row,
                 column,
                 nodes,
                 edges,
                 of_nodes: places.iter().map(own).collect(),
-                of_edges: slots.iter().map(of_edge).collect(),
+                between,
                 is_active: [true; 2],
             }
         };
@@ -113,6 +176,10 @@ impl<R: Real> Solve<R> {
                 .zip(arrays)
                 .map(entry)
                 .collect(),
+            lanes: lanes_of(&graph.side_by_side(starts), width),
+            width,
+            edges: edges_by_slot,
+            slots: graph.slots(),
             held: held.to_vec(),
             holds: vec![false; graph.nodes()],
             is_oblique: vec![false; graph.nodes()],
@@ -120,41 +187,58 @@ impl<R: Real> Solve<R> {
             b: b.to_vec(),
             is_active: vec![true; b.len()],
             outputs: outputs.to_vec(),
-            matrix: vec![R::zero(); band.len() * starts],
-            side: vec![R::zero(); band.len_of_side() * starts],
+            matrix: Aligned::zeros(band.len() * starts),
+            recent: Aligned::zeros(band.len_of_recent() * starts),
+            side: Aligned::zeros(band.len_of_side() * starts),
+            sums: Aligned::zeros(graph.nodes() * starts + WIDEST),
+            w: vec![R::zero(); unknowns * graph.nodes() * starts],
             places,
             starts,
             band,
         }
     }
 
-    /// Computes the factor of the matrix.
+    /// # Panics
+    /// If a register does not have as many lanes as when this operation was created.
     #[inline(always)]
-    fn factorize<L: Lane<R>>(&mut self, starts: usize, values: StepValues<R>) {
+    fn check_width(&self, lanes: usize) {
+        assert_eq!(
+            lanes, self.width,
+            "the number type changed its number of lanes; it must stay the same"
+        );
+    }
+
+    /// Computes the matrix. `T` is a register that holds one number of each start.
+    #[inline(always)]
+    fn set_matrix<L: Lane<R>, T: Lane<R>>(&mut self, starts: usize, values: StepValues<R>) {
         let matrix = &mut self.matrix[..];
-        matrix.fill(R::zero());
+        self.band.clear(starts, matrix);
         for entry in &self.entries {
-            let given = values.get(entry.nodes);
-            for node in 0..entry.of_nodes.len() {
-                for s in 0..starts {
-                    matrix[entry.of_nodes[node] * starts + s] += given[node * starts + s];
+            // SAFETY: the numbers of a graph's nodes and edges, and the entries of the matrix, are at the places that were
+            // computed for this graph.
+            unsafe {
+                let of_edges = &values.get(entry.edges)[..self.slots * starts];
+                let sums = &mut self.sums[..];
+                sums[..entry.nodes.len].copy_from_slice(values.get(entry.nodes));
+                // All tails and then all heads, because loads of what was just stored are slow.
+                for lane in &self.lanes {
+                    lane.add::<R, L>(of_edges, sums, lane.tail);
                 }
-            }
-            let given = values.get(entry.edges);
-            for EdgeEntry { edge, own, between } in &entry.of_edges {
-                for s in 0..starts {
-                    let number = given[edge.slot * starts + s];
-                    matrix[own[0] * starts + s] += number;
-                    matrix[own[1] * starts + s] += number;
-                    matrix[between[0] * starts + s] -= number;
-                    if between[0] != between[1] {
-                        matrix[between[1] * starts + s] -= number;
-                    }
+                for lane in &self.lanes {
+                    lane.add::<R, L>(of_edges, sums, lane.head);
+                }
+                for node in 0..entry.of_nodes.len() {
+                    let sum = T::load_n(sums, node * starts, starts);
+                    sum.store_n(matrix, entry.of_nodes[node] * starts, starts);
+                }
+                for &[slot, index] in &entry.between {
+                    // Unlike a negation, this difference is never -0.
+                    let number = T::zero() - T::load_n(of_edges, slot * starts, starts);
+                    number.store_n(matrix, index * starts, starts);
                 }
             }
         }
         self.hold_matrix(starts, values);
-        self.band.factorize::<R, L>(starts, &mut self.matrix);
     }
 
     /// Removes the held directions from the matrix `A`: replaces it by `G A G + F`, where `F` projects onto the held
@@ -164,27 +248,35 @@ impl<R: Real> Solve<R> {
         if self.held.is_empty() {
             return;
         }
-        for node in 0..self.places.len() {
-            self.holds[node] = false;
-            for &held in &self.held {
+        self.holds.fill(false);
+        for &held in &self.held {
+            let held = values.get(held);
+            for node in 0..self.holds.len() {
                 for s in 0..starts {
-                    self.holds[node] |= !values.get(held)[node * starts + s].is_zero();
+                    self.holds[node] |= !held[node * starts + s].is_zero();
                 }
             }
+        }
+        let mut any_oblique = false;
+        for node in 0..self.places.len() {
             self.is_oblique[node] = self.holds[node] && !self.hold_unknowns(starts, values, node);
             if self.holds[node] {
                 self.set_free(starts, values, node);
             }
             if self.is_oblique[node] {
+                any_oblique = true;
                 for s in 0..starts {
                     self.hold_block(starts, [node, node], s);
                 }
             }
         }
-        for k in 0..self.entries[0].of_edges.len() {
+        if !any_oblique {
+            return;
+        }
+        for k in 0..self.edges.len() {
             let SlotEdge {
                 tail: a, head: b, ..
-            } = self.entries[0].of_edges[k].edge;
+            } = self.edges[k];
             if self.is_oblique[a] || self.is_oblique[b] {
                 let is_before = self.places[a] < self.places[b];
                 let ends = if is_before { [b, a] } else { [a, b] };
@@ -250,7 +342,7 @@ impl<R: Real> Solve<R> {
         for row in 0..n {
             for column in 0..n {
                 let [a, b] = [self.places[below] + row, self.places[before] + column];
-                let at = self.band.index(a.max(b), a.min(b));
+                let at = self.band.index(a.min(b), a.max(b));
                 block[row * n + column] = self.matrix[at * starts + s];
             }
         }
@@ -268,7 +360,7 @@ impl<R: Real> Solve<R> {
                     let unit = if row == column { R::one() } else { R::zero() };
                     entry += unit - of_below[row * n + column];
                 }
-                let at = self.band.index(a.max(b), a.min(b));
+                let at = self.band.index(a.min(b), a.max(b));
                 self.matrix[at * starts + s] = entry;
             }
         }
@@ -300,47 +392,59 @@ impl<R: Real> Solve<R> {
 
     /// Copies one unknown of all nodes of the right-hand side.
     #[inline(always)]
-    fn set_side(&mut self, starts: usize, unknown: usize, b: &[R]) {
-        for node in 0..self.places.len() {
-            for s in 0..starts {
-                self.side[(self.places[node] + unknown) * starts + s] = b[node * starts + s];
-            }
+    fn set_side<T: Lane<R>>(&mut self, starts: usize, unknown: usize, b: &[R]) {
+        let (side, places) = (&mut self.side[..], &self.places[..]);
+        for node in 0..places.len() {
+            let number: T = part(b, node * starts, starts);
+            number.store_up_to(&mut side[(places[node] + unknown) * starts..][..starts]);
         }
     }
 
     /// Replaces the right-hand side by the solution.
     #[inline(always)]
-    fn solve<L: Lane<R>>(&mut self, starts: usize) {
-        self.band
-            .solve::<R, L>(starts, &self.matrix, &mut self.side);
+    fn solve<L: Lane<R>, T: Lane<R>>(&mut self, starts: usize) {
+        let Self {
+            matrix,
+            recent,
+            side,
+            band,
+            ..
+        } = self;
+        band.solve::<R, L, T>(starts, matrix, recent, side);
     }
 
-    /// The solution for one unknown of a node, for the start `s`.
+    /// Copies one unknown of all nodes of the solution.
     #[inline(always)]
-    fn solved(&self, starts: usize, unknown: usize, node: usize, s: usize) -> R {
-        self.side[(self.places[node] + unknown) * starts + s]
+    fn copy_solution<T: Lane<R>>(&self, starts: usize, unknown: usize, x: &mut [R]) {
+        let (side, places) = (&self.side[..], &self.places[..]);
+        for node in 0..places.len() {
+            let number: T = part(side, (places[node] + unknown) * starts, starts);
+            number.store_up_to(&mut x[node * starts..][..starts]);
+        }
     }
 
     /// Implements [`LaneOperation::forward_in`].
     #[inline(always)]
-    fn forward_of<L: Lane<R>>(&mut self, starts: usize, parameters: &[R], row: &mut [R]) {
+    fn forward_of<L: Lane<R>, T: Lane<R>>(
+        &mut self,
+        starts: usize,
+        parameters: &[R],
+        row: &mut [R],
+    ) {
+        self.check_width(L::N);
         let begin = self.outputs[0].start;
         let (row, after) = row.split_at_mut(begin);
         let values = StepValues { parameters, row };
-        self.factorize::<L>(starts, values);
+        self.set_matrix::<L, T>(starts, values);
         for unknown in 0..self.b.len() {
-            self.set_side(starts, unknown, values.get(self.b[unknown]));
+            self.set_side::<T>(starts, unknown, values.get(self.b[unknown]));
         }
         self.hold_side(starts);
-        self.solve::<L>(starts);
+        self.solve::<L, T>(starts);
         for unknown in 0..self.outputs.len() {
             let output = self.outputs[unknown];
             let x = &mut after[output.start - begin..][..output.len];
-            for node in 0..self.places.len() {
-                for s in 0..starts {
-                    x[node * starts + s] = self.solved(starts, unknown, node, s);
-                }
-            }
+            self.copy_solution::<T>(starts, unknown, x);
         }
     }
 
@@ -348,53 +452,75 @@ impl<R: Real> Solve<R> {
     /// `A w = x_bar`, the cotangent of `b` is `w`, and that of `A` is `-w x'`. A block of an edge acts on the difference
     /// between its ends. Held directions are removed from `w`, as from `x`.
     #[inline(always)]
-    fn reverse_of<L: Lane<R>>(&mut self, starts: usize, values: StepValues<R>, bars: &mut Bars<R>) {
-        self.factorize::<L>(starts, values);
+    fn reverse_of<L: Lane<R>, T: Lane<R>>(
+        &mut self,
+        starts: usize,
+        values: StepValues<R>,
+        bars: &mut Bars<R>,
+    ) {
+        self.check_width(L::N);
+        self.set_matrix::<L, T>(starts, values);
         for unknown in 0..self.outputs.len() {
-            self.set_side(starts, unknown, &bars.row[self.outputs[unknown].range()]);
+            self.set_side::<T>(starts, unknown, &bars.row[self.outputs[unknown].range()]);
         }
-        self.solve::<L>(starts);
+        self.solve::<L, T>(starts);
         self.hold_side(starts);
+        let len = self.places.len() * starts;
+        let mut w = std::mem::take(&mut self.w);
+        for unknown in 0..self.outputs.len() {
+            self.copy_solution::<T>(starts, unknown, &mut w[unknown * len..][..len]);
+        }
         for unknown in 0..self.b.len() {
             if self.is_active[unknown] {
+                let w = &w[unknown * len..][..len];
                 let bar = bars.get_mut(self.b[unknown]);
-                for node in 0..self.places.len() {
-                    for s in 0..starts {
-                        bar[node * starts + s] += self.solved(starts, unknown, node, s);
-                    }
+                for at in (0..len).step_by(L::N) {
+                    let n = L::N.min(len - at);
+                    let sum = part::<R, L>(bar, at, n) + part::<R, L>(w, at, n);
+                    sum.store_up_to(&mut bar[at..at + n]);
                 }
             }
         }
         for entry in &self.entries {
             let [a, b] = [entry.row, entry.column];
+            let (w_a, w_b) = (&w[a * len..][..len], &w[b * len..][..len]);
             let (x_a, x_b) = (values.get(self.outputs[a]), values.get(self.outputs[b]));
             if entry.is_active[0] {
                 let bar = bars.get_mut(entry.nodes);
-                for node in 0..self.places.len() {
-                    for s in 0..starts {
-                        let at = node * starts + s;
-                        let w_a = self.solved(starts, a, node, s);
-                        let w_b = self.solved(starts, b, node, s);
-                        bar[at] -= entry.product([w_a, w_b], [x_a[at], x_b[at]]);
-                    }
+                for at in (0..len).step_by(L::N) {
+                    let n = L::N.min(len - at);
+                    let w = [part::<R, L>(w_a, at, n), part(w_b, at, n)];
+                    let x = [part(x_a, at, n), part(x_b, at, n)];
+                    let rest = part::<R, L>(bar, at, n) - entry.product(w, x);
+                    rest.store_up_to(&mut bar[at..at + n]);
                 }
             }
             if entry.is_active[1] {
                 let bar = bars.get_mut(entry.edges);
-                for EdgeEntry { edge, .. } in &entry.of_edges {
-                    for s in 0..starts {
-                        let (tail, head) = (edge.tail * starts + s, edge.head * starts + s);
-                        let w = |unknown: usize| {
-                            self.solved(starts, unknown, edge.head, s)
-                                - self.solved(starts, unknown, edge.tail, s)
-                        };
-                        let x = [x_a[head] - x_a[tail], x_b[head] - x_b[tail]];
-                        bar[edge.slot * starts + s] -= entry.product([w(a), w(b)], x);
-                    }
+                for lane in &self.lanes {
+                    let (n, ends) = (lane.n, [lane.tail, lane.head]);
+                    let w = [difference::<R, L>(w_a, ends, n), difference(w_b, ends, n)];
+                    let x = [difference(x_a, ends, n), difference(x_b, ends, n)];
+                    let product = L::select(L::mask(lane.bits), entry.product(w, x), L::zero());
+                    let bar = &mut bar[lane.slot..][..n];
+                    (part::<R, L>(bar, 0, n) - product).store_up_to(bar);
                 }
             }
         }
+        self.w = w;
     }
+}
+
+/// Loads `n` numbers from index `at` on. The other lanes are zero.
+#[inline(always)]
+fn part<R: Real, L: Lane<R>>(numbers: &[R], at: usize, n: usize) -> L {
+    L::load_up_to(&numbers[at..at + n])
+}
+
+/// The differences between `n` numbers at heads and at tails, where adjacent edges begin at the two ends.
+#[inline(always)]
+fn difference<R: Real, L: Lane<R>>(numbers: &[R], [tail, head]: [usize; 2], n: usize) -> L {
+    part::<R, L>(numbers, head, n) - part::<R, L>(numbers, tail, n)
 }
 
 /// The product of two matrices with `n` rows and columns.
@@ -438,15 +564,15 @@ impl<R: Real> LaneOperation<R> for Solve<R> {
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
         match self.starts {
-            1 => self.forward_of::<L>(1, parameters, row),
-            starts => self.forward_of::<L>(starts, parameters, row),
+            1 => self.forward_of::<L, R>(1, parameters, row),
+            starts => self.forward_of::<L, L>(starts, parameters, row),
         }
     }
     #[inline(always)]
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
         match self.starts {
-            1 => self.reverse_of::<L>(1, values, bars),
-            starts => self.reverse_of::<L>(starts, values, bars),
+            1 => self.reverse_of::<L, R>(1, values, bars),
+            starts => self.reverse_of::<L, L>(starts, values, bars),
         }
     }
 }
