@@ -29,6 +29,8 @@ pub(crate) struct Solve<R> {
     edges: Vec<SlotEdge>,
     /// The edges of all starts.
     lanes: Vec<LaneOfEdges>,
+    /// For each of `lanes`, a register with 1 where it has an edge and 0 elsewhere.
+    has_edge: Aligned<R>,
     /// The number of lanes of a register.
     width: usize,
     /// The number of slots.
@@ -83,48 +85,57 @@ struct LaneOfEdges {
     slot: usize,
     tail: usize,
     head: usize,
-    /// Which lanes have an edge.
-    bits: u16,
     /// The number of lanes, up to the last one with an edge.
     n: usize,
 }
 
 impl LaneOfEdges {
-    /// Adds the numbers of the edges to the `sums` from number `at` on.
+    /// Adds the numbers of the edges to the `sums` from number `at` on. `has_edge` is not 0 in lanes with an edge.
     ///
     /// # Safety
     /// The numbers of the edges must reach to the last edge, and the sums must have a whole register from `at` on.
     #[inline(always)]
-    unsafe fn add<R: Real, L: Lane<R>>(&self, of_edges: &[R], sums: &mut [R], at: usize) {
+    unsafe fn add<R: Real, L: Lane<R>>(
+        &self,
+        has_edge: &[R],
+        of_edges: &[R],
+        sums: &mut [R],
+        at: usize,
+    ) {
         // SAFETY: guaranteed by the caller.
         unsafe {
-            let of_edges = L::load_n(of_edges, self.slot, self.n);
-            let of_edges = L::select(L::mask(self.bits), of_edges, L::zero());
+            let of_edges = with_edge(has_edge, L::load_n(of_edges, self.slot, self.n));
             (L::load_at(sums, at) + of_edges).store_at(sums, at);
         }
     }
 }
 
-/// Divides the edges of a graph into registers of `lanes` lanes.
-fn lanes_of(graph: &Graph, lanes: usize) -> Vec<LaneOfEdges> {
-    let mut all: Vec<LaneOfEdges> = Vec::new();
+/// The numbers of lanes with an edge; the other lanes are zero.
+#[inline(always)]
+fn with_edge<R: Real, L: Lane<R>>(has_edge: &[R], numbers: L) -> L {
+    L::select(L::zero().less(L::load(has_edge)), numbers, L::zero())
+}
+
+/// Divides the edges of a graph into registers of `lanes` lanes. Also returns for each lane whether it has an edge.
+fn lanes_of(graph: &Graph, lanes: usize) -> (Vec<LaneOfEdges>, Vec<bool>) {
+    let (mut all, mut has_edge): (Vec<LaneOfEdges>, Vec<bool>) = Default::default();
     for SlotEdge { slot, tail, head } in graph.edges_by_slot() {
         let lane = slot % lanes;
         match all.last_mut() {
-            Some(last) if last.slot == slot - lane => {
-                last.bits |= 1 << lane;
-                last.n = lane + 1;
+            Some(last) if last.slot == slot - lane => last.n = lane + 1,
+            _ => {
+                has_edge.resize(has_edge.len() + lanes, false);
+                all.push(LaneOfEdges {
+                    slot: slot - lane,
+                    tail: tail - lane,
+                    head: head - lane,
+                    n: lane + 1,
+                });
             }
-            _ => all.push(LaneOfEdges {
-                slot: slot - lane,
-                tail: tail - lane,
-                head: head - lane,
-                bits: 1 << lane,
-                n: lane + 1,
-            }),
         }
+        has_edge[(all.len() - 1) * lanes + lane] = true;
     }
-    all
+    (all, has_edge)
 }
 
 impl<R: Real> Solve<R> {
@@ -141,6 +152,15 @@ impl<R: Real> Solve<R> {
             starts <= width,
             "a register has one lane or more for each start"
         );
+        let (lanes, is_edge) = lanes_of(&graph.side_by_side(starts), width);
+        let mut has_edge = Aligned::zeros(is_edge.len());
+        for (number, _) in has_edge
+            .iter_mut()
+            .zip(is_edge)
+            .filter(|(_, is_edge)| *is_edge)
+        {
+            *number = R::one();
+        }
         let edges_by_slot = graph.edges_by_slot();
         let pairs = edges_by_slot.iter().map(|edge| [edge.tail, edge.head]);
         let pairs: Vec<[usize; 2]> = pairs.collect();
@@ -176,7 +196,8 @@ impl<R: Real> Solve<R> {
                 .zip(arrays)
                 .map(entry)
                 .collect(),
-            lanes: lanes_of(&graph.side_by_side(starts), width),
+            lanes,
+            has_edge,
             width,
             edges: edges_by_slot,
             slots: graph.slots(),
@@ -221,11 +242,13 @@ impl<R: Real> Solve<R> {
                 let sums = &mut self.sums[..];
                 sums[..entry.nodes.len].copy_from_slice(values.get(entry.nodes));
                 // All tails and then all heads, because loads of what was just stored are slow.
-                for lane in &self.lanes {
-                    lane.add::<R, L>(of_edges, sums, lane.tail);
+                for k in 0..self.lanes.len() {
+                    let lane = &self.lanes[k];
+                    lane.add::<R, L>(&self.has_edge[k * L::N..], of_edges, sums, lane.tail);
                 }
-                for lane in &self.lanes {
-                    lane.add::<R, L>(of_edges, sums, lane.head);
+                for k in 0..self.lanes.len() {
+                    let lane = &self.lanes[k];
+                    lane.add::<R, L>(&self.has_edge[k * L::N..], of_edges, sums, lane.head);
                 }
                 for node in 0..entry.of_nodes.len() {
                     let sum = T::load_n(sums, node * starts, starts);
@@ -497,11 +520,13 @@ impl<R: Real> Solve<R> {
             }
             if entry.is_active[1] {
                 let bar = bars.get_mut(entry.edges);
-                for lane in &self.lanes {
+                for k in 0..self.lanes.len() {
+                    let lane = &self.lanes[k];
                     let (n, ends) = (lane.n, [lane.tail, lane.head]);
                     let w = [difference::<R, L>(w_a, ends, n), difference(w_b, ends, n)];
                     let x = [difference(x_a, ends, n), difference(x_b, ends, n)];
-                    let product = L::select(L::mask(lane.bits), entry.product(w, x), L::zero());
+                    let product =
+                        with_edge::<R, L>(&self.has_edge[k * L::N..], entry.product(w, x));
                     let bar = &mut bar[lane.slot..][..n];
                     (part::<R, L>(bar, 0, n) - product).store_up_to(bar);
                 }
