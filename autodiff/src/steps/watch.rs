@@ -89,7 +89,7 @@ impl<R: Real> Look<'_, R> {
                 sums = [sums[0] + x.abs(), sums[1] + y.abs()];
             }
             for rest in rest.chunks(L::N) {
-                sums[0] = sums[0] + L::load_up_to(rest).abs();
+                sums[0] += L::load_up_to(rest).abs();
             }
         }
         (sums[0] + sums[1]).less(bound).all()

@@ -145,7 +145,7 @@ fn energy(energy: &Energy) -> String {
     // Air that expands from 6 bar to 1 bar at its temperature does this work.
     let air = joule / (6e5 * 6.0_f64.ln());
     format!(
-        "energy: {:.3} kg, {:.2} W on average{per_distance}; ten minutes take {:.2} Wh, or {:.2} l of air at 6 bar, without losses\n",
+        "energy: {:.3} kg, {:.3} W on average{per_distance}; ten minutes take {:.3} Wh, or {:.3} l of air at 6 bar, without losses\n",
         energy.mass,
         energy.power,
         joule / 3600.0,

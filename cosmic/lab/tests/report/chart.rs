@@ -5,7 +5,7 @@ use cosmic_lab::report::chart::{Line, LogChart};
 fn points_without_a_logarithm_are_left_out() {
     let points = [[1e-3, 1e-9], [1e-2, 0.0], [0.1, f64::NAN], [1.0, 1e-3]];
     let chart = LogChart {
-        name: "errors",
+        name: "errors".to_owned(),
         caption: String::new(),
         title: "error, m".to_owned(),
         along: "time, s".to_owned(),

@@ -210,8 +210,11 @@ impl<'a> Contest<'a> {
     }
 }
 
-/// The lines of a figure: a name, and the methods that belong to it.
-const GROUPS: [(&str, fn(&Method) -> bool); 4] = [
+/// A line of a figure: a name, and whether a method belongs to it.
+type Group = (&'static str, fn(&Method) -> bool);
+
+/// The lines of a figure.
+const GROUPS: [Group; 4] = [
     ("explicit", |of| {
         of.integrator == Integrator::SymplecticEuler && of.substeps == 1
     }),
