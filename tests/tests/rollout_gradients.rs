@@ -36,9 +36,9 @@ const WORLDS: [&str; 18] = [
      [1e-7, 1e5, 30.0]\nlattice.drop = 0.008\nground = {profile = 'points', points = [[0.08, 0.0], [0.15, 0.01], \
      [0.18, 0.003], [0.22, 0.01], [0.31, -0.01]]}",
     "physics = {contact = 'coulomb', friction = 0.4, forces = ['actuator', 'buckle']}\n\
-     actuator = {force = 0.1, speed = 0.4}\nbuckle.bending = 2e-4",
+     actuator = {force = 0.1, speed = 4.0}\nbuckle.bending = 2e-4",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['actuator', 'rope']}\n\
-     actuator = {force = 0.1, speed = 0.4}\nrope = {actuator = 0.0, skeleton = 0.5}",
+     actuator = {force = 0.1, speed = 4.0}\nrope = {actuator = 0.0, skeleton = 0.5}",
 ];
 
 #[test]
