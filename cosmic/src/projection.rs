@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::design::{Design, Material, Mixture, filled};
+use crate::design::{Design, Material, Mixture, filled, is_in_use};
 use crate::geometry::{Vector, mean};
 use crate::lattice::{Body, Lattice, Marker};
 use crate::scene::{MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings, VoidEdges};
@@ -261,24 +261,21 @@ impl<R: Real> Body<R> {
 /// How much each node of a design is in use, from 0 to 1. A node with payload has 1. Any other node has 1 minus the
 /// product of the shares of void of its edges, which is 0 for a node of a layout without a bar.
 fn presence<R: Real>(design: &Design<Mixture<R>>, lattice: &Lattice) -> Vec<R> {
-    let payload = lattice.payload.iter().map(|payload| payload.node);
     match design {
         Design::Undecided(mixtures) => {
             let mut absent = vec![R::one(); lattice.nodes()];
             for (ends, mixture) in lattice.edges.iter().zip(mixtures) {
                 (ends.iter()).for_each(|&node| absent[node] *= mixture[Material::Void]);
             }
-            payload.for_each(|node| absent[node] = R::zero());
+            for payload in &lattice.payload {
+                absent[payload.node] = R::zero();
+            }
             absent.into_iter().map(|a| R::one() - a).collect()
         }
         Design::Layout(layout) => {
-            let mut is_live = vec![false; lattice.nodes()];
-            for (ends, material) in lattice.edges.iter().zip(layout) {
-                (ends.iter()).for_each(|&node| is_live[node] |= material.is_solid());
-            }
-            payload.for_each(|node| is_live[node] = true);
             let presence = |is_live| if is_live { R::one() } else { R::zero() };
-            is_live.into_iter().map(presence).collect()
+            let is_live = is_in_use(lattice, layout).into_iter();
+            is_live.map(presence).collect()
         }
     }
 }

@@ -20,6 +20,6 @@ pub use material::Material;
 pub use mixture::{Mixture, volumes};
 pub use snap::{VolumeBounds, alternatives, flipped, flips, snap, solid_and_actuators};
 pub use start::{filled, layout_materials, start};
-pub use structure::{LayoutRules, MOST_RANKED, Structure, joined_to_payload};
+pub use structure::{LayoutRules, MOST_RANKED, Structure, is_in_use, joined_to_payload};
 pub use tilt::tilted;
 pub use vectors::{attract, clamp, vectors_of_mixture};

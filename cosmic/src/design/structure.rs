@@ -69,6 +69,16 @@ pub fn joined_to_payload(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
     Bars { lattice, layout }.held()
 }
 
+/// For each node, true if it has a bar or a payload.
+pub fn is_in_use(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
+    let degrees = Bars { lattice, layout }.degrees();
+    let mut is_in_use: Vec<bool> = degrees.into_iter().map(|degree| degree > 0).collect();
+    for payload in &lattice.payload {
+        is_in_use[payload.node] = true;
+    }
+    is_in_use
+}
+
 /// The bars of a layout.
 struct Bars<'a> {
     lattice: &'a Lattice,

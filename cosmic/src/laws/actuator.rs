@@ -33,7 +33,7 @@ impl BarForce for Actuator {
     #[inline(always)]
     fn tension<R: Real>(actuator: &Actuator<R>, bar: Bar<R>) -> R {
         let (zero, one) = (R::zero(), R::one());
-        let share = bar.strain * actuator.strain.recip();
+        let share = bar.share_of_actuator(actuator.strain);
         let spring = bar.spring();
         let relative = bar.rate * actuator.speed.recip();
         let pull = actuator.force * (one + relative).clamp(zero, one);

@@ -61,6 +61,20 @@ pub(crate) struct Pushed<'a, const D: usize = 2> {
     pub(crate) uniforms: &'a [Array],
 }
 
+/// Records a kernel for the ground of this law: flat, or with the profile of a terrain. `$ground` is the name of the ground
+/// in the expression of the kernel.
+macro_rules! map_over {
+    ($p:ident, $terrain:ident, |$ground:ident| $kernel:expr, $node:expr, $settings:expr) => {
+        Particle::new(match $terrain.cloned().filter(|_| C::HAS_GROUND) {
+            None => {
+                let $ground = Flat;
+                $p.map_with($kernel, $node, $settings)
+            }
+            Some($ground) => $p.map_with($kernel, $node, $settings),
+        })
+    };
+}
+
 impl<C: Contact> AnyContact for C {
     fn name(&self) -> &'static str {
         C::NAME
@@ -90,26 +104,17 @@ impl<C: Contact> AnyContact for C {
         let ([x, y, vx, vy], [jx, jy]) = (pushed.nodes.array(), pushed.impulses.array());
         let node = [x, y, vx, vy, jx, jy, pushed.inverse_mass];
         let contact = self.clone();
-        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(
-                Flying {
-                    flight,
-                    contact,
-                    ground: Flat,
-                },
-                node,
-                pushed.uniforms,
-            ),
-            Some(ground) => p.map_with(
-                Flying {
-                    flight,
-                    contact,
-                    ground,
-                },
-                node,
-                pushed.uniforms,
-            ),
-        })
+        map_over!(
+            p,
+            terrain,
+            |ground| Flying {
+                flight,
+                contact,
+                ground
+            },
+            node,
+            pushed.uniforms
+        )
     }
     fn grip(&self, p: &mut AnyProgram, any: Array, settings: &[Array]) -> Array {
         p.map_with(Grip(self.clone()), [any], settings)[0]
@@ -123,26 +128,17 @@ impl<C: Contact> AnyContact for C {
         settings: &[Array],
     ) -> Particle<Array> {
         let contact = self.clone();
-        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(
-                Landing {
-                    contact,
-                    ground: Flat,
-                    dt,
-                },
-                node,
-                settings,
-            ),
-            Some(ground) => p.map_with(
-                Landing {
-                    contact,
-                    ground,
-                    dt,
-                },
-                node,
-                settings,
-            ),
-        })
+        map_over!(
+            p,
+            terrain,
+            |ground| Landing {
+                contact,
+                ground,
+                dt
+            },
+            node,
+            settings
+        )
     }
     fn drift(
         &self,
@@ -153,25 +149,16 @@ impl<C: Contact> AnyContact for C {
         settings: &[Array],
     ) -> Particle<Array> {
         let (contact, node) = (self.clone(), nodes.array());
-        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(
-                Drifting {
-                    drift,
-                    contact,
-                    ground: Flat,
-                },
-                node,
-                settings,
-            ),
-            Some(ground) => p.map_with(
-                Drifting {
-                    drift,
-                    contact,
-                    ground,
-                },
-                node,
-                settings,
-            ),
-        })
+        map_over!(
+            p,
+            terrain,
+            |ground| Drifting {
+                drift,
+                contact,
+                ground
+            },
+            node,
+            settings
+        )
     }
 }

@@ -62,6 +62,12 @@ impl<R: Real> Bar<R> {
         }
     }
 
+    /// The share of the actuator material in the bar, if `largest` is the largest strain of that material.
+    #[inline(always)]
+    pub fn share_of_actuator(&self, largest: R) -> R {
+        self.strain * largest.recip()
+    }
+
     /// The tension of the bar's own spring by Hooke's law, N.
     #[inline(always)]
     pub fn spring(&self) -> R {

@@ -30,8 +30,8 @@ impl<R: Real> Buckle<R> {
 impl BarForce for Buckle {
     const REPLACES_SPRING: bool = true;
 
-    /// A bar that is compressed further than its Euler load allows keeps pushing with that load. There the derivative is
-    /// that of the constant load.
+    /// A bar that is compressed further than its Euler load allows keeps pushing with that load. There the derivative
+    /// with respect to its length is 0.
     #[inline(always)]
     fn tension<R: Real>(buckle: &Buckle<R>, bar: Bar<R>) -> R {
         let spring = bar.spring();

@@ -178,11 +178,10 @@ impl<L: BarForce> Force for OnBars<L> {
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);
-            let k =
-                self.bar_stiffness(bar.stiffness, bar.rest_length, bar.strain * bar.rest_length);
+            let off = bar.strain * bar.rest_length;
+            let k = self.bar_stiffness(bar.stiffness, bar.rest_length, off);
             stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
             if L::NEEDS_RATE {
-                let off = bar.strain * bar.rest_length;
                 stiffness.dampen_bar(edge, self.bar_damping(bar.stiffness, bar.rest_length, off));
             }
         }

@@ -26,8 +26,9 @@ impl Law for Rope {
 impl<R: Real> Rope<R> {
     /// The share of a bar's compression that is missing.
     #[inline(always)]
-    fn share(&self, strain: R) -> R {
-        (self.actuator - self.skeleton).fma(strain * self.strain.recip(), self.skeleton)
+    fn share(&self, bar: &Bar<R>) -> R {
+        let of_actuator = bar.share_of_actuator(self.strain);
+        (self.actuator - self.skeleton).fma(of_actuator, self.skeleton)
     }
 }
 
@@ -38,11 +39,11 @@ impl BarForce for Rope {
     #[inline(always)]
     fn tension<R: Real>(rope: &Rope<R>, bar: Bar<R>) -> R {
         let spring = bar.spring();
-        rope.share(bar.strain) * (spring.max(R::zero()) - spring)
+        rope.share(&bar) * (spring.max(R::zero()) - spring)
     }
 
     fn energy(&self, bar: Bar<f64>) -> Option<f64> {
         let slack = (bar.target - bar.length).max(0.0);
-        Some(-0.5 * self.share(bar.strain) * bar.stiffness * slack * slack)
+        Some(-0.5 * self.share(&bar) * bar.stiffness * slack * slack)
     }
 }

@@ -34,13 +34,13 @@ impl BarForce for Stops {
         let (longest, shortest) = stops.ends(bar.rest_length);
         let zero = R::zero();
         let beyond = (bar.length - longest).max(zero) - (shortest - bar.length).max(zero);
-        stops.share(bar.strain) * stops.stiffness * beyond
+        bar.share_of_actuator(stops.at) * stops.stiffness * beyond
     }
 
     fn energy(&self, bar: Bar<f64>) -> Option<f64> {
         let (longest, shortest) = self.ends(bar.rest_length);
         let beyond = (bar.length - longest).max(0.0) + (shortest - bar.length).max(0.0);
-        Some(0.5 * self.share(bar.strain) * self.stiffness * beyond * beyond)
+        Some(0.5 * bar.share_of_actuator(self.at) * self.stiffness * beyond * beyond)
     }
 }
 
@@ -50,12 +50,5 @@ impl<R: Real> Stops<R> {
     fn ends(&self, rest_length: R) -> (R, R) {
         let [longest, shortest] = [R::one() + self.at, R::one() - self.at];
         (rest_length * longest, rest_length * shortest)
-    }
-
-    /// The strain of a bar divided by the setting `at`. If `at` is the largest strain of the actuator material, the
-    /// quotient is the share of that material in the bar.
-    #[inline(always)]
-    fn share(&self, strain: R) -> R {
-        strain * self.at.recip()
     }
 }

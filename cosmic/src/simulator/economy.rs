@@ -4,15 +4,15 @@ use serde::{Deserialize, Serialize};
 
 use super::Simulator;
 use super::loads::BarLoad;
-use crate::design::Material;
+use crate::design::{Material, is_in_use};
 use crate::keys::keys;
 use crate::lattice::Body;
 
 keys! {
-    /// The energy that a robot gives to its bars while it walks, without the losses of its actuators.
+    /// The mass of a robot, and the energy that its actuators give while it walks, without their losses.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Energy {
-        /// Mass of the payload and of all nodes with a bar, half of each bar included.
+        /// Mass of all nodes with a bar or a payload. Half of each bar belongs to either of its nodes.
         mass: f64, "number", unit "kg";
         /// Mean power of all actuators together, where they give power to the robot.
         power: f64, "number", unit "W";
@@ -43,17 +43,9 @@ impl Simulator {
         let power: f64 = of_actuators
             .map(|(bar, _)| bar.map_or(0.0, |bar| bar.given))
             .sum();
-        let mut is_used = vec![false; body.mass.len()];
-        is_used[body.marker.payload] = true;
-        for (ends, material) in self.lattice.edges.iter().zip(layout) {
-            ends.iter()
-                .for_each(|&node| is_used[node] |= material.is_solid());
-        }
-        let masses = body.mass.iter().zip(is_used);
-        let mass: f64 = masses
-            .filter(|(_, is_used)| *is_used)
-            .map(|(mass, _)| mass)
-            .sum();
+        let nodes = body.mass.iter().zip(is_in_use(&self.lattice, layout));
+        let in_use = nodes.filter(|(_, is_in_use)| *is_in_use);
+        let mass: f64 = in_use.map(|(mass, _)| mass).sum();
         let moves = displacement.abs() >= LEAST;
         let per_metre = moves.then(|| power * steps as f64 * self.dt / displacement.abs());
         let weight = mass * self.robot.mechanics.inputs[0].value.abs();

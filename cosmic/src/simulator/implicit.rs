@@ -31,7 +31,7 @@ pub(super) struct Implicit<'a> {
     pub(super) step: &'a Step<'a>,
 }
 
-/// What all passes of a step read.
+/// The arrays that every pass of a step reads.
 struct Start {
     /// The velocity that nodes would have without bars, m/s.
     free: Vector<Array>,

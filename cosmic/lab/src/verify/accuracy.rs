@@ -130,6 +130,8 @@ pub struct Reference {
     pub uncertainty: [f64; 4],
     /// The states at the marks.
     pub states: Vec<State<f64>>,
+    /// The states at the marks by leapfrog with steps twice as long.
+    pub coarser: Vec<State<f64>>,
 }
 
 impl Reference {
@@ -151,13 +153,14 @@ impl Reference {
         let found: Vec<Vec<State<f64>>> = ways.par_iter().map(run).collect();
         let diverged = found.iter().flatten().any(State::is_absurd);
         let [first, other, coarser] = <[_; 3]>::try_from(found).expect("three ways");
-        let [a, b] = [other, coarser].map(|states| errors(&states, &first));
+        let [a, b] = [&other, &coarser].map(|states| errors(states, &first));
         Self {
             uncertainty: std::array::from_fn(|k| match diverged {
                 true => f64::INFINITY,
                 false => a[k].max(b[k]),
             }),
             states: first,
+            coarser,
         }
     }
 
@@ -165,13 +168,17 @@ impl Reference {
     /// distance may be an error of the reference itself.
     pub fn errors(&self, states: &[State<f64>]) -> [Option<f64>; 4] {
         let errors = errors(states, &self.states);
-        std::array::from_fn(|k| {
-            let least = RESOLVED * self.uncertainty[k];
-            // NaN, from a diverged run, counts as an infinite error.
-            let resolved = errors[k] >= least || errors[k].is_nan();
-            (least.is_finite() && resolved).then_some(errors[k])
-        })
+        std::array::from_fn(|k| resolved(errors[k], self.uncertainty[k]))
     }
+}
+
+/// An error, if it is large compared with the uncertainty of the reference. `None` if it may be an error of the reference
+/// itself.
+pub(super) fn resolved(error: f64, uncertainty: f64) -> Option<f64> {
+    let least = RESOLVED * uncertainty;
+    // NaN, from a diverged run, counts as an infinite error.
+    let is_resolved = error >= least || error.is_nan();
+    (least.is_finite() && is_resolved).then_some(error)
 }
 
 /// The errors at each mark, in metres: the largest distance of a node from its true position.

@@ -119,6 +119,7 @@ fn errors_are_at_least_three_uncertainties() {
     let mut reference = Reference {
         uncertainty: [1.0, 1.0, 1.0, 0.0],
         states: along([0.0; 4]),
+        coarser: along([0.0; 4]),
     };
     // The NaN of a diverged run counts as an error that is resolved.
     let found = reference.errors(&along([2.5, 3.0, f64::NAN, 0.0]));

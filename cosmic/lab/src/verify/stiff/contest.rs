@@ -7,7 +7,7 @@ use cosmic::scene::{Integrator, stable_step};
 use cosmic::simulator::Store;
 
 use crate::report::chart::{Line, LogChart};
-use crate::verify::accuracy::{Method, Reference, errors};
+use crate::verify::accuracy::{Method, Reference, resolved};
 use crate::verify::clock::median_time;
 use crate::verify::probe::{Probe, frequencies, relative_error};
 use crate::verify::subject::{Slopes, Subject};
@@ -20,8 +20,6 @@ const MARKS: [usize; 4] = [STEPS / 8, STEPS / 4, STEPS / 2, STEPS];
 pub(super) const FINER: usize = 16;
 /// Explicit steps stay below this share of the limit of stability, which is that of the robot at its start.
 const MARGIN: f64 = 0.9;
-/// An error counts if it is at least this many times the uncertainty of the reference.
-const RESOLVED: f64 = 3.0;
 /// The uncertainty of the reference that notes mention, as a percentage of the spacing.
 const DOUBTFUL: f64 = 1.0;
 /// The median time is taken over at most this many runs.
@@ -44,35 +42,16 @@ pub(super) struct Contest<'a> {
     case: &'a Case,
     /// The longest stable explicit step, as a share of the scene's step. It is a power of two.
     explicit: f64,
-    /// The states of the reference at the marks.
-    states: Vec<State<f64>>,
-    truth: Measured,
-    uncertain_slopes: f64,
-    uncertain_energy: f64,
-    /// The uncertainty of the reference's positions, as a share of the lattice's spacing.
-    pub(super) uncertainty: f64,
-    pub(super) entries: Vec<Entry>,
-}
-
-/// What is compared besides positions.
-struct Measured {
-    /// The slopes of the displacement along random directions.
+    reference: Reference,
+    /// The slopes of the displacement along random directions, by the steps of the reference.
     slopes: Slopes,
-    /// The energy at the end, J; `None` if a law has no energy.
+    /// The relative uncertainty of these slopes.
+    uncertain_slopes: f64,
+    /// The energy at the end of the reference, J; `None` if a law has no energy.
     energy: Option<f64>,
-}
-
-impl Measured {
-    /// Runs leapfrog with steps that are `fraction` of the scene's.
-    fn by_leapfrog(case: &Case, fraction: f64) -> Self {
-        let (case, at) = explicit_steps(Integrator::Leapfrog, 1).applied(case, MARKS, fraction);
-        let subject = Subject::new(&case);
-        let end = subject.probe.run::<f64>(&at[3..]).remove(0);
-        Self {
-            slopes: subject.along(&subject.driver(at[3])),
-            energy: energy(&case, &end),
-        }
-    }
+    /// The relative uncertainty of this energy.
+    uncertain_energy: f64,
+    pub(super) entries: Vec<Entry>,
 }
 
 /// One method with one time step.
@@ -98,8 +77,14 @@ impl<'a> Contest<'a> {
         let explicit = longest_stable(case);
         let finer = (FINER as f64 / explicit) as usize;
         let reference = Reference::of(case, MARKS, finer);
-        let [fine, coarse] =
-            [1.0, 2.0].map(|coarser| Measured::by_leapfrog(case, coarser / finer as f64));
+        let [slopes, coarser] = [1.0, 2.0].map(|coarser| {
+            let (case, at) =
+                method(Integrator::Leapfrog, 1).applied(case, MARKS, coarser / finer as f64);
+            let subject = Subject::new(&case);
+            subject.along(&subject.driver(at[3]))
+        });
+        let [energy, twice] =
+            [&reference.states, &reference.coarser].map(|states| energy(case, &states[3]));
         let [_, skeleton, _] = case.materials.stiffness;
         Self {
             world,
@@ -107,13 +92,18 @@ impl<'a> Contest<'a> {
             label,
             case,
             explicit,
-            uncertainty: reference.uncertainty[3] / case.lattice.spacing,
-            uncertain_slopes: relative_error(&coarse.slopes, &fine.slopes),
-            uncertain_energy: relative(coarse.energy, fine.energy).unwrap_or(0.0),
-            states: reference.states,
-            truth: fine,
+            uncertain_slopes: relative_error(&coarser, &slopes),
+            uncertain_energy: relative(twice, energy).unwrap_or(0.0),
+            reference,
+            slopes,
+            energy,
             entries: Vec::new(),
         }
+    }
+
+    /// The uncertainty of the reference's positions at the end, in spacings.
+    fn uncertainty(&self) -> f64 {
+        self.reference.uncertainty[3] / self.case.lattice.spacing
     }
 
     /// Runs every method with every time step, and measures its time.
@@ -129,19 +119,15 @@ impl<'a> Contest<'a> {
         let (mut states, mut gradient) = (Vec::new(), Vec::new());
         let time = median_time(REPEATS, || states = probe.run::<f64>(&at));
         let gradient_time = median_time(REPEATS, || gradient = subject.driver(at[3]));
-        let resolved = |error: f64, uncertainty: f64| {
-            let is_resolved = error >= RESOLVED * uncertainty || error.is_nan();
-            is_resolved.then_some(error)
-        };
-        let position = errors(&states, &self.states)[3] / case.lattice.spacing;
-        let of_energy = relative(energy(&case, &states[3]), self.truth.energy);
-        let of_gradient = relative_error(&subject.along(&gradient), &self.truth.slopes);
+        let position = self.reference.errors(&states)[3];
+        let of_energy = relative(energy(&case, &states[3]), self.energy);
+        let of_gradient = relative_error(&subject.along(&gradient), &self.slopes);
         Entry {
             method,
             fraction,
             time,
             gradient_time,
-            position: resolved(position, self.uncertainty),
+            position: position.map(|error| error / case.lattice.spacing),
             energy: of_energy.and_then(|error| resolved(error, self.uncertain_energy)),
             gradient: resolved(of_gradient, self.uncertain_slopes),
         }
@@ -154,7 +140,7 @@ impl<'a> Contest<'a> {
 
     /// Says how uncertain the reference is, if that matters.
     pub(super) fn doubt(&self) -> Option<String> {
-        let (percent, stiffness, world) = (100.0 * self.uncertainty, self.stiffness, self.world);
+        let (percent, stiffness, world) = (100.0 * self.uncertainty(), self.stiffness, self.world);
         (percent > DOUBTFUL).then(|| {
             format!(
                 "With {stiffness} N/m ({world}), the reference itself is uncertain by {percent:.0} % of a spacing."
@@ -164,7 +150,7 @@ impl<'a> Contest<'a> {
 
     /// True if the reference did not diverge.
     pub(super) fn is_known(&self) -> bool {
-        self.uncertainty.is_finite()
+        self.uncertainty().is_finite()
     }
 
     /// True if no run diverged. All of them have a stable step.
@@ -225,7 +211,7 @@ const GROUPS: [Group; 4] = [
     ("implicit", |of| of.integrator == Integrator::Implicit),
 ];
 
-fn explicit_steps(integrator: Integrator, substeps: usize) -> Method {
+fn method(integrator: Integrator, substeps: usize) -> Method {
     Method {
         integrator,
         substeps,
@@ -236,7 +222,7 @@ fn explicit_steps(integrator: Integrator, substeps: usize) -> Method {
 /// most 2.
 fn longest_stable(case: &Case) -> f64 {
     let [frequency, _, damping] = frequencies(case, &case.start.x);
-    let (case, _) = explicit_steps(Integrator::SymplecticEuler, 1).applied(case, MARKS, 1.0);
+    let (case, _) = method(Integrator::SymplecticEuler, 1).applied(case, MARKS, 1.0);
     let limit = MARGIN * stable_step(&case.physics, frequency, damping);
     let mut fraction = 2.0;
     while fraction * case.physics.dt > limit {
@@ -253,20 +239,14 @@ fn methods(explicit: f64) -> Vec<(Method, f64)> {
     };
     let mut methods = Vec::new();
     for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
-        let method = explicit_steps(integrator, 1);
-        methods.extend(halved(explicit, HALVINGS).map(|fraction| (method, fraction)));
+        let halved = halved(explicit, HALVINGS);
+        methods.extend(halved.map(|fraction| (method(integrator, 1), fraction)));
     }
     for fraction in halved(2.0, HALVINGS).filter(|fraction| *fraction > explicit) {
         let substeps = (fraction / explicit) as usize;
-        methods.push((
-            explicit_steps(Integrator::SymplecticEuler, substeps),
-            fraction,
-        ));
+        methods.push((method(Integrator::SymplecticEuler, substeps), fraction));
     }
-    let implicit = Method {
-        integrator: Integrator::Implicit,
-        substeps: 1,
-    };
+    let implicit = method(Integrator::Implicit, 1);
     methods.extend(halved(2.0, 2 * HALVINGS).map(|fraction| (implicit, fraction)));
     methods
 }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::table::{Standing, Table};
 use crate::verify::Bare;
+use crate::verify::probe::most;
 
 /// The number of steps of a run.
 const STEPS: usize = 30;
@@ -37,7 +38,7 @@ pub struct Extreme {
     worst: Losses,
 }
 
-/// What a run changes that should stay.
+/// How much a run loses of what should stay, and how much faster its nodes become.
 #[derive(Clone, Copy, Debug)]
 struct Losses {
     /// The largest speed, divided by that at the start.
@@ -91,10 +92,18 @@ fn tried(body: &Body, has_dampers: bool) -> Extreme {
             energy: [f64::INFINITY, 0.0],
         },
     };
+    let physics = physics(has_dampers);
     for stiffness in [1.0, 1e3, 1e6, 1e9] {
         for mass in [1e-9, 1e-4, 0.1, 1e3] {
             for dt in [1e-5, 1e-3, 0.1] {
-                let (bare, start) = body.robot(stiffness, mass, physics(has_dampers, dt));
+                let (bare, start) = body.robot(
+                    stiffness,
+                    mass,
+                    PhysicsSettings {
+                        dt,
+                        ..physics.clone()
+                    },
+                );
                 // A bound on the largest frequency: a node has at most eight bars, which pull at both ends.
                 let frequency = (16.0 * stiffness / mass).sqrt();
                 if dt > stable_step(&bare.physics, frequency, 0.0) {
@@ -110,11 +119,10 @@ fn tried(body: &Body, has_dampers: bool) -> Extreme {
 }
 
 /// The settings of implicit steps in free flight.
-fn physics(has_dampers: bool, dt: f64) -> PhysicsSettings {
+fn physics(has_dampers: bool) -> PhysicsSettings {
     let forces = if has_dampers { "['damper']" } else { "[]" };
-    let settings = format!(
-        "physics = {{integrator = 'implicit', contact = 'none', forces = {forces}, dt = {dt:e}}}"
-    );
+    let settings =
+        format!("physics = {{integrator = 'implicit', contact = 'none', forces = {forces}}}");
     let scene = Scene::paper().with("extreme", &settings);
     scene.expect("the settings are valid").physics
 }
@@ -185,14 +193,14 @@ impl Losses {
     fn of(bare: &Bare, start: &State<f64>) -> Self {
         let seen = bare.run(start, (0..=STEPS).collect()).states;
         let end = &seen[STEPS];
-        let speed = |state: &State<f64>| largest(state.v.iter().map(|v| v.norm()));
+        let speed = |state: &State<f64>| most(state.v.iter().map(|v| v.norm()));
         let nodes = bare.body.mass.iter().zip(&start.v);
-        let carried = CARRIED * largest(nodes.map(|(mass, v)| mass * v.norm()));
-        let impulse = largest(seen.iter().map(|state| impulse(bare, state))).max(carried);
+        let carried = CARRIED * most(nodes.map(|(mass, v)| mass * v.norm()));
+        let impulse = most(seen.iter().map(|state| impulse(bare, state))).max(carried);
         let spins = each_node(bare, start).map(|(mass, x, v)| mass * x.norm() * v.norm());
         let energy = energy(bare, end) / energy(bare, start);
         Self {
-            growth: largest(seen.iter().map(speed)) / speed(start),
+            growth: most(seen.iter().map(speed)) / speed(start),
             momentum: (momentum(bare, end) - momentum(bare, start)).norm() / impulse,
             angular: (spin(bare, end) - spin(bare, start)).abs() / spins.sum::<f64>(),
             energy: [energy, energy],
@@ -201,26 +209,17 @@ impl Losses {
 
     /// The worse of each.
     fn and(self, other: Self) -> Self {
-        let [most, least] = [
-            worst(self.energy[1], other.energy[1]),
-            self.energy[0].min(other.energy[0]),
-        ];
+        let worse = |of: fn(&Self) -> f64| most([of(&self), of(&other)].into_iter());
         Self {
-            growth: worst(self.growth, other.growth),
-            momentum: worst(self.momentum, other.momentum),
-            angular: worst(self.angular, other.angular),
-            energy: [least, most],
+            growth: worse(|of| of.growth),
+            momentum: worse(|of| of.momentum),
+            angular: worse(|of| of.angular),
+            energy: [
+                self.energy[0].min(other.energy[0]),
+                worse(|of| of.energy[1]),
+            ],
         }
     }
-}
-
-/// The larger number, or NaN if one of them is NaN.
-fn worst(a: f64, b: f64) -> f64 {
-    if a > b || a.is_nan() { a } else { b }
-}
-
-fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
-    numbers.fold(0.0, worst)
 }
 
 /// The mass, position and velocity of each node.
@@ -254,7 +253,7 @@ fn energy(bare: &Bare, state: &State<f64>) -> f64 {
 /// The largest impulse of a spring over a step that ends in this state, N s.
 fn impulse(bare: &Bare, state: &State<f64>) -> f64 {
     let edges = bare.lattice.edges.iter().enumerate();
-    largest(edges.map(|(edge, &[i, j])| {
+    most(edges.map(|(edge, &[i, j])| {
         let stretched = state.x[i].distance(state.x[j]) - bare.lattice.rest_length[edge];
         bare.physics.dt * bare.body.stiffness[edge] * stretched.abs()
     }))
