@@ -171,8 +171,6 @@ fn the_euler_safety_is_that_of_the_bar_nearest_to_buckling() {
 /// The loads of a robot of this scene that moves for a second. Every fourth of its bars is an actuator.
 fn loads_of_a_second(mut scene: Scene) -> Loads {
     scene.physics.steps = (1.0 / scene.physics.dt).round() as usize;
-    // A robot begins to learn with small strokes. These weights use more of them.
-    scene.controller.gain = [2.0, 2.0];
     let mut case = Case::of_scene(&scene, 1).unwrap();
     let kinds = [Actuator, Skeleton, Skeleton, Skeleton];
     let edges = case.lattice.edges.len();
