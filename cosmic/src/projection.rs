@@ -166,10 +166,11 @@ impl<R: Real> Body<R> {
         materials: &MaterialSettings,
         physics: &PhysicsSettings,
     ) -> Self {
-        let MaterialSettings {
-            density, stiffness, ..
-        } = materials;
-        let density = design.each(|m| m.mean_of(density), |m| m.of(density));
+        let bar = |edge: usize| materials.of_length(lattice.rest_length[edge]);
+        let density = design.each(
+            |edge, m| m.mean_of(&bar(edge).density),
+            |edge, m| m.of(&bar(edge).density),
+        );
         let edge_mass = |(&density, &length): (&R, &f64)| density * R::lit(length);
         let edge_masses: Vec<R> = (density.iter().zip(&lattice.rest_length))
             .map(edge_mass)
@@ -178,15 +179,15 @@ impl<R: Real> Body<R> {
         let drops = physics.void_edges == VoidEdges::Drop;
         Self {
             stiffness: design.each(
-                |m| penalised(m, materials).mean_of(stiffness),
-                |m| match m {
+                |edge, m| penalised(m, materials).mean_of(&bar(edge).stiffness),
+                |edge, m| match m {
                     Material::Void if drops => 0.0,
-                    m => m.of(stiffness),
+                    m => m.of(&bar(edge).stiffness),
                 },
             ),
             strain: design.each(
-                |m| m[Material::Actuator] * R::lit(strain),
-                |m| match m {
+                |_, m| m[Material::Actuator] * R::lit(strain),
+                |_, m| match m {
                     Material::Actuator => strain,
                     Material::Void | Material::Skeleton => 0.0,
                 },

@@ -87,6 +87,7 @@ mod scene {
     mod departures;
     mod follow;
     mod generator;
+    mod materials;
     mod toml_file;
 }
 mod scene_builtin;

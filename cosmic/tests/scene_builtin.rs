@@ -11,7 +11,8 @@ fn files() -> BTreeMap<String, String> {
     let stem = |path: &Path| path.file_stem().unwrap().to_string_lossy().into_owned();
     let paths = fs::read_dir(folder)
         .unwrap()
-        .map(|entry| entry.unwrap().path());
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.is_file());
     paths
         .map(|path| (stem(&path), fs::read_to_string(&path).unwrap()))
         .collect()

@@ -51,7 +51,7 @@ const SMALL: [&str; 19] = [
 ];
 
 /// Other scenes, each as changes of the settings in [`SMALL`].
-const OTHERS: [&[&str]; 23] = [
+const OTHERS: [&[&str]; 25] = [
     &[
         "lattice.columns=6",
         "lattice.rows=6",
@@ -104,6 +104,19 @@ const OTHERS: [&[&str]; 23] = [
     ],
     &["lattice.file=square", "lattice.drop=0"],
     &[
+        "parts.skeleton=tube",
+        "parts.material=own",
+        "parts.modulus=2.5e6",
+        "parts.density=2000",
+        "parts.joint=1e4",
+    ],
+    &[
+        "parts.actuator=device",
+        "parts.actuator_mass=0.01",
+        "parts.stroke=0.2",
+        "parts.end_mass=0.001",
+    ],
+    &[
         "controller.goals=given",
         "controller.goal_scale=3",
         "objective.task=reach",
@@ -119,7 +132,7 @@ const OTHERS: [&[&str]; 23] = [
 ];
 
 /// More values to try for some keys: names, and numbers that differ much from those in the scenes.
-const NAMES: [&str; 14] = [
+const NAMES: [&str; 16] = [
     "design.feet=3",
     "mma.asymin=0.2",
     "mma.asymax=0.02",
@@ -131,6 +144,8 @@ const NAMES: [&str; 14] = [
     "start.layout=filled",
     "start.layout=tall",
     "objective.task=climb",
+    "parts.material=steel",
+    "parts.joint=2e3",
     "schedule.cycle=cd",
     "loss.kind=final",
     "binarisation.method=constraints",
@@ -232,6 +247,8 @@ fn exactly_the_settings_without_effect_have_a_warning() {
     // This key has an effect only if two controllers differ: the one with the best single rollout, and the one with the
     // best median. In these scenes they are always the same.
     matters.remove("selection.candidates");
+    // This key decides only which scenes are refused.
+    matters.remove("parts.stroke");
     let idle = matters.iter().filter(|(_, matters)| !**matters);
     wrong.extend(idle.map(|(key, _)| format!("{key} matters nowhere")));
     assert!(

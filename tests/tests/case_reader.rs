@@ -172,7 +172,10 @@ fn written_cases_read_back_the_same() {
 /// A robot that is written as a case and read back is the same, because a case file has all settings of a robot.
 #[test]
 fn a_robot_written_as_a_case_reads_back_the_same() {
-    let mut scene = cosmic::scene::Scene::paper();
+    let paper = cosmic::scene::Scene::paper();
+    let parts =
+        "parts = {skeleton = 'rod', outer = 0.002, joint = 5e3, actuator = 'device', stroke = 0.1}";
+    let mut scene = paper.with("parts", parts).expect("parts that can be made");
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.tilt, scene.physics.steps) = (0.2, 8);
     // A case does not store `unstable_step`, because a case is evaluated with any time step.
@@ -184,5 +187,7 @@ fn a_robot_written_as_a_case_reads_back_the_same() {
     let again = Case::parse("written", &case.to_json()).expect("it was just written");
     assert_eq!(again.own_design(), case.own_design());
     assert_eq!(again.body().stiffness, case.body().stiffness);
+    assert_eq!(again.body().mass, case.body().mass);
+    assert_eq!(again.materials, case.materials);
     assert_eq!(again.task().physics, case.task().physics);
 }

@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 18] = [
+const WORLDS: [&str; 20] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -39,6 +39,10 @@ const WORLDS: [&str; 18] = [
      actuator = {force = 0.1, speed = 4.0}\nbuckle.bending = 2e-4",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['actuator', 'rope']}\n\
      actuator = {force = 0.1, speed = 4.0}\nrope = {actuator = 0.0, skeleton = 0.5}",
+    "physics = {contact = 'coulomb', friction = 0.4, substeps = 2}\nparts = {skeleton = 'strut', material = 'pla', \
+     outer = 0.003, joint = 1e3, end_mass = 0.001, actuator = 'device', actuator_mass = 0.01, stroke = 0.1}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4}\nparts = {skeleton = 'tube', material = \
+     'aluminium', joint = 2e5, actuator = 'device', actuator_mass = 0.02, stroke = 0.1}",
 ];
 
 #[test]

@@ -118,6 +118,9 @@ fn robot(summary: &Summary) -> String {
             loads.power.peak,
             100.0 * loads.tangled,
         );
+        if let Some(safety) = loads.euler_safety {
+            text += &format!("skeleton: Euler safety {safety:.2} at least\n");
+        }
     }
     text += &summary.energy.as_ref().map_or(String::new(), energy);
     // Such a displacement is printed as 0.000 m.

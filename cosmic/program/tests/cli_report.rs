@@ -360,6 +360,49 @@ fn a_page_that_cannot_be_written_exits_with_4() {
     report(&bench).fails(4, &["cannot write", "report.html"]);
 }
 
+/// Bars of plain numbers have no Euler safety. The smallest of a run with parts is in its summary, and every skeleton bar's
+/// in `bars.csv` and on the page.
+#[test]
+fn the_euler_safety_of_parts_is_shown() {
+    let bench = finished();
+    let parts = "\n[parts]\nskeleton = 'strut'\nmaterial = 'pla'\nouter = 0.003\njoint = 1e3\nend_mass = 0.001\n";
+    bench.write("parts.toml", format!("{SCENE}{parts}"));
+    let told = bench.ok("optimize parts.toml --out made");
+    assert!(told.out.contains("skeleton: Euler safety "), "{told:?}");
+    let summary = bench.json("made/summary.json");
+    let least = summary["loads"]["euler_safety"].as_f64().unwrap();
+    assert!(least > 0.0, "{least}");
+    let plain = bench.json("run/summary.json");
+    assert!(plain["loads"]["euler_safety"].is_null());
+
+    bench.ok("export made --csv");
+    let bars = bench.read("made/export/bars.csv");
+    let mut rows = bars.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let head = rows.next().unwrap();
+    let column = |name: &str| head.iter().position(|column| *column == name).unwrap();
+    let (safety, material) = (column("euler_safety"), column("material"));
+    let (of_actuators, of_skeleton): (Vec<_>, Vec<_>) =
+        rows.partition(|row| row[material] == "actuator");
+    assert!(of_actuators.iter().all(|row| row[safety].is_empty()));
+    let known = of_skeleton
+        .iter()
+        .filter_map(|row| row[safety].parse().ok());
+    let smallest = known.fold(f64::INFINITY, f64::min);
+    // The table has nine decimals.
+    assert!((smallest - least).abs() < 1e-9, "{smallest} {least}");
+
+    bench.ok("report made");
+    assert!(bench.read("made/report.html").contains("Euler safety"));
+    report(&bench).ok();
+    assert!(bench.read("run/report.html").contains("not known"));
+    assert!(!bench.ok("compare run").out.contains("Euler safety"));
+    let both = bench.ok("compare run made").out;
+    assert!(
+        both.contains("Euler safety") && both.contains("not known"),
+        "{both}"
+    );
+}
+
 #[test]
 fn compare_has_a_row_for_every_run() {
     let bench = finished();

@@ -16,8 +16,9 @@ use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
     Chosen, ClockKind, GoalKind, GroundSettings, Integrator, LatticeKind, LatticeSettings,
-    MovedBody, Scene, VoidEdges,
+    MovedBody, PartsSettings, Scene, VoidEdges,
 };
+use crate::settings::{Field, Settings, read_json};
 
 /// The key `format` of the cases that the program writes.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -193,6 +194,8 @@ keys! {
     delta: f64 = projection.delta,
     #[serde(default = "one", skip_serializing_if = "is_one")]
     penalisation: usize = materials.penalisation,
+    #[serde(default, skip_serializing_if = "is_empty")]
+    parts: RawParts = materials.parts,
     #[serde(default, skip_serializing_if = "is_default")]
     hold_materials: f64 = projection.hold_materials,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -207,6 +210,38 @@ keys! {
     k: Vec<f64> = materials.stiffness,
     rho: Vec<f64> = materials.density,
     a_max: Vec<f64> = materials.max_strain,
+}
+
+/// The settings of parts in a case file, by their keys. Empty if they are those of the paper's scene.
+#[derive(Default, Deserialize, Serialize)]
+pub(super) struct RawParts(BTreeMap<String, serde_json::Value>);
+
+impl From<PartsSettings> for RawParts {
+    fn from(mut parts: PartsSettings) -> Self {
+        if parts == PartsSettings::default() {
+            return Self::default();
+        }
+        let fields = parts.fields().into_iter();
+        let pair = |field: Field| (field.key.to_owned(), field.value.json());
+        Self(fields.map(pair).collect())
+    }
+}
+
+fn is_empty(parts: &RawParts) -> bool {
+    parts.0.is_empty()
+}
+
+impl Form<PartsSettings> for RawParts {
+    fn set(&self, setting: &mut PartsSettings, file: &str, key: &str) -> error::Result<()> {
+        for (name, value) in &self.0 {
+            let field = setting.fields().into_iter().find(|field| field.key == name);
+            let unknown = || format!("there is no setting `{name}`");
+            let read = field.ok_or_else(unknown);
+            let read = read.and_then(|field| read_json(field, value));
+            read.map_err(refused(file, key))?;
+        }
+        setting.check().map_err(refused(file, key))
+    }
 }
 
 /// A type of JSON value in a case file, from which a setting of type `T` is read.

@@ -164,7 +164,8 @@ impl Evaluator {
             volume,
             actuator_volume,
             structure,
-            loads: layout.map(|layout| simulator.loads_of(layout, &bars, &trajectory)),
+            loads: layout
+                .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &self.task.materials)),
             energy: layout
                 .map(|layout| simulator.energy_of(layout, &bars, &body, steps, moved.forward())),
             bars,

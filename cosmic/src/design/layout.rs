@@ -77,18 +77,25 @@ impl Design<[f64; 3]> {
 }
 
 impl<R: Real> Design<Mixture<R>> {
-    /// Computes a number for every edge. For an undecided design, `of_mixture` computes it from the mixture of the
-    /// edge; for a layout, `of_material` computes it from the material of the edge.
+    /// Computes a number for every edge. For an undecided design, `of_mixture` computes it from the index of the edge and
+    /// its mixture; for a layout, `of_material` computes it from the index and the material.
     pub fn each(
         &self,
-        of_mixture: impl Fn(&Mixture<R>) -> R,
-        of_material: impl Fn(Material) -> f64,
+        of_mixture: impl Fn(usize, &Mixture<R>) -> R,
+        of_material: impl Fn(usize, Material) -> f64,
     ) -> Vec<R> {
         match self {
-            Self::Undecided(mixtures) => mixtures.iter().map(of_mixture).collect(),
+            Self::Undecided(mixtures) => {
+                let mixtures = mixtures.iter().enumerate();
+                mixtures
+                    .map(|(edge, mixture)| of_mixture(edge, mixture))
+                    .collect()
+            }
             Self::Layout(layout) => {
-                let constant = |&material: &Material| R::lit(of_material(material));
-                layout.iter().map(constant).collect()
+                let layout = layout.iter().enumerate();
+                layout
+                    .map(|(edge, &material)| R::lit(of_material(edge, material)))
+                    .collect()
             }
         }
     }

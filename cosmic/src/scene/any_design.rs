@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::robot::{MaterialSettings, PhysicsSettings};
+use super::materials::MaterialSettings;
+use super::robot::PhysicsSettings;
 use super::stable_step::stable_step;
 use crate::lattice::{Body, Lattice, Marker};
 use crate::laws::{Force, Pose, Stiffness};
@@ -178,8 +179,9 @@ struct Most {
 /// hold for every mixture.
 fn most_of_any_mixture(materials: &MaterialSettings, of_bar: &OfBar, length: f64) -> Most {
     let stroke = materials.max_strain[ACTUATOR] * length;
+    let bar = materials.of_length(length);
     let mut most = Most::default();
-    for other in 0..materials.stiffness.len() {
+    for other in 0..bar.stiffness.len() {
         // If the share of actuator is between two values, the ratio of stiffness and density is between the ratios at
         // these values, and a spring is at most as stiff as at the larger value.
         for part in 1..=PARTS {
@@ -188,8 +190,8 @@ fn most_of_any_mixture(materials: &MaterialSettings, of_bar: &OfBar, length: f64
                 let mean = |property: &[f64; 3]| {
                     (1.0 - share) * property[other] + share * property[ACTUATOR]
                 };
-                let stiffness = of_bar(mean(&materials.stiffness), length, more * stroke);
-                let density = mean(&materials.density);
+                let stiffness = of_bar(mean(&bar.stiffness), length, more * stroke);
+                let density = mean(&bar.density);
                 let ratio = if stiffness > 0.0 {
                     stiffness / density
                 } else {

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    GoalKind, GroundSettings, HorizonMode, Integrator, LatticeKind, LatticeSettings, Layout,
-    LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
+    ActuatorPart, GoalKind, GroundSettings, HorizonMode, Integrator, LatticeKind, LatticeSettings,
+    Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -52,7 +52,7 @@ pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
         phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, searches, goals,
-        steps_of, terrain,
+        steps_of, terrain, parts,
     ] {
         rule(scene, &mut found);
     }
@@ -358,6 +358,30 @@ fn steps_of(scene: &Scene, found: &mut Conflicts) {
         format!(
             "the force `{}` takes the place of springs by Hooke's law, not of stiffening springs; set physics.stiffening to 0",
             replaces.unwrap_or_default()
+        ),
+    );
+}
+
+/// A tube has a wall. The longest bar needs at most the stroke of its device.
+fn parts(scene: &Scene, found: &mut Conflicts) {
+    let parts = &scene.materials.parts;
+    if let Err(says) = parts.check() {
+        found.require(false, ["parts.inner", "parts.outer"], says);
+    }
+    if parts.actuator != ActuatorPart::Device {
+        return;
+    }
+    let lengths = Lattice::new(&scene.lattice, &scene.physics).rest_length;
+    let longest = lengths.into_iter().fold(0.0, f64::max);
+    let [.., strain] = scene.materials.max_strain;
+    let (needed, stroke) = (2.0 * strain * longest, parts.stroke);
+    found.require(
+        needed <= stroke,
+        ["parts.stroke", "materials.max_strain"],
+        format!(
+            "the longest bar ({longest:.4} m) with the largest actuation strain {strain} needs a stroke of {needed:.4} m, \
+             but the actuator has {stroke} m; set the last entry of materials.max_strain to {:.4} or less",
+            0.5 * stroke / longest
         ),
     );
 }

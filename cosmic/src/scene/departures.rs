@@ -1,8 +1,9 @@
 //! Departures: the options by which a scene deliberately differs from the paper.
 
 use super::{
-    BinarisationMethod, ClockKind, GoalKind, GradientPrecision, Integrator, LatticeKind, Layout,
-    LossKind, MovedBody, Pass, ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
+    ActuatorPart, BinarisationMethod, ClockKind, GoalKind, GradientPrecision, Integrator,
+    LatticeKind, Layout, LossKind, MovedBody, Pass, ProfileKind, Scene, SelectionKind,
+    SkeletonPart, StartKind, TaskKind, VoidEdges,
 };
 use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};
@@ -106,6 +107,10 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.lattice.mirror;
     "materials.penalisation": "the stiffness of mixtures is penalised, as in SIMP"
         if |s| s.materials.penalisation != 1 && s.designs();
+    "parts.skeleton": "bars of skeleton are parts of a real material, whose stiffness depends on their length"
+        if |s| s.materials.parts.skeleton != SkeletonPart::Numbers;
+    "parts.actuator": "actuators are devices with a given mass and stroke"
+        if |s| s.materials.parts.actuator != ActuatorPart::Numbers;
     "binarisation.method": "the binarisation measures are constraints, not terms of the augmented Lagrangian"
         if |s| s.binarisation.method == BinarisationMethod::Constraints && s.designs();
     "schedule.stability_share": "the stability projection has no share in design updates"

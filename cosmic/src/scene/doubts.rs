@@ -1,7 +1,8 @@
 //! Warnings about settings that can be simulated but are probably a mistake.
 
-use super::{ProfileKind, Scene, Setting, StartKind};
+use super::{BarNumbers, ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
+use crate::laws::{Actuator, Buckle};
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
@@ -68,13 +69,21 @@ macro_rules! doubts {
 
 const DOUBTS: &[Doubt] = &doubts! {
     ["materials.stiffness"]: "void is at least as stiff as skeleton"
-        if |s| s.materials.stiffness[0] >= s.materials.stiffness[1];
+        if |s| typical(s).stiffness[0] >= typical(s).stiffness[1];
     ["materials.stiffness"]: "void is at least as stiff as an actuator"
-        if |s| s.materials.stiffness[0] >= s.materials.stiffness[2];
+        if |s| typical(s).stiffness[0] >= typical(s).stiffness[2];
     ["materials.density"]: "void is heavier than a solid material"
-        if |s| s.materials.density[0] > s.materials.density[1].min(s.materials.density[2]);
+        if |s| {
+            let [void, solids @ ..] = typical(s).density;
+            void > solids[0].min(solids[1])
+        };
     ["materials.max_strain"]: "actuators do not move: their largest strain is 0"
         if |s| s.materials.max_strain[2] == 0.0;
+    ["actuator.strain", "materials.max_strain"]: "the law `actuator` has another largest strain than the material, so it takes actuators for mixtures"
+        if |s| {
+            let law: Option<Actuator> = s.physics.forces.along_bars();
+            law.is_some_and(|law| law.strain != s.materials.max_strain[2])
+        };
     ["volume.actuator"]: "no edge may be an actuator"
         if |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout;
     ["physics.gravity"]: "gravity points up"
@@ -104,6 +113,11 @@ const DOUBTS: &[Doubt] = &doubts! {
     ["selection.perturbation"]: "all perturbed starts are equal, so medians over them are meaningless"
         if |s| s.selection.perturbation == 0.0;
 };
+
+/// The numbers of a bar between two neighbouring nodes.
+fn typical(scene: &Scene) -> BarNumbers {
+    scene.materials.of_length(scene.lattice.spacing)
+}
 
 /// True if a node starts below the profile of the ground. Of a generated lattice, only the lowest row is checked.
 fn starts_inside(scene: &Scene) -> bool {
@@ -144,7 +158,20 @@ impl Scene {
         let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
         in_doubt
             .map(|doubt| Finding::new(self, doubt.keys, doubt.says.into(), String::new()))
+            .chain(other_bending(self))
             .chain(self.unread())
             .collect()
     }
+}
+
+/// A warning if the law `buckle` lets bars buckle under another load than the part that they are made of.
+fn other_bending(scene: &Scene) -> Option<Finding> {
+    let law: Buckle = scene.physics.forces.along_bars()?;
+    let bending = scene.materials.bending()?;
+    let says = "the law `buckle` has another bending stiffness than the part of skeleton";
+    ((law.bending / bending - 1.0).abs() > 0.01).then(|| {
+        let remedy = format!("set buckle.bending to {bending:.3e}");
+        let keys = ["buckle.bending", "parts.skeleton"];
+        Finding::new(scene, &keys, says.to_owned(), remedy)
+    })
 }

@@ -51,11 +51,12 @@ impl Scales {
         } / 0.5;
         let mut physics = scene.physics.clone();
         physics.substeps = 1;
-        let [_, densities @ ..] = scene.materials.density;
+        let bar = scene.materials.of_length(lattice.spacing);
+        let [_, densities @ ..] = bar.density;
         let density = 0.5 * densities.iter().sum::<f64>();
         let bars = 0.5 * density * lattice.rest_length.iter().sum::<f64>();
         let nodes = lattice.nodes() as f64 * physics.node_mass;
-        let [.., stiffness] = scene.materials.stiffness;
+        let [.., stiffness] = bar.stiffness;
         let [.., strain] = scene.materials.max_strain;
         // Without gravity, a robot takes the time of a robot on earth.
         let gravity = match physics.gravity.abs() {

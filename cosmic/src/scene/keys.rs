@@ -35,14 +35,21 @@ impl Scene {
         self.clone().of_sections(of_section).concat()
     }
 
-    /// Calls `of` with the name and the settings of every section and returns the results. The sections of the ground
-    /// and of laws come last.
+    /// The sections that are fields of other sections: parts, the ground, and the laws with settings.
+    fn own_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
+        let parts: (_, &mut dyn Settings) = ("parts", &mut self.materials.parts);
+        let own = self.physics.own_sections().into_iter();
+        [parts].into_iter().chain(own).collect()
+    }
+
+    /// Calls `of` with the name and the settings of every section and returns the results. The sections of parts, of the
+    /// ground and of laws come last.
     pub fn of_sections<T>(
         &mut self,
         mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
     ) -> Vec<T> {
         let mut made: Vec<T> = self.sections().map(|(name, s)| of(name, s)).into();
-        let own = self.physics.own_sections().into_iter();
+        let own = self.own_sections().into_iter();
         made.extend(own.map(|(name, section)| of(name, section)));
         made
     }
@@ -52,7 +59,7 @@ impl Scene {
         let (section, key) = path.split_once('.')?;
         let is_own = self.sections().iter().all(|(name, _)| *name != section);
         let mut sections = if is_own {
-            self.physics.own_sections()
+            self.own_sections()
         } else {
             self.sections().into()
         };
@@ -84,7 +91,7 @@ pub(super) struct SectionKeys {
     pub(super) keys: Vec<&'static str>,
 }
 
-/// The name and the keys of every section. The sections of the ground and of laws come last.
+/// The name and the keys of every section. The sections of parts, of the ground and of laws come last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     scene.of_sections(|name, settings| SectionKeys {
         name,

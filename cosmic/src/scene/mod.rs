@@ -13,6 +13,7 @@ mod pass;
 mod truss_file;
 mod terrain;
 mod chosen;
+mod materials;
 mod robot;
 mod generator;
 mod stable_step;
@@ -59,6 +60,9 @@ pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;
 pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
+pub use materials::{
+    ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
+};
 pub use optimisation::{
     AdamSettings, GradientPrecision, GradientSettings, HorizonMode, LossKind, LossSettings,
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
@@ -68,7 +72,7 @@ pub use read::{Lacks, ShownScene};
 pub(crate) use robot::MOST_SUBSTEPS;
 pub use robot::{
     ClockKind, ControllerSettings, GoalKind, Integrator, LatticeKind, LatticeSettings,
-    MaterialSettings, PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
+    PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
 };
 
 pub use stable_step::{phase_limit, stable_step, step_limit};

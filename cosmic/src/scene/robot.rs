@@ -1,4 +1,4 @@
-//! Settings of the robot and its world: lattice, physics, materials, controller.
+//! Settings of the robot and its world: lattice, physics, controller.
 
 use super::Scene;
 use std::sync::Arc;
@@ -272,24 +272,6 @@ impl PhysicsSettings {
         let own = own.filter_map(|law| law.on(lattice));
         own.chain(self.forces.laws().filter_map(|law| law.on(lattice)))
             .collect()
-    }
-}
-
-settings! {
-    /// The library of materials, each array in the order void, skeleton, actuator.
-    struct MaterialSettings {
-        /// Stiffness of void, skeleton, actuator.
-        stiffness: [f64; 3] = [1e-7, 4e2, 3e1], allowed within(0.0, 1e9), unit "N/m",
-            source "paper, table 1";
-        /// Mass per length of void, skeleton, actuator.
-        density: [f64; 3] = [1e-8, 0.030, 0.100], allowed within(0.0, 1e6), unit "kg/m",
-            source "paper, table 1";
-        /// Largest actuation strain of void, skeleton, actuator. Only the last one is used, because only the actuator
-        /// share of an edge acts.
-        max_strain: [f64; 3] = [0.0, 0.0, 0.35], allowed within(0.0, 0.99),
-            source "paper, table 1; D8";
-        /// Exponent on the shares of a mixture in its stiffness (the penalisation of SIMP).
-        penalisation: usize = 1, allowed within(1.0, 10.0), since 1, source "paper: 1, none";
     }
 }
 

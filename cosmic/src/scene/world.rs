@@ -1,11 +1,11 @@
 //! Describes the world of a scene in one line.
 
-use super::{ProfileKind, Scene};
+use super::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::settings::Named;
 
 impl Scene {
     /// A description of the world in one line: gravity, contact and friction, drag, damping of the bars, and end stops.
-    /// Other forces, an incline and a ground profile are named if the scene has them.
+    /// Other forces, an incline, a ground profile and parts are named if the scene has them.
     pub fn world(&self) -> String {
         let physics = &self.physics;
         let mut parts = vec![format!("gravity {} m/s2", physics.gravity)];
@@ -24,6 +24,14 @@ impl Scene {
             0.0 => "no drag".to_owned(),
             rate => format!("drag {rate} 1/s"),
         });
+        let bars = &self.materials.parts;
+        if bars.skeleton != SkeletonPart::Numbers {
+            let (material, part) = (bars.material.name(), bars.skeleton.name());
+            parts.push(format!("skeleton {material} {part}"));
+        }
+        if bars.actuator == ActuatorPart::Device {
+            parts.push(format!("actuators of {} kg", bars.actuator_mass));
+        }
         let settings = self.settings();
         let law = |name: &str| {
             let of_law = |key: &str| {

@@ -12,6 +12,7 @@ use crate::keys::keys;
 use crate::lattice::{Body, EdgeVector, State};
 use crate::laws::Pose;
 use crate::policy::Controller;
+use crate::scene::MaterialSettings;
 
 /// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
@@ -128,6 +129,10 @@ keys! {
         power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
         /// The largest force that pushes on a bar.
         compression: f64, "number", unit "N", columns ["compression"];
+        /// Smallest Euler safety of a skeleton bar: the force under which the bar buckles, divided by the largest force that
+        /// pushes on it. `null` if the scene has plain numbers instead of parts.
+        #[serde(default)]
+        euler_safety: Option<f64>, "number or `null`", columns ["euler_safety"];
         /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest: the simulation lets
         /// a robot pass through itself.
         tangled: f64, "number", columns ["tangled"];
@@ -255,11 +260,17 @@ impl Simulator {
         layout: &[Material],
         bars: &[Option<BarLoad>],
         trajectory: &Trajectory<f64>,
+        materials: &MaterialSettings,
     ) -> Loads {
         let mut loads = Loads::default();
-        for (bar, &material) in bars.iter().zip(layout) {
+        for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
             let Some(bar) = bar else { continue };
             loads.compression = loads.compression.max(bar.compression);
+            if material == Material::Skeleton {
+                let safety = bar.euler_safety(materials, self.lattice.rest_length[edge]);
+                let both = loads.euler_safety.into_iter().chain(safety);
+                loads.euler_safety = both.reduce(f64::min);
+            }
             if material == Material::Actuator {
                 loads.strains = loads.strains.with(bar.strains.low).with(bar.strains.high);
                 loads.strain = loads.strain.max(bar.strain);
@@ -300,6 +311,13 @@ impl BarLoad {
         let mut gathered = Gathered::over(moments.len());
         moments.iter().for_each(|moment| gathered.see(edge, moment));
         gathered.load()
+    }
+
+    /// The force under which a skeleton bar of this rest length (m) [buckles](MaterialSettings::euler_load), divided by the
+    /// largest force that pushes on it. `None` if that force is not known, or if nothing pushes on the bar.
+    pub fn euler_safety(&self, materials: &MaterialSettings, length: f64) -> Option<f64> {
+        let load = materials.euler_load(length)?;
+        (self.compression > 0.0).then(|| load / self.compression)
     }
 }
 

@@ -71,6 +71,21 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("gradient.precision", &["\"f64\""]),
     ("loss.kind", &["\"final\""]),
     ("selection.kind", &["\"last\""]),
+    ("parts.skeleton", &["\"numbers\""]),
+    ("parts.actuator", &["\"numbers\""]),
+    // The material and the joints are read only with parts, which are a departure.
+    (
+        "parts.material",
+        &[
+            "\"carbon\"",
+            "\"glass\"",
+            "\"aluminium\"",
+            "\"steel\"",
+            "\"pla\"",
+            "\"own\"",
+        ],
+    ),
+    ("parts.joint", &["\"off\"", "1.0"]),
     ("objective.task", &["\"far\""]),
     ("objective.body", &["\"payload\""]),
     ("objective.own_loss", &["\"off\""]),
@@ -86,7 +101,12 @@ const MORE_VALUES: &[(&str, &[&str])] = &[
 const READ_WITH: &[(&str, &str)] = &[("start.layout", "start.kind = 'three_legged'")];
 
 /// Settings that are 0 in the paper's scenes, but switch nothing on if they are another number.
-const PLAIN: &[&str] = &["lattice.drop", "physics.incline_deg", "ground.seed"];
+const PLAIN: &[&str] = &[
+    "lattice.drop",
+    "physics.incline_deg",
+    "ground.seed",
+    "parts.end_mass",
+];
 
 cosmic::settings! {
     /// A contact law of ground without friction: it leaves the velocity along the ground unchanged.

@@ -85,7 +85,7 @@ fn loads_are_those_of_hooke_s_bars() {
         }
     }
     let bars: Vec<_> = loads.into_iter().map(Some).collect();
-    let all = simulator.loads_of(&layout, &bars, &trajectory);
+    let all = simulator.loads_of(&layout, &bars, &trajectory, &scene.materials);
     assert_eq!(all.strains, Range::default());
     assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
     // In one of two states, half of the robot is folded over the other half.
@@ -100,7 +100,7 @@ fn loads_are_those_of_hooke_s_bars() {
         .iter_mut()
         .enumerate()
         .for_each(|(k, x)| x[1] += 1e-3 * k as f64);
-    let all = simulator.loads_of(&layout, &bars, &folded);
+    let all = simulator.loads_of(&layout, &bars, &folded, &scene.materials);
     assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
 }
 

@@ -29,12 +29,18 @@ pub(super) fn bars(
         _ => None,
     };
     let load = |m: &Member, of: fn(&BarLoad) -> f64| loads.as_ref().map(|loads| of(&loads[m.edge]));
-    let of = |m: &Member, library: &[f64; 3]| m.material.of(library);
+    let stiffness = |m: &Member| m.material.of(&materials.of_length(m.length).stiffness);
+    let safety = |m: &Member| {
+        let bar = &loads
+            .as_ref()
+            .filter(|_| m.material == Material::Skeleton)?[m.edge];
+        bar.euler_safety(materials, m.length)
+    };
     let layer = |k: usize| Cell::from(pattern.map(|p| p.stack.of_member[k] as f64 + 1.0));
     let numbered: Vec<(usize, &Member)> = members.iter().enumerate().collect();
     let strip = |m: &Member| sizes.width * m.axis.length() + 0.25 * PI * sizes.width.powi(2);
     let volume = |m: &Member| (strip(m) - 0.5 * PI * sizes.hole.powi(2)) * sizes.thickness;
-    let mass = |m: &Member| of(m, &materials.density) * m.length;
+    let mass = |m: &Member| m.material.of(&materials.of_length(m.length).density) * m.length;
     let table = Table::of("", "", &numbered)
         .column("edge", "number of the edge in design.json", |(_, m)| m.edge)
         .column("from", "node at the first end", |(_, m)| m.nodes[0])
@@ -60,7 +66,7 @@ pub(super) fn bars(
             "largest lengthening or shortening from the rest length, m",
             |(_, m)| stroke(m, &materials.max_strain),
         )
-        .column("stiffness", "N/m", |(_, m)| of(m, &materials.stiffness))
+        .column("stiffness", "N/m", |(_, m)| stiffness(m))
         .column("mass", "kg", |(_, m)| mass(m))
         .column("peak_tension", "N", |(_, m)| load(m, |bar| bar.tension))
         .column("peak_compression", "N", |(_, m)| {
@@ -70,6 +76,16 @@ pub(super) fn bars(
             "peak_force",
             "the larger of peak tension and peak compression, N",
             |(_, m)| load(m, |bar| bar.force.peak),
+        )
+        .column(
+            "peak_strain",
+            "largest change of length divided by the rest length",
+            |(_, m)| load(m, |bar| bar.strain.peak),
+        )
+        .column(
+            "euler_safety",
+            "force under which the bar buckles, divided by peak compression; empty if not known",
+            |(_, m)| safety(m),
         )
         .add(
             whole("layer", "layer of the flat pattern, counted from 1"),

@@ -81,7 +81,11 @@ impl Frame {
             .for_each(|joint| joint.make_columns(pitch));
         let frame = Self {
             levels: stack.of_member,
-            density: robot.scene.materials.density,
+            density: robot
+                .scene
+                .materials
+                .of_length(robot.lattice.spacing)
+                .density,
             members,
             radii,
             joints,

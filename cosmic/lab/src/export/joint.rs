@@ -23,7 +23,8 @@ pub(super) struct Radii {
 
 impl Radii {
     pub(super) fn new(robot: &RobotFiles, members: &[Member], radius: f64) -> Result<Self> {
-        let density = &robot.scene.materials.density;
+        let typical = robot.scene.materials.of_length(robot.lattice.spacing);
+        let density = &typical.density;
         let [_, skeleton, actuator] = *density;
         let is_light = |m: &&Member| m.material.of(density) <= 0.0;
         if let Some(member) = members.iter().find(is_light) {

@@ -1,9 +1,10 @@
-//! The loads of a run's bars on its page: a sentence about the strains of actuators, and a table.
+//! The loads of a run's bars on its page: a sentence about the strains of actuators, and two tables.
 
-use super::files::RunFiles;
+use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use crate::table::{Column, Table, decimals};
 use cosmic::Result;
+use cosmic::design::Material;
 use cosmic::simulator::BarLoad;
 
 /// Returns the loads of every edge: over all steps of the rollout if the run recorded them, otherwise over the states
@@ -59,8 +60,63 @@ pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
         })
         .add(number("power", "W", 3), |edge| loads[*edge].power.peak)
         .add(number("power, 99 %", "W", 3), |edge| loads[*edge].power.p99);
-    let table = table.done().to_html();
+    folded(
+        "Strain, force, speed and power of every actuator",
+        "Loads of actuators",
+        &table.done(),
+    )
+}
+
+/// Returns the table of all bars, hidden until the reader opens it.
+pub(super) fn bars(robot: &RobotFiles, loads: &[BarLoad]) -> String {
+    let bars = robot.edges_of(Material::is_solid);
+    if bars.is_empty() {
+        return String::new();
+    }
+    let (materials, design) = (&robot.scene.materials, &robot.design.materials);
+    let length = |edge: &usize| robot.lattice.rest_length[*edge];
+    let mass = |edge: &usize| {
+        let density = materials.of_length(length(edge)).density;
+        design[*edge].of(&density) * length(edge)
+    };
+    let kind = |edge: &usize| match design[*edge] {
+        Material::Actuator => "actuator",
+        _ => "skeleton",
+    };
+    let safety = |edge: &usize| {
+        let is_skeleton = design[*edge] == Material::Skeleton;
+        let safety = loads[*edge].euler_safety(materials, length(edge));
+        safety.filter(|_| is_skeleton)
+    };
+    let number = |name, unit, decimals| Column::new(name, "").unit(unit).decimals(decimals, "-");
+    let says = "force under which the bar buckles (Euler), divided by the largest push";
+    let table = Table::of("", "", &bars)
+        .column("edge", "number in design.json", |edge| *edge)
+        .column("material", "", kind)
+        .add(number("length", "m", 3), length)
+        .add(number("mass", "kg", 4), mass)
+        .add(number("largest strain", "", 4), |edge| {
+            loads[*edge].strain.peak
+        })
+        .add(number("largest pull", "N", 2), |edge| loads[*edge].tension)
+        .add(number("largest push", "N", 2), |edge| {
+            loads[*edge].compression
+        })
+        .add(
+            Column::new("Euler safety", says).decimals(2, "not known"),
+            safety,
+        );
+    folded(
+        "Length, mass, strain, force and Euler safety of every bar",
+        "Loads of bars",
+        &table.done(),
+    )
+}
+
+/// Returns a table that is hidden until the reader opens it by a click on `title`. Screen readers call it `label`.
+fn folded(title: &str, label: &str, table: &Table) -> String {
+    let table = table.to_html();
     format!(
-        "<details><summary>Strain, force, speed and power of every actuator</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Loads of actuators\">{table}</div></details>\n"
+        "<details><summary>{title}</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\">{table}</div></details>\n"
     )
 }

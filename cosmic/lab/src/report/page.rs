@@ -55,7 +55,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
                 false => loads::peaks(&gait.loads, &actuators, motion.limit),
             },
             states = gait.loads_over(),
-            table = loads::table(&gait.loads, &actuators),
+            table = loads::table(&gait.loads, &actuators) + &loads::bars(&run.robot, &gait.loads),
         )
     });
     let convergence = if run.history.is_empty() {

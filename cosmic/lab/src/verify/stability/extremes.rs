@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::lattice::EdgeVector;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{Integrator, Scene, StartKind};
+use cosmic::scene::{Integrator, PartsSettings, Scene, StartKind};
 
 /// The number of steps of a trial. It is more than enough: with a time step 5 % above its limit, a vibration grows a
 /// thousandfold in a dozen steps.
@@ -113,10 +113,12 @@ fn set_mixture(case: &mut Case) {
 fn masses_and_stiffnesses(trials: &mut Trials) {
     let springs = |case: &mut Case, stiffness| {
         (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
+        case.materials.parts = PartsSettings::default();
     };
     // Bars get no mass, so that only the masses set here count.
     let masses = |case: &mut Case, node, payload| {
         (case.materials.density, case.physics.damping) = ([0.0; 3], 0.0);
+        case.materials.parts = PartsSettings::default();
         (case.physics.node_mass, case.physics.payload_mass) = (node, payload);
     };
     for k in [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6] {

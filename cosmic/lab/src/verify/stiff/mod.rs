@@ -13,6 +13,7 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::lattice::Lattice;
 use cosmic::laws::ContactLaw;
+use cosmic::scene::PartsSettings;
 pub use extremes::{Extreme, extremes};
 
 /// The stiffness of the skeleton in each contest, N/m, and its name in names of files.
@@ -46,7 +47,9 @@ impl World {
         if case.design.layout().is_none() {
             case.design = Design::Layout(materials(&case.lattice));
         }
-        let [_, skeleton, _] = &mut case.materials.stiffness;
+        let materials = &mut case.materials;
+        materials.parts = PartsSettings::default();
+        let [_, skeleton, _] = &mut materials.stiffness;
         *skeleton = stiffness;
         let physics = &mut case.physics;
         // The damping of a damper is proportional to the stiffness. With stiff bars, no explicit step could follow it.

@@ -1,0 +1,273 @@
+//! Settings of the materials of bars: plain numbers, or parts such as tubes, joints and actuators from a shop.
+
+use std::f64::consts::PI;
+
+use super::Scene;
+use crate::settings;
+use crate::settings::{above, within};
+
+settings! {
+    /// The library of materials, each array in the order void, skeleton, actuator.
+    struct MaterialSettings with parts: PartsSettings {
+        /// Stiffness of void, skeleton, actuator.
+        stiffness: [f64; 3] = [1e-7, 4e2, 3e1], allowed within(0.0, 1e9), unit "N/m",
+            source "paper, table 1";
+        /// Mass per length of void, skeleton, actuator.
+        density: [f64; 3] = [1e-8, 0.030, 0.100], allowed within(0.0, 1e6), unit "kg/m",
+            source "paper, table 1";
+        /// Largest actuation strain of void, skeleton, actuator. Only the last one is used, because only the actuator
+        /// share of an edge acts.
+        max_strain: [f64; 3] = [0.0, 0.0, 0.35], allowed within(0.0, 0.99),
+            source "paper, table 1; D8";
+        /// Exponent on the shares of a mixture in its stiffness (the penalisation of SIMP).
+        penalisation: usize = 1, allowed within(1.0, 10.0), since 1, source "paper: 1, none";
+    }
+}
+
+settings! {
+    /// Parts that can be bought or printed. A bar of skeleton is a tube, a rod or a strut of a real material; a bar of
+    /// actuator is a device of a given mass and stroke. Stiffness and mass follow from the bar's rest length.
+    struct PartsSettings {
+        /// What a bar of skeleton is: plain numbers, those of `[materials]`; or a tube, a round rod or a printed strut with
+        /// a square section. A part has the stiffness `E A / l` in series with the joints at its two ends, where `E` is
+        /// Young's modulus, `A` the area of the section and `l` the rest length of the bar.
+        skeleton: SkeletonPart = SkeletonPart::Numbers, since 7, source "paper: numbers";
+        /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3, pultruded tubes (Goodwinds, technical
+        /// material specifications). "glass": 41 GPa and 2000 kg/m3, pultruded rods (Goodwinds). "aluminium": 69 GPa and
+        /// 2700 kg/m3, alloy 6061 (makeitfrom.com). "steel": 200 GPa and 7800 kg/m3, AISI 304 (makeitfrom.com). "pla": 3.0
+        /// GPa and 1260 kg/m3, printed without gaps (data sheet of Stratasys PLA, specimens printed on edge). "own":
+        /// `modulus` and `density`.
+        material: PartMaterial = PartMaterial::Carbon, since 7,
+            read "with a tube, a rod or a strut" if Scene::has_sections,
+            source "beyond the paper";
+        /// Young's modulus of the own material.
+        modulus: f64 = 1e10, allowed above(0.0, 1e13), unit "Pa", since 7,
+            read "with a part of the material `own`" if Scene::has_own_material,
+            source "beyond the paper: take it from a data sheet";
+        /// Density of the own material.
+        density: f64 = 1000.0, allowed above(0.0, 1e5), unit "kg/m3", since 7,
+            read "with a part of the material `own`" if Scene::has_own_material,
+            source "beyond the paper: take it from a data sheet";
+        /// Outer diameter of a tube, diameter of a rod, or width of a strut.
+        outer: f64 = 0.006, allowed above(0.0, 1.0), unit "m", since 7,
+            read "with a tube, a rod or a strut" if Scene::has_sections,
+            source "beyond the paper";
+        /// Inner diameter of a tube.
+        inner: f64 = 0.004, allowed within(0.0, 1.0), unit "m", since 7,
+            read "with a tube" if |s: &Scene| s.materials.parts.skeleton == SkeletonPart::Tube,
+            source "beyond the paper";
+        /// Stiffness of one joint along its bar, or "off" for rigid joints. Every part and every device has a joint at
+        /// either end.
+        joint: Option<f64> = None, allowed above(0.0, 1e12), unit "N/m", since 7,
+            read "with parts" if |s: &Scene| s.materials.parts.are_used(),
+            source "beyond the paper";
+        /// Mass of the fitting at one end of a part or a device, such as a rod end.
+        end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg", since 7,
+            read "with parts" if |s: &Scene| s.materials.parts.are_used(),
+            source "beyond the paper";
+        /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass`, of
+        /// any length. The stiffness of a device is that of `materials.stiffness`, in series with its two joints. The law
+        /// `actuator` has its force and its speed.
+        actuator: ActuatorPart = ActuatorPart::Numbers, since 7, source "paper: numbers";
+        /// Mass of a device, with all that lengthens it to the length of its bar, but without `end_mass`.
+        actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg", since 7,
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Stroke of a device: its greatest length minus its smallest length. A scene is refused if the longest bar needs
+        /// more for its largest actuation strain in both directions.
+        stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m", since 7,
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+    }
+}
+
+settings! {
+    /// What a bar of skeleton is.
+    #[derive(Default)]
+    enum SkeletonPart {
+        /// Its stiffness and its mass per length are plain numbers.
+        #[default]
+        Numbers = "numbers",
+        /// A round tube.
+        Tube = "tube",
+        /// A round rod.
+        Rod = "rod",
+        /// A printed strut with a square section.
+        Strut = "strut",
+    }
+}
+
+settings! {
+    /// The material of a part.
+    enum PartMaterial {
+        /// Pultruded carbon fibre.
+        Carbon = "carbon",
+        /// Pultruded glass fibre.
+        Glass = "glass",
+        /// Aluminium 6061.
+        Aluminium = "aluminium",
+        /// Stainless steel AISI 304.
+        Steel = "steel",
+        /// Printed PLA.
+        Pla = "pla",
+        /// The material that the scene describes.
+        Own = "own",
+    }
+}
+
+settings! {
+    /// What a bar of actuator is.
+    #[derive(Default)]
+    enum ActuatorPart {
+        /// Its stiffness and its mass per length are plain numbers.
+        #[default]
+        Numbers = "numbers",
+        /// A device from a shop, of a given mass and stroke.
+        Device = "device",
+    }
+}
+
+/// The section of a bar.
+#[derive(Clone, Copy)]
+struct Section {
+    /// Area, m^2.
+    area: f64,
+    /// Second moment of area, m^4.
+    second_moment: f64,
+}
+
+impl Section {
+    /// A disc with this diameter, m.
+    fn disc(diameter: f64) -> Self {
+        Self {
+            area: PI / 4.0 * diameter.powi(2),
+            second_moment: PI / 64.0 * diameter.powi(4),
+        }
+    }
+
+    /// A square with sides of this length, m.
+    fn square(side: f64) -> Self {
+        Self {
+            area: side.powi(2),
+            second_moment: side.powi(4) / 12.0,
+        }
+    }
+
+    /// This section with a hole of the shape `hole` in its middle.
+    fn without(self, hole: Self) -> Self {
+        Self {
+            area: self.area - hole.area,
+            second_moment: self.second_moment - hole.second_moment,
+        }
+    }
+}
+
+impl PartsSettings {
+    /// The section of a part of skeleton; `None` for plain numbers.
+    fn section(&self) -> Option<Section> {
+        match self.skeleton {
+            SkeletonPart::Numbers => None,
+            SkeletonPart::Tube => {
+                Some(Section::disc(self.outer).without(Section::disc(self.inner)))
+            }
+            SkeletonPart::Rod => Some(Section::disc(self.outer)),
+            SkeletonPart::Strut => Some(Section::square(self.outer)),
+        }
+    }
+
+    /// Young's modulus (Pa) and density (kg/m3) of the material. The documentation of the key `material` has the sources.
+    fn modulus_and_density(&self) -> [f64; 2] {
+        match self.material {
+            PartMaterial::Carbon => [134e9, 1500.0],
+            PartMaterial::Glass => [41e9, 2000.0],
+            PartMaterial::Aluminium => [69e9, 2700.0],
+            PartMaterial::Steel => [200e9, 7800.0],
+            PartMaterial::Pla => [3.0e9, 1260.0],
+            PartMaterial::Own => [self.modulus, self.density],
+        }
+    }
+
+    /// True if bars of skeleton or of actuator are parts.
+    fn are_used(&self) -> bool {
+        self.skeleton != SkeletonPart::Numbers || self.actuator != ActuatorPart::Numbers
+    }
+
+    /// The stiffness of a bar (N/m) whose own stiffness is `stiffness`, with a joint at either end.
+    fn between_joints(&self, stiffness: f64) -> f64 {
+        match self.joint {
+            Some(joint) => (stiffness.recip() + 2.0 / joint).recip(),
+            None => stiffness,
+        }
+    }
+
+    /// Checks that these parts can be made.
+    ///
+    /// # Errors
+    /// A sentence that says what is wrong.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let (outer, inner) = (self.outer, self.inner);
+        if self.skeleton == SkeletonPart::Tube && inner >= outer {
+            return Err(format!(
+                "the inner diameter of a tube ({inner} m) must be smaller than its outer diameter ({outer} m)"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The numbers of the bar of an edge, for each material in the order void, skeleton, actuator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BarNumbers {
+    /// Stiffness, N/m.
+    pub stiffness: [f64; 3],
+    /// Mass divided by rest length, kg/m.
+    pub density: [f64; 3],
+}
+
+impl MaterialSettings {
+    /// The stiffness and the mass per length of a bar with this rest length (m). They depend on the length only if the
+    /// scene has [parts](PartsSettings).
+    pub fn of_length(&self, length: f64) -> BarNumbers {
+        let (mut stiffness, mut density) = (self.stiffness, self.density);
+        let ([_, skeleton, actuator], [_, of_skeleton, of_actuator]) =
+            (&mut stiffness, &mut density);
+        let parts = &self.parts;
+        let ends = 2.0 * parts.end_mass / length;
+        if let Some(section) = parts.section() {
+            let [modulus, density] = parts.modulus_and_density();
+            *skeleton = parts.between_joints(modulus * section.area / length);
+            *of_skeleton = density * section.area + ends;
+        }
+        if parts.actuator == ActuatorPart::Device {
+            *actuator = parts.between_joints(*actuator);
+            *of_actuator = parts.actuator_mass / length + ends;
+        }
+        BarNumbers { stiffness, density }
+    }
+
+    /// The force (N) under which a skeleton bar with this rest length (m) buckles: `pi^2 E I / l^2`, Euler's load of a bar
+    /// with a joint at either end. `None` if skeleton has plain numbers instead of a section.
+    pub fn euler_load(&self, length: f64) -> Option<f64> {
+        let bending = self.bending()?;
+        Some(PI.powi(2) * bending / length.powi(2))
+    }
+
+    /// The bending stiffness `E I` of a skeleton bar, N m^2. `None` if skeleton has plain numbers instead of a section.
+    pub(super) fn bending(&self) -> Option<f64> {
+        let section = self.parts.section()?;
+        let [modulus, _] = self.parts.modulus_and_density();
+        Some(modulus * section.second_moment)
+    }
+}
+
+impl Scene {
+    /// True if bars of skeleton are tubes, rods or struts.
+    fn has_sections(&self) -> bool {
+        self.materials.parts.skeleton != SkeletonPart::Numbers
+    }
+
+    /// True if bars of skeleton are parts of a material that the scene describes.
+    fn has_own_material(&self) -> bool {
+        self.has_sections() && self.materials.parts.material == PartMaterial::Own
+    }
+}

@@ -1,0 +1,242 @@
+//! Parts: bars whose stiffness and mass follow from a section, a material and a length.
+
+use cosmic::case::Case;
+use cosmic::codesign::CoDesign;
+use cosmic::design::Design;
+use cosmic::design::Material::{self, Actuator, Skeleton, Void};
+use cosmic::lattice::{Body, Lattice};
+use cosmic::scene::{BarNumbers, MaterialSettings, Scene};
+use cosmic::simulator::{BarLoad, Loads, Simulator, Span, Trajectory};
+use std::fs;
+use std::path::Path;
+
+/// The materials of the paper's scene with these settings of `[parts]`.
+fn parts(settings: &str) -> MaterialSettings {
+    let text = format!("materials.max_strain = [0.0, 0.0, 0.05]\nparts = {{{settings}}}");
+    Scene::paper().with("parts", &text).unwrap().materials
+}
+
+/// Asserts that two numbers agree except for rounding: each is the result of fewer than 20 operations.
+#[track_caller]
+fn near(found: f64, expected: f64) {
+    let off = (found - expected).abs();
+    assert!(off <= 1e-14 * expected.abs(), "{found} {expected}");
+}
+
+/// A carbon tube of 6 and 4 mm, 0.2 m long, between joints of 1e5 N/m with fittings of 2 g, calculated by hand:
+/// A = 1.5707963267948967e-5 m2, I = 5.105088062083415e-11 m4, E A / l = 10524335.389525807 N/m.
+#[test]
+fn a_tube_between_two_joints_agrees_with_a_calculation_by_hand() {
+    let tube = parts("skeleton = 'tube', joint = 1e5, end_mass = 0.002");
+    let BarNumbers { stiffness, density } = tube.of_length(0.2);
+    near(stiffness[1], 49763.57852215692);
+    near(0.2 * density[1], 0.008712388980384692);
+    near(tube.euler_load(0.2).unwrap(), 1687.9041867838212);
+    // Joints off are rigid. Void and actuator stay plain numbers.
+    let rigid = parts("skeleton = 'tube'").of_length(0.2);
+    near(rigid.stiffness[1], 10524335.389525807);
+    let plain = MaterialSettings::default();
+    for numbers in [rigid.stiffness, stiffness] {
+        assert_eq!(
+            [numbers[0], numbers[2]],
+            [plain.stiffness[0], plain.stiffness[2]]
+        );
+    }
+    assert_eq!(
+        [density[0], density[2]],
+        [plain.density[0], plain.density[2]]
+    );
+}
+
+/// A tube without a hole is a rod. A square strut has 4 / pi times the area of a rod as thick as the strut is wide, and 16
+/// / (3 pi) times its second moment of area. Euler's load falls with the square of the length.
+#[test]
+fn sections_agree_with_one_another() {
+    let [rod, hollow, strut] = ["rod", "tube", "strut"].map(|kind| {
+        parts(&format!(
+            "skeleton = '{kind}', material = 'own', outer = 0.003, inner = 0.0"
+        ))
+    });
+    assert_eq!(rod.of_length(0.1), hollow.of_length(0.1));
+    let pi = std::f64::consts::PI;
+    let [round, square] = [&rod, &strut].map(|part| part.of_length(0.1));
+    near(square.stiffness[1], 4.0 / pi * round.stiffness[1]);
+    near(square.density[1], 4.0 / pi * round.density[1]);
+    let [round, square] = [&rod, &strut].map(|part| part.euler_load(0.1).unwrap());
+    near(square, 16.0 / (3.0 * pi) * round);
+    near(rod.euler_load(0.2).unwrap(), 0.25 * round);
+}
+
+/// For a rod of 1 m, stiffness and density are those of its material times the area of its section.
+#[test]
+fn every_material_has_the_numbers_of_its_source() {
+    for (name, modulus, density) in [
+        ("carbon", 134e9, 1500.0),
+        ("glass", 41e9, 2000.0),
+        ("aluminium", 69e9, 2700.0),
+        ("steel", 200e9, 7800.0),
+        ("pla", 3.0e9, 1260.0),
+        ("own", 2e9, 900.0),
+    ] {
+        let settings = format!(
+            "skeleton = 'strut', outer = 0.01, modulus = 2e9, density = 900, material = '{name}'"
+        );
+        let bar = parts(&settings).of_length(1.0);
+        near(bar.stiffness[1], modulus * 1e-4);
+        near(bar.density[1], density * 1e-4);
+    }
+}
+
+/// A device of 40 g with fittings of 2 g has the same mass in a bar of any length. Its stiffness is that of its material in
+/// series with two joints: 1 / (1 / 30 + 2 / 1e4) = 29.82107355864811 N/m.
+#[test]
+fn a_device_has_its_own_mass() {
+    let device = parts("actuator = 'device', joint = 1e4, end_mass = 0.002");
+    for length in [0.1, 0.3] {
+        let bar = device.of_length(length);
+        near(length * bar.density[2], 0.044);
+        near(bar.stiffness[2], 29.82107355864811);
+        assert_eq!((bar.stiffness[1], bar.density[1]), (4e2, 0.030));
+    }
+    assert_eq!(device.euler_load(0.1), None);
+}
+
+/// Each edge of a body has the numbers of its own length, in layouts and in mixtures. The diagonals are longer.
+#[test]
+fn a_body_has_a_number_for_every_length() {
+    let scene = Scene::paper();
+    let mut layout = scene.lattice.clone();
+    (layout.columns, layout.rows) = (2, 2);
+    let lattice = Lattice::new(&layout, &scene.physics);
+    let settings =
+        "skeleton = 'rod', material = 'pla', outer = 0.003, joint = 2e3, actuator = 'device'";
+    let materials = parts(settings);
+    let numbers = |edge: usize| materials.of_length(lattice.rest_length[edge]);
+    let body = |design: &Design<_>| -> Body<f64> {
+        Body::new(design, &lattice, &materials, &scene.physics)
+    };
+    let kinds: Vec<Material> = (0..lattice.edges.len())
+        .map(|edge| [Void, Skeleton, Actuator][edge % 3])
+        .collect();
+    let layout = body(&Design::Layout(kinds.clone()));
+    let shares = [0.2, 0.5, 0.3];
+    let mixed = body(&Design::of_shares(&vec![shares; kinds.len()]));
+    let dot = |of: [f64; 3]| (0..3).map(|k| shares[k] * of[k]).sum::<f64>();
+    let mut masses = [0.0; 2];
+    for (edge, kind) in kinds.iter().enumerate() {
+        let BarNumbers { stiffness, density } = numbers(edge);
+        assert_eq!(layout.stiffness[edge], kind.of(&stiffness));
+        near(mixed.stiffness[edge], dot(stiffness));
+        let length = lattice.rest_length[edge];
+        masses[0] += length * kind.of(&density);
+        masses[1] += length * dot(density);
+    }
+    let of_nodes = 4.0 * scene.physics.node_mass + scene.physics.payload_mass;
+    for (body, bars) in [&layout, &mixed].into_iter().zip(masses) {
+        near(body.mass.iter().sum::<f64>(), of_nodes + bars);
+    }
+    assert!(numbers(0).stiffness[1] != numbers(2).stiffness[1]);
+}
+
+/// The Euler safety of a robot is the smallest of its skeleton bars that something pushes on. Plain numbers have none.
+#[test]
+fn the_euler_safety_is_that_of_the_bar_nearest_to_buckling() {
+    let scene = Scene::paper();
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
+    let tube = parts("skeleton = 'tube'");
+    let load = tube.euler_load(lattice.rest_length[0]).unwrap();
+    let mut layout = vec![Void; lattice.edges.len()];
+    layout[..4].copy_from_slice(&[Skeleton, Skeleton, Actuator, Skeleton]);
+    let length = |edge: usize| lattice.rest_length[edge];
+    let pushed = |compression: f64| {
+        Some(BarLoad {
+            compression,
+            ..BarLoad::default()
+        })
+    };
+    let mut bars = vec![None; layout.len()];
+    bars[..4].copy_from_slice(&[pushed(0.25), pushed(0.5), pushed(100.0), pushed(0.0)]);
+    let still = Trajectory::new(vec![0], vec![lattice.state_at_rest()]);
+    let safety = |materials| {
+        simulator
+            .loads_of(&layout, &bars, &still, materials)
+            .euler_safety
+    };
+    let second = load * (length(0) / length(1)).powi(2) / 0.5;
+    near(safety(&tube).unwrap(), second.min(load / 0.25));
+    assert_eq!(safety(&scene.materials), None);
+}
+
+/// The loads of a robot of this scene that moves for a second. Every fourth of its bars is an actuator.
+fn loads_of_a_second(mut scene: Scene) -> Loads {
+    scene.physics.steps = (1.0 / scene.physics.dt).round() as usize;
+    let mut case = Case::of_scene(&scene, 1).unwrap();
+    let kinds = [Actuator, Skeleton, Skeleton, Skeleton];
+    let edges = case.lattice.edges.len();
+    let layout: Vec<Material> = kinds.into_iter().cycle().take(edges).collect();
+    case.design = Design::Layout(layout.clone());
+    let (task, steps, controller) = (case.task(), case.physics.steps, &case.controller);
+    let span = Span::from_start(vec![steps]);
+    let seen = task.guarded(&case.own_design(), controller, &case.start, &span);
+    assert!(seen.divergence.is_none(), "{:?}", seen.divergence);
+    let simulator = &task.simulator;
+    let bars = simulator.loads(&layout, &case.body(), controller, &case.start, steps);
+    simulator.loads_of(&layout, &bars, &seen.trajectory, &case.materials)
+}
+
+/// The scenes with real actuators are read without a warning, have a stable step for every design, and their robots move.
+#[test]
+fn robots_with_real_actuators_move() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/actuators");
+    for (name, force) in [("pneumatic", 47.0), ("electric", 50.0)] {
+        let text = fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap();
+        let scene = Scene::parse(name, &text).unwrap();
+        let doubts: Vec<_> = scene.doubts().iter().map(ToString::to_string).collect();
+        assert_eq!(doubts, [""; 0], "{name}");
+        assert!(
+            scene
+                .world()
+                .contains("skeleton carbon tube; actuators of 0.0")
+        );
+        CoDesign::new(&scene).unwrap();
+        let loads = loads_of_a_second(scene);
+        assert!(loads.strain.peak > 0.01, "{name}: {loads:?}");
+        // The stops and the damper pull beside the actuator, whose force is limited.
+        assert!(loads.force.peak < 3.0 * force, "{name}: {loads:?}");
+        assert!(loads.euler_safety.unwrap() > 1.0, "{name}: {loads:?}");
+    }
+}
+
+/// The law `buckle` must have the bending stiffness of the part. A carbon rod of 1.5 mm has 134e9 Pa times pi / 64 (1.5e-3
+/// m)^4 = 0.0333 N m2.
+#[test]
+fn another_bending_stiffness_than_that_of_the_part_is_doubted() {
+    let rods = "physics.forces = ['buckle']\nparts = {skeleton = 'rod', outer = 0.0015}";
+    let doubts = |bending: &str| -> Vec<String> {
+        let text = format!("{rods}\nbuckle.bending = {bending}");
+        let doubts = Scene::parse("rods", &text).unwrap().doubts().into_iter();
+        let doubts = doubts.map(|doubt| doubt.to_string());
+        doubts
+            .filter(|says| says.contains("bending stiffness"))
+            .collect()
+    };
+    let says = &doubts("0.03")[0];
+    assert!(says.contains("set buckle.bending to 3.330e-2"), "{says}");
+    assert_eq!(doubts("3.330e-2"), [""; 0]);
+}
+
+/// The law `actuator` tells the share of actuator in a bar by the largest strain of the material.
+#[test]
+fn another_largest_strain_in_the_law_is_doubted() {
+    let text =
+        "physics.forces = ['actuator']\nmaterials.max_strain = [0, 0, 0.1]\nactuator.strain = ";
+    for (strain, is_doubted) in [("0.1", false), ("0.35", true)] {
+        let scene = Scene::parse("strains", &format!("{text}{strain}")).unwrap();
+        let mut doubts = scene.doubts().into_iter();
+        assert_eq!(
+            doubts.any(|doubt| doubt.says.contains("largest strain")),
+            is_doubted
+        );
+    }
+}
