@@ -126,7 +126,7 @@ macro_rules! define {
         /// `acosh`, `atanh`, `ln_1p`, `xlogx` and the logarithms, for `cbrt` at 0, and for `ln_gamma`, `digamma` and
         /// `trigamma` at 0, where the domain is taken to be the positive numbers. Outside the domain it is NaN, like the
         /// value. At negative integers `ln_gamma` is infinite, and its derivatives are NaN.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[non_exhaustive]
         pub enum Elementary {
             $(#[doc = $about] $Function,)*

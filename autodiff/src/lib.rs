@@ -71,6 +71,7 @@ pub mod custom;
 pub mod arrays;
 mod record;
 pub mod steps;
+pub mod wgsl;
 pub mod drivers;
 pub mod data;
 pub mod parameters;

@@ -7,9 +7,9 @@ use crate::real::Real;
 use crate::simd::Lane;
 
 pub(crate) struct Gather {
-    input: Array,
+    pub(crate) input: Array,
     moves: Moves,
-    output: Array,
+    pub(crate) output: Array,
     active: bool,
 }
 
@@ -69,6 +69,19 @@ impl Moves {
 }
 
 impl Gather {
+    /// For each element of the output, the index of the element of the input that it is a copy of; `None` for zeros. For
+    /// a program with one start.
+    pub(crate) fn indices(&self) -> Vec<Option<usize>> {
+        let mut indices = vec![None; self.output.len];
+        for CopyRun { from, to, len } in &self.moves.runs {
+            (0..*len).for_each(|k| indices[to + k] = Some(from + k));
+        }
+        for CopyRun { from, to, len } in &self.moves.spreads {
+            indices[*to..to + len].fill(Some(*from));
+        }
+        indices
+    }
+
     pub(crate) fn new(input: Array, indices: &[Option<usize>], output: Array) -> Self {
         Self {
             input,

@@ -9,9 +9,9 @@ use crate::simd::Lane;
 
 /// Implements [`Program::sum_at_nodes`](crate::Program::sum_at_nodes).
 pub(crate) struct NodeSum {
-    edges: Vec<SlotEdge>,
-    input: Array,
-    output: Array,
+    pub(crate) edges: Vec<SlotEdge>,
+    pub(crate) input: Array,
+    pub(crate) output: Array,
     is_active: bool,
 }
 

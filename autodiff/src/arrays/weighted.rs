@@ -14,16 +14,16 @@ use crate::simd::{Lane, Unchecked, WIDEST};
 /// Implements [`Program::weighted`](super::Program::weighted). The number of arrays is a run-time value: compiling one
 /// instance for each number of arrays would need half a megabyte of code.
 pub(crate) struct Weighted {
-    weights: Array,
+    pub(crate) weights: Array,
     /// The arrays that are multiplied by the weights. The arrays that are centred come first.
-    weighed: Vec<Array>,
+    pub(crate) weighed: Vec<Array>,
     /// The number of centred arrays.
-    offsets: usize,
+    pub(crate) offsets: usize,
     /// Arrays that are appended to the result unchanged.
-    others: Vec<Array>,
+    pub(crate) others: Vec<Array>,
     /// Three adjacent arrays. The first consists of the weighted arrays, followed by `others`. The second has the
     /// means, the third the sum of the weights.
-    outputs: [Array; 3],
+    pub(crate) outputs: [Array; 3],
     /// For each array id, whether the array carries derivatives. If the list is empty, all arrays do.
     active: Vec<bool>,
     reach: Reach,

@@ -14,7 +14,7 @@ impl Place {
     pub(crate) fn shared(at: usize) -> Self {
         Place(Self::own(at).0 | SHARED)
     }
-    pub(super) fn own(at: usize) -> Self {
+    pub(crate) fn own(at: usize) -> Self {
         assert!(
             at < SHARED as usize,
             "the recording is full: it can hold at most {SHARED} numbers"
@@ -168,7 +168,7 @@ impl Op {
     }
 
     /// Returns all places that the operation reads.
-    pub(super) fn operands(self) -> Vec<Place> {
+    pub(crate) fn operands(self) -> Vec<Place> {
         let mut operands = Vec::new();
         self.with_operands(|run, len| {
             operands.extend((0..len as usize).map(|j| run.at(j)));

@@ -51,7 +51,7 @@ pub(crate) fn current<T>(work: impl FnOnce(&mut Recording) -> T) -> T {
 }
 
 impl Recording {
-    pub(super) fn simplified(fields: &[f64], is_positive: &[bool]) -> Self {
+    pub(crate) fn simplified(fields: &[f64], is_positive: &[bool]) -> Self {
         let fields = fields.iter().map(|field| field.abs());
         Self {
             is_simplified: true,
@@ -207,7 +207,7 @@ impl Recording {
         }
     }
 
-    pub(super) fn op(&self, place: Place) -> Op {
+    pub(crate) fn op(&self, place: Place) -> Op {
         self.ops[place.at()]
     }
 
@@ -264,7 +264,7 @@ impl Recording {
 
     /// Assumes that these results are finite. Each number whose overflow would make one of these results infinite must
     /// then be finite too. This tightens the bounds on such numbers.
-    pub(super) fn assume_finite(&mut self, results: &[Place]) {
+    pub(crate) fn assume_finite(&mut self, results: &[Place]) {
         let mut shown = vec![false; self.ops.len()];
         let mut pending = results.to_vec();
         while let Some(place) = pending.pop() {

@@ -85,12 +85,12 @@ impl Places {
 
 /// A recorded kernel that is mapped over arrays or over the edges of a graph.
 pub(crate) struct ReplayedKernel {
-    kernel: Plan,
-    places: Places,
-    inputs: Vec<Array>,
-    uniforms: Vec<Array>,
+    pub(crate) kernel: Plan,
+    pub(crate) places: Places,
+    pub(crate) inputs: Vec<Array>,
+    pub(crate) uniforms: Vec<Array>,
     /// The output arrays, adjacent in memory.
-    outputs: Vec<Array>,
+    pub(crate) outputs: Vec<Array>,
     active: Vec<bool>,
     active_uniforms: Vec<bool>,
 }

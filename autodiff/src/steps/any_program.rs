@@ -296,7 +296,7 @@ fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
 }
 
 /// A program whose number type replays kernels. This trait hides the number type of the program.
-trait Replaying {
+pub(super) trait Replaying {
     fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array>;
     fn map_edges_recorded(
         &mut self,

@@ -15,8 +15,8 @@
 //! times as long. Most operations treat a longer array like any other. Only matrix products differ, because all starts
 //! share the matrices. Other parameters may differ between starts.
 
-mod operation;
-mod program;
+pub(crate) mod operation;
+pub(crate) mod program;
 mod recording;
 mod any_program;
 mod passes;

@@ -6,7 +6,7 @@ use crate::real::Real;
 use crate::simd::lanes;
 
 /// An array whose values differ from step to step, and its cotangents.
-pub(super) struct Control<R> {
+pub(crate) struct Control<R> {
     pub(super) array: Array,
     /// The values: `array.len` numbers for each step, one step after the other.
     pub(super) values: Vec<R>,
@@ -19,28 +19,30 @@ pub(super) struct Control<R> {
 /// Parameters, states, inputs and controls can be declared in any order, but before the operations that read them.
 /// Arrays may be empty.
 pub struct Program<R: Real> {
-    pub(super) arrays: Vec<Array>,
-    pub(super) parameters: Vec<Parameter>,
+    pub(crate) arrays: Vec<Array>,
+    pub(crate) parameters: Vec<Parameter>,
     /// For each parameter, whether each start (initial state) has its own values for it. The method `load` sets it.
     pub(super) own: Vec<bool>,
-    pub(super) states: Vec<Array>,
+    pub(crate) states: Vec<Array>,
     /// For each part of the state, the array that holds its new value.
-    pub(super) next: Vec<Option<Array>>,
-    pub(super) inputs: Vec<Array>,
-    pub(super) controls: Vec<Control<R>>,
+    pub(crate) next: Vec<Option<Array>>,
+    pub(crate) inputs: Vec<Array>,
+    pub(crate) controls: Vec<Control<R>>,
     /// How many numbers each step takes as input. The inputs are the same for all starts (initial states).
     pub(crate) inputs_len: usize,
-    pub(super) operations: Vec<StepOperation<R>>,
+    pub(crate) operations: Vec<StepOperation<R>>,
     /// The number of starts that run at once, with interleaved numbers.
     pub(crate) starts: usize,
     /// How many numbers are allocated so far: first for the parameters, then for a row.
-    pub(super) ends: [usize; 2],
+    pub(crate) ends: [usize; 2],
     pub(super) layout: RowLayout,
     /// How many numbers of a later row each operation prefetches. It is a multiple of the length of a cache line.
     pub(super) prefetch_len: usize,
     /// Accesses of whole registers may go beyond the end of an array by this many numbers, in addition to the width of
     /// a register.
     pub(super) margin: usize,
+    /// Whether all kernels are recorded, also those that this number type could run itself.
+    pub(super) records_kernels: bool,
 }
 
 impl<R: Real> Default for Program<R> {
@@ -60,6 +62,7 @@ impl<R: Real> Default for Program<R> {
             layout: RowLayout::default(),
             prefetch_len: 0,
             margin: 0,
+            records_kernels: false,
         }
     }
 }
@@ -76,6 +79,14 @@ impl<R: Real> Program<R> {
         );
         Self {
             starts,
+            ..Self::default()
+        }
+    }
+
+    /// Creates a program whose kernels are all recordings. It can be read, for example to print it, but not run.
+    pub(crate) fn of_recordings() -> Self {
+        Self {
+            records_kernels: true,
             ..Self::default()
         }
     }

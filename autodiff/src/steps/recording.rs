@@ -1,12 +1,14 @@
 //! The methods of [`Program`] that record operations.
 
+use super::any_program::Replaying;
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
     Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, MOST_UNKNOWNS, Map, Matrix,
     NodeSum, Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
 };
-use crate::real::Real;
+use crate::real::{Mask, Real};
+use crate::record::recorded;
 
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
 /// program has an array or a matrix of the same shape at the same position in memory.
@@ -54,6 +56,9 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
+        if const { records_kernels::<R>() } && self.records_kernels {
+            return arrays(&self.map_recorded(recorded(&kernel), &x, uniforms));
+        }
         let outputs = arrays(&self.map_outputs(&x, uniforms, O));
         let map = Map::new(kernel, x, uniforms, outputs);
         self.push_kernel(Box::new(InLanes(map)));
@@ -268,6 +273,10 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
+        if const { records_kernels::<R>() } && self.records_kernels {
+            let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
+            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, true));
+        }
         let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, true);
         let outputs = arrays(&outputs);
         let map =
@@ -293,6 +302,10 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
+        if const { records_kernels::<R>() } && self.records_kernels {
+            let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
+            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, false));
+        }
         let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, false);
         let outputs = arrays(&outputs);
         let map =
@@ -545,6 +558,12 @@ impl<R: Real> Program<R> {
             .push(StepOperation::Solve(Box::new(InLanes(solve))));
         x
     }
+}
+
+/// Whether a program with this number type can have recordings in place of all kernels. Symbols can: their comparisons
+/// have no single answer. For other types, the kernels are not recorded and no code is compiled for it.
+const fn records_kernels<R: Real>() -> bool {
+    !R::Mask::IS_SINGLE
 }
 
 /// Converts the handles to an array. There is one handle for each result of the kernel.

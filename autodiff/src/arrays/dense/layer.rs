@@ -25,15 +25,15 @@ pub(crate) struct Layer<'a> {
 }
 
 pub(crate) struct DenseLayer<R> {
-    matrix: Matrix,
+    pub(crate) matrix: Matrix,
     /// The inputs, with adjacent arrays joined. If one array remains, it is read in place.
-    inputs: Vec<Array>,
-    inputs_active: Vec<usize>,
-    bias: Array,
-    output: Array,
+    pub(crate) inputs: Vec<Array>,
+    pub(crate) inputs_active: Vec<usize>,
+    pub(crate) bias: Array,
+    pub(crate) output: Array,
     /// The positions of the rows' results in the output; `None` if every element of the output is the result of a row.
     spread: Option<Spread<R>>,
-    tanh: bool,
+    pub(crate) tanh: bool,
     /// `W`, stored for the product `W x`.
     weights: PackedMatrix<R>,
     /// `W^T`, stored for the product `W^T y_bar`.
@@ -121,6 +121,21 @@ impl<R: Real> DenseLayer<R> {
                 bias: true,
             },
         }
+    }
+
+    /// For each row of the matrix, the element of the output that holds its result.
+    pub(crate) fn places(&self) -> Vec<usize> {
+        let Some(spread) = &self.spread else {
+            return (0..self.matrix.rows).collect();
+        };
+        let width = lanes::<R>();
+        let lanes = spread.lanes.iter().enumerate();
+        let of_lane = |(k, lane): (usize, &LaneOfRows)| {
+            let bits = lane.bits;
+            let held = (0..width).filter(move |lane| bits >> lane & 1 == 1);
+            held.map(move |lane| k * width + lane)
+        };
+        lanes.flat_map(of_lane).collect()
     }
 
     /// Copies the matrix, which is row-major in the parameters, into both packed copies.

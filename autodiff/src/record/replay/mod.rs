@@ -12,6 +12,7 @@ mod layer;
 mod sweep;
 mod points;
 mod single;
+mod evaluate;
 
 pub(crate) use plan::Plan;
 pub(crate) use points::{Inputs, Points, Replayed, Wanted};

@@ -1,0 +1,413 @@
+//! Puts the printed operations together to two entry points.
+
+use std::fmt::Write;
+
+use super::library;
+use super::memory::Memory;
+use super::operations::{Printing, value};
+use super::writer::{Access, By, Space, Writer, each, indented};
+use super::{Options, Printed, Refused};
+use crate::arrays::Array;
+use crate::record::symbol::Symbol;
+use crate::steps::Program;
+use crate::steps::operation::StepOperation;
+
+/// The declarations of the buffers.
+const BUFFERS: &str = "\
+struct Plan {
+    members: u32,
+    first: u32,
+    steps: u32,
+    slots: u32,
+    read: u32,
+    write: u32,
+    every: u32,
+    observed: u32,
+    observes: u32,
+}
+
+@group(0) @binding(0) var<uniform> plan: Plan;
+@group(0) @binding(1) var<storage, read> inputs: array<f32>;
+@group(0) @binding(2) var<storage, read> table: array<u32>;
+@group(0) @binding(3) var<storage, read> own: array<f32>;
+@group(0) @binding(4) var<storage, read> of_all: array<f32>;
+@group(0) @binding(5) var<storage, read_write> states: array<f32>;
+@group(0) @binding(6) var<storage, read_write> carried: array<f32>;
+@group(0) @binding(7) var<storage, read_write> bars: array<f32>;
+@group(0) @binding(8) var<storage, read_write> observed: array<f32>;
+";
+
+/// The number of workgroups in a row of a dispatch.
+const ROW_OF_GROUPS: usize = 32768;
+
+pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Printed, Refused> {
+    if !program.controls.is_empty() {
+        return Err(Refused("it has a control".to_owned()));
+    }
+    let chosen = |list: &[usize]| {
+        let mut all = vec![false; program.parameters.len()];
+        list.iter().for_each(|&k| all[k] = true);
+        all
+    };
+    let mut memory = Memory::new(program, &chosen(&options.common), &chosen(&options.wanted));
+    propagate(program, &mut memory)?;
+    let step = Step::new(program, options);
+    let mut printing = Printing::new(&memory, options.workgroup);
+    let forward = forward(&step, &mut printing);
+    let (reverse, kept) = reverse(&step, &mut printing, options.kept);
+    let row = program.ends[1];
+    let parameters = program.ends[0];
+    let arrays = [
+        ("row", row),
+        ("parameter", parameters),
+        ("scratch", printing.scratch),
+        ("row_bar", row),
+        ("parameter_bar", memory.bars_of_arrays),
+        ("carry", step.state),
+        ("kept", kept),
+    ];
+    let mut source = format!("const SIZE = {}u;\n\n{BUFFERS}\n", options.workgroup);
+    for (name, len) in arrays {
+        let _ = writeln!(source, "var<workgroup> {name}: array<f32, {}>;", len.max(1));
+    }
+    let library = library::print(std::mem::take(&mut printing.calls));
+    let barriers = [&forward, &reverse].map(|text| text.matches("workgroupBarrier").count());
+    let _ = writeln!(source, "\n{library}");
+    for (_, text) in &printing.functions {
+        let _ = writeln!(source, "{text}");
+    }
+    let _ = write!(source, "{forward}\n{reverse}");
+    let bytes = |count: usize| arrays[..count].iter().map(|(_, len)| 4 * len.max(&1)).sum();
+    Ok(Printed {
+        source,
+        state: step.state,
+        entries: step.entries.len(),
+        inputs: program.inputs_len,
+        parameters: memory.parameters.clone(),
+        lengths: memory.lengths,
+        table: printing.tables.numbers,
+        memory: [bytes(3), bytes(arrays.len())],
+        barriers,
+    })
+}
+
+/// The parts of a program that do not depend on the direction of the sweep.
+struct Step<'a> {
+    program: &'a Program<Symbol>,
+    /// How many numbers a state has.
+    state: usize,
+    /// For each number of the state, its place in the row.
+    places: Vec<usize>,
+    /// The numbers of the state that are observed.
+    entries: Vec<usize>,
+}
+
+impl<'a> Step<'a> {
+    fn new(program: &'a Program<Symbol>, options: &Options) -> Self {
+        let places: Vec<usize> = program.states.iter().flat_map(|part| part.range()).collect();
+        let state = places.len();
+        let entries = options.entries.clone().unwrap_or_else(|| (0..state).collect());
+        assert!(
+            entries.iter().all(|&entry| entry < state),
+            "wgsl: an entry is larger than the state, which has {state} numbers"
+        );
+        Self {
+            program,
+            state,
+            places,
+            entries,
+        }
+    }
+
+    /// The parts of the state, with the array of the next value and the first number in the state.
+    fn parts(&self) -> impl Iterator<Item = (Array, Array, usize)> + '_ {
+        let next = self.program.next.iter();
+        let next = next.map(|next| next.expect("every part of the state must be advanced"));
+        let parts = self.program.states.iter().zip(next);
+        parts.scan(0, |end, (&part, next)| {
+            *end += part.len;
+            Some((part, next, *end - part.len))
+        })
+    }
+}
+
+/// Finds out which arrays carry derivatives, and refuses operations that cannot be printed.
+fn propagate(program: &Program<Symbol>, memory: &mut Memory) -> Result<(), Refused> {
+    program.states.iter().for_each(|&part| memory.activate(part));
+    for operation in &program.operations {
+        let (inputs, outputs): (Vec<Array>, Vec<Array>) = match operation {
+            StepOperation::Replayed(of) => {
+                let computed = of.uniforms.iter().find(|u| !u.parameter && memory.is_active(**u));
+                if computed.is_some() {
+                    let what = "a uniform input of a kernel is computed in the step and carries a derivative";
+                    return Err(Refused(what.to_owned()));
+                }
+                ([&of.inputs[..], &of.uniforms].concat(), of.outputs.clone())
+            }
+            StepOperation::Gather(of) => (vec![of.0.input], vec![of.0.output]),
+            StepOperation::NodeSum(of) => (vec![of.0.input], vec![of.0.output]),
+            StepOperation::Weighted(of) => {
+                let of = &of.0;
+                let inputs = [&[of.weights][..], &of.weighed, &of.others].concat();
+                (inputs, of.outputs.to_vec())
+            }
+            StepOperation::Dense(of) => {
+                let mut inputs = of.inputs.clone();
+                inputs.push(of.bias);
+                let of_inputs = of.inputs_active.iter().any(|&id| memory.is_active_id(id));
+                if of_inputs || memory.is_wanted(of.matrix.parameter) {
+                    memory.activate(of.output);
+                }
+                (inputs, vec![of.output])
+            }
+            StepOperation::Solve(_) => {
+                return Err(Refused("it solves linear equations".to_owned()));
+            }
+            StepOperation::Kernel(_) => unreachable!("all kernels are recorded"),
+        };
+        if inputs.iter().any(|&array| memory.is_active(array)) {
+            outputs.iter().for_each(|&array| memory.activate(array));
+        }
+    }
+    Ok(())
+}
+
+/// The lines with which both entry points begin.
+fn beginning(step: &Step, printing: &Printing) -> String {
+    let [own, _, bars] = printing.memory.lengths;
+    let mut text = format!(
+        "let member = group.x + {ROW_OF_GROUPS}u * group.y;\nif (member >= plan.members) {{ return; }}\n\
+         let own_at = member * {own}u;\nlet states_at = member * plan.slots;\nlet bars_at = member * {bars}u;\n\
+         let observed_at = member * plan.observed;\n"
+    );
+    for (array, placed) in printing.memory.arrays() {
+        let from = match placed.is_common {
+            true => format!("of_all[{}u + i]", placed.start),
+            false => format!("own[own_at + {}u + i]", placed.start),
+        };
+        text += &each(array.len, &format!("{} = {from};", value(array, "i")));
+    }
+    text += &each(step.program.ends[1], "row[i] = 0.0f;");
+    text
+}
+
+/// The place in the row of number `i` of the state, or of an observed number.
+fn places(printing: &mut Printing, places: &[usize]) -> String {
+    if places.iter().enumerate().all(|(k, &place)| k == place) {
+        return "i".to_owned();
+    }
+    let table = printing.tables.place(places.iter().map(|&place| place as u32).collect());
+    format!("table[{table}u + i]")
+}
+
+/// The lines that read the inputs of step `n`.
+fn read_inputs(step: &Step) -> String {
+    let (width, mut first) = (step.program.inputs_len + 1, 0);
+    let mut text = String::new();
+    for &input in &step.program.inputs {
+        let line = format!("{} = inputs[n * {width}u + {first}u + i];", value(input, "i"));
+        text += &each(input.len, &line);
+        first += input.len;
+    }
+    text
+}
+
+/// Prints the operations of a step.
+fn operations(step: &Step, printing: &mut Printing, writer: &mut Writer) {
+    for (number, operation) in step.program.operations.iter().enumerate() {
+        match operation {
+            StepOperation::Replayed(of) => printing.kernel(number, of, writer),
+            StepOperation::Gather(of) => printing.gather(&of.0, writer),
+            StepOperation::NodeSum(of) => printing.node_sum(&of.0, writer),
+            StepOperation::Weighted(of) => printing.weighted(&of.0, writer),
+            StepOperation::Dense(of) => printing.dense(of, writer),
+            StepOperation::Solve(_) | StepOperation::Kernel(_) => unreachable!("these are refused"),
+        }
+    }
+}
+
+/// Prints the reverse of the operations.
+fn operations_reverse(step: &Step, printing: &mut Printing, writer: &mut Writer) {
+    for (number, operation) in step.program.operations.iter().enumerate().rev() {
+        match operation {
+            StepOperation::Replayed(of) => printing.kernel_reverse(number, of, writer),
+            StepOperation::Gather(of) => printing.gather_reverse(&of.0, writer),
+            StepOperation::NodeSum(of) => printing.node_sum_reverse(&of.0, writer),
+            StepOperation::Weighted(of) => printing.weighted_reverse(&of.0, writer),
+            StepOperation::Dense(of) => printing.dense_reverse(of, writer),
+            StepOperation::Solve(_) | StepOperation::Kernel(_) => unreachable!("these are refused"),
+        }
+    }
+}
+
+/// The beginning of an entry point.
+fn entry(name: &str) -> String {
+    format!(
+        "@compute @workgroup_size(SIZE)\nfn {name}(\n    @builtin(workgroup_id) group: vec3<u32>,\n    \
+         @builtin(local_invocation_index) lid: u32,\n) {{\n"
+    )
+}
+
+fn forward(step: &Step, printing: &mut Printing) -> String {
+    let state_at = places(printing, &step.places);
+    let entries: Vec<usize> = step.entries.iter().map(|&entry| step.places[entry]).collect();
+    let entry_at = places(printing, &entries);
+    let state = step.state;
+    let mut start = beginning(step, printing);
+    start += "workgroupBarrier();\n";
+    start += &each(
+        state,
+        &format!("row[{state_at}] = states[(states_at + plan.read) * {state}u + i];"),
+    );
+    let mut writer = Writer::default();
+    writer.text += "let n = plan.first + k;\n";
+    writer.text += &read_inputs(step);
+    writer.barrier();
+    operations(step, printing, &mut writer);
+    // A part that takes its value from another part must be read before that part is replaced.
+    let is_state = |array: &Array| step.program.states.contains(array);
+    let mut moves = String::new();
+    let mut moved = 0;
+    for (_, next, first) in step.parts().filter(|(part, next, _)| is_state(next) && part != next) {
+        moves += &each(next.len, &format!("scratch[{first}u + i] = {};", value(next, "i")));
+        moved = moved.max(first + next.len);
+    }
+    printing.scratch = printing.scratch.max(moved);
+    if moved > 0 {
+        writer.barrier();
+        writer.text += &moves;
+    }
+    writer.barrier();
+    for (part, next, first) in step.parts().filter(|(part, next, _)| part != next) {
+        let from = match is_state(&next) {
+            true => format!("scratch[{first}u + i]"),
+            false => value(next, "i"),
+        };
+        writer.text += &each(part.len, &format!("{} = {from};", value(part, "i")));
+    }
+    writer.barrier();
+    let width = step.program.inputs_len + 1;
+    let _ = write!(
+        writer.text,
+        "if ((k + 1u) % plan.every == 0u) {{\n    let slot = plan.write + (k + 1u) / plan.every;\n{}}}\n\
+         let seen = u32(inputs[n * {width}u + {}u]);\nif (seen > 0u && plan.observes == 1u) {{\n{}}}\n",
+        indented(
+            &each(state, &format!("states[(states_at + slot) * {state}u + i] = row[{state_at}];")),
+            4
+        ),
+        width - 1,
+        indented(
+            &each(
+                entries.len(),
+                &format!("observed[(observed_at + seen - 1u) * {}u + i] = row[{entry_at}];", entries.len())
+            ),
+            4
+        ),
+    );
+    let body = format!("for (var k = 0u; k < plan.steps; k++) {{\n{}}}\n", indented(&writer.text, 4));
+    format!("{}{}}}\n", entry("forward"), indented(&(start + &body), 4))
+}
+
+/// Prints the reverse sweep. Also returns how many numbers of layers are kept.
+fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, usize) {
+    let state_at = places(printing, &step.places);
+    let entry_at = places(printing, &step.entries);
+    let (state, entries, row) = (step.state, step.entries.len(), step.program.ends[1]);
+    let width = step.program.inputs_len + 1;
+    let mut writer = Writer::default();
+    let _ = write!(
+        writer.text,
+        "let n = plan.first + k - 1u;\nlet slot = select(plan.write + k - 1u, plan.read, k == 1u);\n\
+         let seen = u32(inputs[n * {width}u + {}u]);\nif (seen > 0u) {{\n{}}}\n",
+        width - 1,
+        indented(
+            &each(
+                entries,
+                &format!("carry[{entry_at}] += observed[(observed_at + seen - 1u) * {entries}u + i];")
+            ),
+            4
+        )
+    );
+    writer.text += &each(
+        state,
+        &format!("row[{state_at}] = states[(states_at + slot) * {state}u + i];"),
+    );
+    writer.text += &each(row, "row_bar[i] = 0.0f;");
+    writer.text += &read_inputs(step);
+    writer.barrier();
+    operations(step, printing, &mut writer);
+    for (_, next, first) in step.parts() {
+        if !printing.memory.is_active(next) {
+            continue;
+        }
+        let (space, name, start) = match next.parameter {
+            true => (Space::ParameterBar, "parameter_bar", printing.memory.bar_of_parameter(next)),
+            false => (Space::RowBar, "row_bar", next.start),
+        };
+        let access = Access {
+            space,
+            range: start..start + next.len,
+            by: By::Element,
+            writes: true,
+        };
+        let line = format!("{name}[{start}u + i] += carry[{first}u + i];");
+        writer.stage(vec![access], &each(next.len, &line));
+    }
+    operations_reverse(step, printing, &mut writer);
+    writer.barrier();
+    writer.text += &each(state, &format!("carry[i] = row_bar[{state_at}];"));
+    // The products of the kept numbers are added to the cotangents of the matrices.
+    let kept = printing.kept();
+    if kept > 0 {
+        let mut flush = String::new();
+        for layer in &printing.layers {
+            let (rows, count) = (layer.rows, layer.rows * layer.columns);
+            let start = printing.memory.parameters[layer.matrix].bar.expect("it is wanted");
+            let body = format!(
+                "let r = {}u + i % {rows}u;\nlet c = {}u + i / {rows}u;\nvar sum = bars[bars_at + {start}u + i];\n\
+                 for (var s = 0u; s <= kept_at; s += {kept}u) {{\n    \
+                 sum = fma(kept[s + r], kept[s + c], sum);\n}}\nbars[bars_at + {start}u + i] = sum;",
+                layer.first,
+                layer.first + rows
+            );
+            flush += &each(count, &body);
+        }
+        let most = (steps_kept - 1) * kept;
+        let _ = write!(
+            writer.text,
+            "if (kept_at == {most}u || k == 1u) {{\n{}    workgroupBarrier();\n    kept_at = 0u;\n}} else {{\n    \
+             kept_at += {kept}u;\n}}\n",
+            indented(&flush, 4)
+        );
+    }
+    writer.barrier();
+    let mut text = beginning(step, printing);
+    text += &each(printing.memory.bars_of_arrays, "parameter_bar[i] = 0.0f;");
+    text += &each(state, &format!("carry[i] = carried[member * {state}u + i];"));
+    for number in 0..printing.collected.len() {
+        let _ = writeln!(text, "var collected_{number} = 0.0f;");
+    }
+    text += "var kept_at = 0u;\nworkgroupBarrier();\n";
+    let _ = write!(
+        text,
+        "for (var k = plan.steps; k > 0u; k--) {{\n{}}}\n",
+        indented(&writer.text, 4)
+    );
+    text += &each(state, &format!("carried[member * {state}u + i] = carry[i];"));
+    for (number, place) in printing.collected.iter().enumerate() {
+        printing.scratch = printing.scratch.max(printing.size);
+        let _ = write!(
+            text,
+            "scratch[lid] = collected_{number};\nworkgroupBarrier();\nif (lid == 0u) {{\n    var sum = 0.0f;\n    \
+             for (var i = 0u; i < SIZE; i++) {{ sum += scratch[i]; }}\n    parameter_bar[{place}u] += sum;\n}}\n\
+             workgroupBarrier();\n"
+        );
+    }
+    text += "workgroupBarrier();\n";
+    text += &each(
+        printing.memory.bars_of_arrays,
+        "bars[bars_at + i] += parameter_bar[i];",
+    );
+    let text = format!("{}{}}}\n", entry("reverse"), indented(&text, 4));
+    (text, kept * steps_kept)
+}

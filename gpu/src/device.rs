@@ -1,0 +1,279 @@
+//! Finding a device, and the buffers and shaders on it.
+
+use std::error::Error;
+use std::fmt::{self, Display};
+
+use autodiff::wgsl::Printed;
+use pollster::block_on;
+use wgpu::{
+    Adapter, BackendOptions, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages, ComputePipeline,
+    ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor,
+    PipelineCompilationOptions, PollType, Queue, ShaderModuleDescriptor, ShaderSource,
+};
+
+/// A device that runs printed programs.
+pub struct Gpu {
+    device: Device,
+    queue: Queue,
+    adapter: wgpu::AdapterInfo,
+    limits: wgpu::Limits,
+}
+
+/// What went wrong on a device.
+#[derive(Debug)]
+pub enum GpuError {
+    /// No adapter fits. The text says what was looked for and what was found.
+    NoAdapter(String),
+    /// The device could not be opened.
+    NotOpened(String),
+    /// The program needs more than the device has.
+    TooLarge(String),
+    /// The driver refused the program. The two texts are its message and the program.
+    Refused(String, String),
+    /// The device was lost, or a command failed.
+    Failed(String),
+}
+
+impl Display for GpuError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::NoAdapter(why) => write!(f, "there is no GPU to run on: {why}"),
+            Self::NotOpened(why) => write!(f, "the GPU could not be opened: {why}"),
+            Self::TooLarge(why) => write!(f, "the robot does not fit on the GPU: {why}"),
+            Self::Refused(why, _) => write!(f, "the driver of the GPU refused the program: {why}"),
+            Self::Failed(why) => write!(f, "the GPU stopped working: {why}"),
+        }
+    }
+}
+
+impl Error for GpuError {}
+
+/// The interfaces that are tried: Vulkan, Metal and DirectX 12.
+fn instance() -> Instance {
+    Instance::new(InstanceDescriptor {
+        backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
+        backend_options: BackendOptions::default(),
+        ..InstanceDescriptor::new_without_display_handle()
+    })
+}
+
+/// The adapters of this machine, the fastest kinds first.
+pub fn adapters() -> Vec<wgpu::AdapterInfo> {
+    sorted().iter().map(Adapter::get_info).collect()
+}
+
+fn sorted() -> Vec<Adapter> {
+    let mut adapters = block_on(instance().enumerate_adapters(Backends::all()));
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu | DeviceType::VirtualGpu => 1,
+        DeviceType::Other => 2,
+        DeviceType::Cpu => 3,
+    });
+    adapters
+}
+
+impl Gpu {
+    /// Opens the first adapter whose name contains `name`, or the fastest kind of adapter.
+    ///
+    /// # Errors
+    /// If there is none, or it cannot be opened.
+    pub fn open(name: Option<&str>) -> Result<Self, GpuError> {
+        let adapters = sorted();
+        let named = |adapter: &&Adapter| {
+            let found = adapter.get_info().name.to_lowercase();
+            name.is_none_or(|name| found.contains(&name.to_lowercase()))
+        };
+        let Some(adapter) = adapters.iter().find(named) else {
+            let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+            let wanted = name.map_or("any adapter".to_owned(), |name| format!("an adapter with \"{name}\" in its name"));
+            let found = match names.is_empty() {
+                true => "found none".to_owned(),
+                false => format!("found only {}", names.join(", ")),
+            };
+            return Err(GpuError::NoAdapter(format!(
+                "looked for {wanted} of Vulkan, Metal or DirectX 12, and {found}"
+            )));
+        };
+        let limits = adapter.limits();
+        let wanted = DeviceDescriptor {
+            required_limits: limits.clone(),
+            ..DeviceDescriptor::default()
+        };
+        let (device, queue) =
+            block_on(adapter.request_device(&wanted)).map_err(|e| GpuError::NotOpened(e.to_string()))?;
+        Ok(Self {
+            device,
+            queue,
+            adapter: adapter.get_info(),
+            limits,
+        })
+    }
+
+    /// What the adapter says about itself.
+    pub fn adapter(&self) -> &wgpu::AdapterInfo {
+        &self.adapter
+    }
+
+    /// The largest buffer that a program can read, in bytes.
+    pub fn largest_buffer(&self) -> u64 {
+        self.limits.max_buffer_size.min(self.limits.max_storage_buffer_binding_size)
+    }
+
+    /// Compiles both entry points of a program.
+    pub(crate) fn compile(&self, printed: &Printed) -> Result<[ComputePipeline; 2], GpuError> {
+        let most = self.limits.max_compute_workgroup_storage_size as usize;
+        let needed = printed.memory[1];
+        if needed > most {
+            return Err(GpuError::TooLarge(format!(
+                "its numbers take {needed} bytes of a workgroup's memory, of which the GPU has {most}"
+            )));
+        }
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.device.create_shader_module(ShaderModuleDescriptor {
+            label: None,
+            source: ShaderSource::Wgsl(printed.source.as_str().into()),
+        });
+        let layout = self.layout();
+        let pipeline = |entry: &str| {
+            self.device.create_compute_pipeline(&ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: PipelineCompilationOptions {
+                    // Every number is written before it is read.
+                    zero_initialize_workgroup_memory: false,
+                    ..PipelineCompilationOptions::default()
+                },
+                cache: None,
+            })
+        };
+        let pipelines = ["forward", "reverse"].map(pipeline);
+        match block_on(scope.pop()) {
+            None => Ok(pipelines),
+            Some(error) => Err(GpuError::Refused(error.to_string(), printed.source.clone())),
+        }
+    }
+
+    fn groups(&self) -> wgpu::BindGroupLayout {
+        let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: match binding {
+                    0 => wgpu::BufferBindingType::Uniform,
+                    _ => wgpu::BufferBindingType::Storage { read_only: binding <= 4 },
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let entries: Vec<_> = (0..BINDINGS).map(entry).collect();
+        self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &entries,
+        })
+    }
+
+    fn layout(&self) -> wgpu::PipelineLayout {
+        self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&self.groups())],
+            immediate_size: 0,
+        })
+    }
+
+    pub(crate) fn bind(&self, buffers: [&Buffer; BINDINGS as usize]) -> BindGroup {
+        let entries = (0..).zip(buffers).map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        });
+        let entries: Vec<_> = entries.collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.groups(),
+            entries: &entries,
+        })
+    }
+
+    /// A buffer for this many numbers, at least one, filled with zeros.
+    pub(crate) fn buffer(&self, numbers: usize) -> Buffer {
+        self.device.create_buffer(&BufferDescriptor {
+            label: None,
+            size: 4 * numbers.max(1) as u64,
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// The buffer of the uniform `plan`.
+    pub(crate) fn plan(&self) -> Buffer {
+        self.device.create_buffer(&BufferDescriptor {
+            label: None,
+            size: 48,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// A buffer with these numbers.
+    pub(crate) fn filled<T: bytemuck::Pod>(&self, numbers: &[T]) -> Buffer {
+        let buffer = self.buffer(numbers.len());
+        self.write(&buffer, 0, numbers);
+        buffer
+    }
+
+    /// Writes numbers from the number `at` on.
+    pub(crate) fn write<T: bytemuck::Pod>(&self, buffer: &Buffer, at: usize, numbers: &[T]) {
+        if !numbers.is_empty() {
+            self.queue.write_buffer(buffer, 4 * at as u64, bytemuck::cast_slice(numbers));
+        }
+    }
+
+    /// Reads the first numbers of a buffer, after all work before has ended.
+    pub(crate) fn read(&self, buffer: &Buffer, numbers: usize) -> Result<Vec<f32>, GpuError> {
+        if numbers == 0 {
+            return Ok(Vec::new());
+        }
+        let size = 4 * numbers as u64;
+        let copy = self.device.create_buffer(&BufferDescriptor {
+            label: None,
+            size,
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut commands = self.device.create_command_encoder(&Default::default());
+        commands.copy_buffer_to_buffer(buffer, 0, &copy, 0, size);
+        self.queue.submit([commands.finish()]);
+        copy.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.wait()?;
+        let view = copy.get_mapped_range(..).map_err(|e| GpuError::Failed(e.to_string()))?;
+        Ok(bytemuck::cast_slice(&view).to_vec())
+    }
+
+    /// Waits until all work has ended.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        let waited = self.device.poll(PollType::wait_indefinitely());
+        waited.map(|_| ()).map_err(|e| GpuError::Failed(e.to_string()))
+    }
+
+    /// Starts an entry point for this many members.
+    pub(crate) fn start(&self, pipeline: &ComputePipeline, bound: &BindGroup, members: usize) {
+        let mut commands = self.device.create_command_encoder(&Default::default());
+        let mut pass = commands.begin_compute_pass(&Default::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, bound, &[]);
+        let rows = members.div_ceil(ROW_OF_GROUPS);
+        pass.dispatch_workgroups(members.min(ROW_OF_GROUPS) as u32, rows as u32, 1);
+        drop(pass);
+        self.queue.submit([commands.finish()]);
+    }
+}
+
+/// The number of bindings of a printed program.
+const BINDINGS: u32 = 9;
+
+/// The number of workgroups in a row of a dispatch; see [`Printed`].
+const ROW_OF_GROUPS: usize = 32768;

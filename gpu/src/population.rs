@@ -1,0 +1,269 @@
+//! Runs a printed program for many members at once.
+
+use autodiff::wgsl::Printed;
+use wgpu::{BindGroup, Buffer, ComputePipeline};
+
+use crate::device::{Gpu, GpuError};
+
+/// A printed program on a device.
+pub struct Population<'a> {
+    gpu: &'a Gpu,
+    printed: Printed,
+    forward: ComputePipeline,
+    reverse: ComputePipeline,
+    /// How many steps one dispatch takes. A driver ends a dispatch that takes seconds.
+    pub steps_at_once: usize,
+    /// How much memory the states may take, in bytes.
+    pub memory: u64,
+}
+
+/// The members of a population and their surroundings.
+#[derive(Clone, Debug)]
+pub struct Members<'a> {
+    /// The state of each member at the start, one after the other.
+    pub starts: &'a [f32],
+    /// The parameters in their order of declaration. A parameter that all members share has its numbers once, the others
+    /// have the numbers of each member, one after the other.
+    pub parameters: &'a [Vec<f32>],
+    /// The number of steps.
+    pub steps: usize,
+    /// The inputs of all steps, one step after the other.
+    pub inputs: &'a [f32],
+    /// The numbers of steps, from 1 on, after which the state is observed, ascending.
+    pub observed: &'a [usize],
+}
+
+/// A forward sweep, which is kept on the device for a reverse sweep.
+pub struct Sweep<'a> {
+    population: &'a Population<'a>,
+    members: usize,
+    steps: usize,
+    /// The number of observed states.
+    count: usize,
+    /// A state is stored after every so many steps; 0 if none is.
+    every: usize,
+    bound: BindGroup,
+    plan: Buffer,
+    carried: Buffer,
+    bars: Buffer,
+    seen: Buffer,
+    slots: usize,
+}
+
+/// The cotangents that a reverse sweep returns.
+#[derive(Clone, Debug)]
+pub struct Cotangents {
+    /// For each parameter whose cotangents are wanted, those of each member, one after the other; empty for the others.
+    pub parameters: Vec<Vec<f32>>,
+    /// The cotangents of the states at the start, in the order of the starts.
+    pub starts: Vec<f32>,
+}
+
+impl<'a> Population<'a> {
+    /// Compiles a program for a device.
+    ///
+    /// # Errors
+    /// If the program is too large for the device, or its driver refuses it.
+    pub fn new(gpu: &'a Gpu, printed: Printed) -> Result<Self, GpuError> {
+        let [forward, reverse] = gpu.compile(&printed)?;
+        Ok(Self {
+            gpu,
+            printed,
+            forward,
+            reverse,
+            steps_at_once: 256,
+            memory: 1 << 30,
+        })
+    }
+
+    /// The program.
+    pub fn printed(&self) -> &Printed {
+        &self.printed
+    }
+
+    /// Runs all members forward. With `reverses`, states are stored for [`Sweep::reverse`].
+    ///
+    /// # Errors
+    /// If the device is lost.
+    ///
+    /// # Panics
+    /// If a length does not fit the program.
+    pub fn run(&'a self, of: &Members, reverses: bool) -> Result<Sweep<'a>, GpuError> {
+        let (gpu, printed, state) = (self.gpu, &self.printed, self.printed.state);
+        let members = of.starts.len() / state;
+        assert_eq!(of.starts.len(), members * state, "the starts are not whole states");
+        let [own, common] = self.packed(of, members);
+        let every = if reverses { self.every(members, of.steps) } else { 0 };
+        let slots = match every {
+            0 => 1,
+            1 => of.steps + 1,
+            // Behind the stored states, there is room for those of a stretch of steps.
+            _ => of.steps.div_ceil(every) + 2 + every,
+        };
+        let mut states = vec![0.0; members * slots * state];
+        for (to, start) in states.chunks_mut(slots * state).zip(of.starts.chunks(state)) {
+            to[..state].copy_from_slice(start);
+        }
+        let bars = gpu.buffer(if reverses { members * printed.lengths[2] } else { 0 });
+        let carried = gpu.buffer(if reverses { members * state } else { 0 });
+        let seen = gpu.buffer(members * of.observed.len() * printed.entries);
+        let plan = gpu.plan();
+        let [own, common] = [&own, &common].map(|numbers| gpu.filled(numbers));
+        let (inputs, table) = (gpu.filled(&self.inputs(of)), gpu.filled(&printed.table));
+        let states = gpu.filled(&states);
+        let buffers = [&plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen];
+        let sweep = Sweep {
+            population: self,
+            members,
+            steps: of.steps,
+            count: of.observed.len(),
+            every,
+            bound: gpu.bind(buffers),
+            plan,
+            carried,
+            bars,
+            seen,
+            slots,
+        };
+        let at_once = sweep.steps_at_once();
+        for first in (0..of.steps).step_by(at_once) {
+            let steps = at_once.min(of.steps - first);
+            match every {
+                // The state takes the place of the one before: the slot after the one before the first is the first.
+                0 => sweep.forward([first, steps], [0, usize::MAX], steps, true),
+                _ => sweep.forward([first, steps], [first / every; 2], every, true),
+            }
+        }
+        Ok(sweep)
+    }
+
+    /// After how many steps a state is stored.
+    fn every(&self, members: usize, steps: usize) -> usize {
+        let of_state = 4 * (members * self.printed.state) as u64;
+        let most = self.memory.min(self.gpu.largest_buffer()) / of_state.max(1);
+        if steps as u64 + 1 <= most {
+            return 1;
+        }
+        ((steps as f64).sqrt().ceil() as usize).max(2)
+    }
+
+    /// The inputs of every step, each followed by the number of the state that is observed after it.
+    fn inputs(&self, of: &Members) -> Vec<f32> {
+        let width = self.printed.inputs;
+        let mut inputs = Vec::with_capacity(of.steps * (width + 1));
+        let mut seen = of.observed.iter().enumerate().peekable();
+        for step in 0..of.steps {
+            inputs.extend_from_slice(&of.inputs[step * width..][..width]);
+            let is_seen = seen.next_if(|(_, after)| **after == step + 1);
+            inputs.push(is_seen.map_or(0.0, |(number, _)| (number + 1) as f32));
+        }
+        assert!(
+            seen.next().is_none(),
+            "the observed steps must be ascending, from 1 to the number of steps"
+        );
+        inputs
+    }
+
+    /// The numbers of the buffers `own` and `common`.
+    fn packed(&self, of: &Members, members: usize) -> [Vec<f32>; 2] {
+        let [own, common, _] = self.printed.lengths;
+        let (mut each, mut all) = (vec![0.0; members * own], vec![0.0; common]);
+        assert_eq!(of.parameters.len(), self.printed.parameters.len(), "the number of parameters");
+        for (placed, numbers) in self.printed.parameters.iter().zip(of.parameters) {
+            let (to, stride) = match placed.is_common {
+                true => (&mut all, common),
+                false => (&mut each, own),
+            };
+            let count = if placed.is_common { 1 } else { members };
+            assert_eq!(numbers.len(), count * placed.len, "the numbers of a parameter");
+            let places: Vec<usize> = placed.places().collect();
+            for (to, numbers) in to.chunks_mut(stride.max(1)).zip(numbers.chunks(placed.len.max(1))) {
+                for (&place, &number) in places.iter().zip(numbers) {
+                    to[place] = number;
+                }
+            }
+        }
+        [each, all]
+    }
+}
+
+impl Sweep<'_> {
+    /// How many steps a dispatch takes.
+    fn steps_at_once(&self) -> usize {
+        match self.every {
+            0 | 1 => self.population.steps_at_once,
+            every => every,
+        }
+    }
+
+    fn forward(&self, stretch: [usize; 2], slots: [usize; 2], every: usize, observes: bool) {
+        self.dispatch(&self.population.forward, stretch, slots, every, observes);
+    }
+
+    fn dispatch(
+        &self,
+        pipeline: &ComputePipeline,
+        [first, steps]: [usize; 2],
+        [read, write]: [usize; 2],
+        every: usize,
+        observes: bool,
+    ) {
+        let gpu = self.population.gpu;
+        let plan = [self.members, first, steps, self.slots, read, write, every, self.count];
+        gpu.write(&self.plan, 0, &plan.map(|number| number as u32));
+        gpu.write(&self.plan, plan.len(), &[u32::from(observes)]);
+        gpu.start(pipeline, &self.bound, self.members);
+    }
+
+    /// The observed numbers: for each member, those of each observed state.
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn observed(&self) -> Result<Vec<f32>, GpuError> {
+        let population = self.population;
+        let numbers = self.members * self.count * population.printed.entries;
+        population.gpu.read(&self.seen, numbers)
+    }
+
+    /// Pulls the cotangents of the observed numbers back, which are in the order of [`observed`](Self::observed).
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn reverse(&self, cotangents: &[f32]) -> Result<Cotangents, GpuError> {
+        let (population, gpu) = (self.population, self.population.gpu);
+        let printed = &population.printed;
+        gpu.write(&self.seen, 0, cotangents);
+        gpu.write(&self.carried, 0, &vec![0.0f32; self.members * printed.state]);
+        gpu.write(&self.bars, 0, &vec![0.0f32; self.members * printed.lengths[2]]);
+        let at_once = self.steps_at_once();
+        let stretches = self.steps.div_ceil(at_once);
+        for first in (0..stretches).rev().map(|k| k * at_once) {
+            let steps = at_once.min(self.steps - first);
+            let slots = match self.every {
+                1 => [first, first],
+                every => {
+                    // The states of this stretch are computed again, behind the stored ones.
+                    let behind = self.steps.div_ceil(every) + 1;
+                    let slots = [first / every, behind];
+                    self.forward([first, steps], slots, 1, false);
+                    slots
+                }
+            };
+            self.dispatch(&population.reverse, [first, steps], slots, 1, false);
+        }
+        let all = gpu.read(&self.bars, self.members * printed.lengths[2])?;
+        let of_parameter = |placed: &autodiff::wgsl::Placed| {
+            let bars: Vec<usize> = placed.bars().collect();
+            let parts = all.chunks(printed.lengths[2].max(1));
+            let of_member = |part: &[f32]| bars.iter().map(|&at| part[at]).collect::<Vec<f32>>();
+            match bars.is_empty() {
+                true => Vec::new(),
+                false => parts.flat_map(of_member).collect(),
+            }
+        };
+        Ok(Cotangents {
+            parameters: printed.parameters.iter().map(of_parameter).collect(),
+            starts: gpu.read(&self.carried, self.members * printed.state)?,
+        })
+    }
+}
