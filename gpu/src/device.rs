@@ -115,6 +115,15 @@ impl Gpu {
         &self.adapter
     }
 
+    /// How many steps a dispatch should take.
+    pub(crate) fn steps_at_once(&self) -> usize {
+        match self.adapter.device_type {
+            // Mesa's driver silently leaves all loops of an invocation after 65535 turns.
+            DeviceType::Cpu => 16,
+            _ => 256,
+        }
+    }
+
     /// The largest buffer that a program can read, in bytes.
     pub fn largest_buffer(&self) -> u64 {
         self.limits.max_buffer_size.min(self.limits.max_storage_buffer_binding_size)
@@ -130,10 +139,18 @@ impl Gpu {
             )));
         }
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = self.device.create_shader_module(ShaderModuleDescriptor {
+        let text = ShaderModuleDescriptor {
             label: None,
             source: ShaderSource::Wgsl(printed.source.as_str().into()),
-        });
+        };
+        // SAFETY: checks of indices and of loops take half of the time. `autodiff` prints every index as a constant place
+        // plus a loop variable below the length of the array, or as an entry of a table that it has made itself; all loops
+        // end after a fixed number of turns. `Population` makes the buffers in the lengths that the program states.
+        #[allow(unsafe_code)]
+        let module = unsafe {
+            let unchecked = wgpu::ShaderRuntimeChecks::unchecked();
+            self.device.create_shader_module_trusted(text, unchecked)
+        };
         let layout = self.layout();
         let pipeline = |entry: &str| {
             self.device.create_compute_pipeline(&ComputePipelineDescriptor {
@@ -230,6 +247,13 @@ impl Gpu {
         if !numbers.is_empty() {
             self.queue.write_buffer(buffer, 4 * at as u64, bytemuck::cast_slice(numbers));
         }
+    }
+
+    /// Fills buffers with zeros.
+    pub(crate) fn clear(&self, buffers: &[&Buffer]) {
+        let mut commands = self.device.create_command_encoder(&Default::default());
+        buffers.iter().for_each(|buffer| commands.clear_buffer(buffer, 0, None));
+        self.queue.submit([commands.finish()]);
     }
 
     /// Reads the first numbers of a buffer, after all work before has ended.

@@ -2,6 +2,8 @@
 
 mod device;
 mod population;
+mod robots;
 
 pub use device::{Gpu, GpuError, adapters};
 pub use population::{Cotangents, Members, Population, Sweep};
+pub use robots::{Gradients, RobotsOnGpu};

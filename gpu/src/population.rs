@@ -47,7 +47,6 @@ pub struct Sweep<'a> {
     carried: Buffer,
     bars: Buffer,
     seen: Buffer,
-    slots: usize,
 }
 
 /// The cotangents that a reverse sweep returns.
@@ -71,7 +70,7 @@ impl<'a> Population<'a> {
             printed,
             forward,
             reverse,
-            steps_at_once: 256,
+            steps_at_once: gpu.steps_at_once(),
             memory: 1 << 30,
         })
     }
@@ -100,17 +99,14 @@ impl<'a> Population<'a> {
             // Behind the stored states, there is room for those of a stretch of steps.
             _ => of.steps.div_ceil(every) + 2 + every,
         };
-        let mut states = vec![0.0; members * slots * state];
-        for (to, start) in states.chunks_mut(slots * state).zip(of.starts.chunks(state)) {
-            to[..state].copy_from_slice(start);
-        }
         let bars = gpu.buffer(if reverses { members * printed.lengths[2] } else { 0 });
         let carried = gpu.buffer(if reverses { members * state } else { 0 });
         let seen = gpu.buffer(members * of.observed.len() * printed.entries);
         let plan = gpu.plan();
         let [own, common] = [&own, &common].map(|numbers| gpu.filled(numbers));
         let (inputs, table) = (gpu.filled(&self.inputs(of)), gpu.filled(&printed.table));
-        let states = gpu.filled(&states);
+        let states = gpu.buffer(members * slots * state);
+        gpu.write(&states, 0, of.starts);
         let buffers = [&plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen];
         let sweep = Sweep {
             population: self,
@@ -123,7 +119,6 @@ impl<'a> Population<'a> {
             carried,
             bars,
             seen,
-            slots,
         };
         let at_once = sweep.steps_at_once();
         for first in (0..of.steps).step_by(at_once) {
@@ -209,7 +204,7 @@ impl Sweep<'_> {
         observes: bool,
     ) {
         let gpu = self.population.gpu;
-        let plan = [self.members, first, steps, self.slots, read, write, every, self.count];
+        let plan = [self.members, first, steps, read, write, every, self.count];
         gpu.write(&self.plan, 0, &plan.map(|number| number as u32));
         gpu.write(&self.plan, plan.len(), &[u32::from(observes)]);
         gpu.start(pipeline, &self.bound, self.members);
@@ -233,8 +228,7 @@ impl Sweep<'_> {
         let (population, gpu) = (self.population, self.population.gpu);
         let printed = &population.printed;
         gpu.write(&self.seen, 0, cotangents);
-        gpu.write(&self.carried, 0, &vec![0.0f32; self.members * printed.state]);
-        gpu.write(&self.bars, 0, &vec![0.0f32; self.members * printed.lengths[2]]);
+        gpu.clear(&[&self.carried, &self.bars]);
         let at_once = self.steps_at_once();
         let stretches = self.steps.div_ceil(at_once);
         for first in (0..stretches).rev().map(|k| k * at_once) {

@@ -106,7 +106,6 @@ impl Default for Options {
 /// | `members` | the number of members |
 /// | `first` | the first step |
 /// | `steps` | the number of steps |
-/// | `slots` | how many states of each member the buffer `states` has room for |
 /// | `read` | the slot of the state before step `first` |
 /// | `write` | `forward` writes the state after `every * k` of its steps to slot `write + k`; `reverse` reads the state before its step `k > 0` from slot `write + k` |
 /// | `every` | see `write`; `reverse` takes it as 1 |
@@ -117,7 +116,7 @@ impl Default for Options {
 ///
 /// # Buffers
 ///
-/// All in group 0. Each member has a part of `own`, `states`, `carried`, `bars` and `observed`, one after the other.
+/// All in group 0. Each member has a part of `own`, `carried`, `bars` and `observed`, one after the other.
 ///
 /// | binding | name | numbers |
 /// | --- | --- | --- |
@@ -125,7 +124,7 @@ impl Default for Options {
 /// | 1 | `inputs` | for each step its inputs, and then the number of the observed state after it, from 1 on, or 0 |
 /// | 2 | `table` | [`table`](Self::table) |
 /// | 3, 4 | `own`, `of_all` | the parameters, see [`parameters`](Self::parameters) |
-/// | 5 | `states` | in each slot a state |
+/// | 5 | `states` | in each slot the states of all members, one after the other |
 /// | 6 | `carried` | the cotangent of the state, which `reverse` reads and replaces |
 /// | 7 | `bars` | the cotangents of parameters, to which `reverse` adds |
 /// | 8 | `observed` | `forward` writes the observed numbers; `reverse` reads their cotangents in the same places |

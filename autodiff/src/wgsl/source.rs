@@ -18,7 +18,6 @@ struct Plan {
     members: u32,
     first: u32,
     steps: u32,
-    slots: u32,
     read: u32,
     write: u32,
     every: u32,
@@ -177,7 +176,7 @@ fn beginning(step: &Step, printing: &Printing) -> String {
     let [own, _, bars] = printing.memory.lengths;
     let mut text = format!(
         "let member = group.x + {ROW_OF_GROUPS}u * group.y;\nif (member >= plan.members) {{ return; }}\n\
-         let own_at = member * {own}u;\nlet states_at = member * plan.slots;\nlet bars_at = member * {bars}u;\n\
+         let own_at = member * {own}u;\nlet bars_at = member * {bars}u;\n\
          let observed_at = member * plan.observed;\n"
     );
     for (array, placed) in printing.memory.arrays() {
@@ -257,7 +256,7 @@ fn forward(step: &Step, printing: &mut Printing) -> String {
     start += "workgroupBarrier();\n";
     start += &each(
         state,
-        &format!("row[{state_at}] = states[(states_at + plan.read) * {state}u + i];"),
+        &format!("row[{state_at}] = states[(plan.read * plan.members + member) * {state}u + i];"),
     );
     let mut writer = Writer::default();
     writer.text += "let n = plan.first + k;\n";
@@ -292,7 +291,7 @@ fn forward(step: &Step, printing: &mut Printing) -> String {
         "if ((k + 1u) % plan.every == 0u) {{\n    let slot = plan.write + (k + 1u) / plan.every;\n{}}}\n\
          let seen = u32(inputs[n * {width}u + {}u]);\nif (seen > 0u && plan.observes == 1u) {{\n{}}}\n",
         indented(
-            &each(state, &format!("states[(states_at + slot) * {state}u + i] = row[{state_at}];")),
+            &each(state, &format!("states[(slot * plan.members + member) * {state}u + i] = row[{state_at}];")),
             4
         ),
         width - 1,
@@ -330,7 +329,7 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, 
     );
     writer.text += &each(
         state,
-        &format!("row[{state_at}] = states[(states_at + slot) * {state}u + i];"),
+        &format!("row[{state_at}] = states[(slot * plan.members + member) * {state}u + i];"),
     );
     writer.text += &each(row, "row_bar[i] = 0.0f;");
     writer.text += &read_inputs(step);

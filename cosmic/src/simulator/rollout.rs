@@ -471,7 +471,7 @@ impl Simulator {
     }
 
     /// Converts the observed states to a trajectory. `seen` has the states as flat arrays, one after the other.
-    fn trajectory<R: Real>(
+    pub(super) fn trajectory<R: Real>(
         &self,
         seen: &[R],
         span: &Span,

@@ -82,6 +82,14 @@ impl<R: Real> Surroundings<R> {
         self
     }
 
+    /// A copy of the surroundings with `f` applied to every number.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Surroundings<S> {
+        Surroundings {
+            inputs: Arc::clone(&self.inputs),
+            numbers: self.numbers.iter().map(|&x| f(x)).collect(),
+        }
+    }
+
     /// Goal number `k` of the goals whose numbers are those from `first` on.
     pub(super) fn goal(&self, first: usize, k: usize) -> Goal<R> {
         Goal::of_numbers(std::array::from_fn(|j| self.numbers[first + 3 * k + j]))

@@ -1,0 +1,206 @@
+//! Robots as programs for a GPU: the text of their step, and the numbers that it reads.
+
+use std::sync::Arc;
+
+use autodiff::wgsl::{self, Options, Printed, Refused};
+use autodiff::Real;
+
+use super::parameters::{Filled, Road};
+use super::robot::Robot;
+use super::rollout::{Simulator, Span};
+use super::surroundings::Surroundings;
+use super::trajectory::Trajectory;
+use crate::lattice::{Body, State};
+use crate::policy::Controller;
+
+/// A population of robots on one lattice, for rollouts on a GPU. Its members may differ in body, controller,
+/// surroundings and start; each of the first three has one entry that all members share, or one for each member.
+///
+/// [`Simulator::printed`] makes it. It prints the step once, and converts robots to the numbers that the printed program
+/// reads, and back: `cosmic-gpu` has the devices.
+#[derive(Clone, Debug)]
+pub struct PrintedRobots {
+    /// The printed program.
+    pub program: Printed,
+    /// The inputs of all steps of the span, one step after the other.
+    pub inputs: Arc<[f64]>,
+    /// For each parameter, whether all members share it.
+    common: Vec<bool>,
+    simulator: Simulator,
+    robot: Robot,
+    span: Span,
+}
+
+/// The robots of a population.
+#[derive(Clone, Copy, Debug)]
+pub struct Robots<'a, R> {
+    /// One for all, or one for each.
+    pub surroundings: &'a [Surroundings<R>],
+    /// One for all, or one for each.
+    pub bodies: &'a [Body<R>],
+    /// One for all, or one for each.
+    pub controllers: &'a [Controller<R>],
+}
+
+/// The cotangents that a reverse sweep computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Those of the bodies.
+    pub bodies: bool,
+    /// Those of the controllers.
+    pub controllers: bool,
+    /// Those of the surroundings.
+    pub surroundings: bool,
+}
+
+impl Simulator {
+    /// Prints the step of these robots for a GPU. The numbers of a later population may be others, but the edges without
+    /// stiffness or stroke in all of these bodies are left out, and what these robots share stays shared. With one member
+    /// nothing counts as different.
+    ///
+    /// # Errors
+    /// If the step cannot be printed. An implicit step cannot, because it solves linear equations.
+    ///
+    /// # Panics
+    /// Like [`rollout_many`](Simulator::rollout_many).
+    pub fn printed(
+        &self,
+        robots: &Robots<f64>,
+        span: &Span,
+        wanted: Wanted,
+        workgroup: usize,
+    ) -> Result<PrintedRobots, Refused> {
+        self.check(robots.bodies, &[]);
+        let robot = self.robot.for_bodies(robots.bodies);
+        let plan = self.plan(robot.clone(), span);
+        let numbers = self.population_numbers(&robot, robots);
+        let common: Vec<bool> = numbers.iter().map(|lists| lists.len() == 1).collect();
+        let mut kinds = Kinds(Vec::new());
+        robot.parameters(&mut kinds);
+        let kind = |k: usize| kinds.0.get(k).copied().unwrap_or(Kind::Controller);
+        let is_wanted = |k: &usize| match kind(*k) {
+            Kind::Body => wanted.bodies,
+            Kind::Surroundings => wanted.surroundings,
+            Kind::Controller => wanted.controllers,
+            Kind::Fixed => false,
+        };
+        let chosen = |k: &usize| common[*k];
+        let options = Options {
+            workgroup,
+            common: (0..common.len()).filter(chosen).collect(),
+            wanted: (0..common.len()).filter(is_wanted).collect(),
+            entries: plan.entries.clone(),
+            ..Options::default()
+        };
+        Ok(PrintedRobots {
+            program: wgsl::print(&robot, &options)?,
+            inputs: plan.inputs,
+            common,
+            simulator: self.clone(),
+            robot,
+            span: span.clone(),
+        })
+    }
+
+    /// The numbers of all parameters: for each parameter one list, or one list for each member.
+    fn population_numbers<R: Real>(&self, robot: &Robot, robots: &Robots<R>) -> Vec<Vec<Vec<R>>> {
+        let mut filled = Filled {
+            bodies: robots.bodies,
+            surroundings: robots.surroundings,
+            of_starts: Vec::new(),
+            numbers: Vec::new(),
+        };
+        robot.parameters(&mut filled);
+        let mut numbers = filled.numbers;
+        let first = numbers.len();
+        for controller in robots.controllers {
+            let of_policy = robot.policy_numbers(controller, &self.ground);
+            numbers.resize(first + of_policy.len(), Vec::new());
+            for (lists, list) in numbers[first..].iter_mut().zip(of_policy) {
+                lists.push(list);
+            }
+        }
+        numbers
+    }
+}
+
+impl PrintedRobots {
+    /// The numbers of the parameters, in the order of [`Printed::parameters`]: of each parameter its list, or the lists of
+    /// all members one after the other.
+    ///
+    /// # Panics
+    /// If the robots do not fit those with which the program was printed.
+    pub fn numbers<R: Real>(&self, robots: &Robots<R>) -> Vec<Vec<R>> {
+        let numbers = self.simulator.population_numbers(&self.robot, robots);
+        let fits = numbers.iter().map(|lists| lists.len() == 1).eq(self.common.iter().copied());
+        assert!(fits, "these robots share other numbers than those for which the program was printed");
+        numbers.iter().map(|lists| lists.concat()).collect()
+    }
+
+    /// The numbers of the parameters of a single member: a list for each, in the order of [`Printed::parameters`].
+    pub fn numbers_of_one<R: Real>(
+        &self,
+        surroundings: &Surroundings<R>,
+        body: &Body<R>,
+        controller: &Controller<R>,
+    ) -> Vec<Vec<R>> {
+        let one = Robots {
+            surroundings: std::slice::from_ref(surroundings),
+            bodies: std::slice::from_ref(body),
+            controllers: std::slice::from_ref(controller),
+        };
+        let numbers = self.simulator.population_numbers(&self.robot, &one);
+        numbers.into_iter().flatten().collect()
+    }
+
+    /// The states at the start as the numbers of the program, one member after the other.
+    pub fn starts<R: Real>(&self, starts: &[State<R>]) -> Vec<R> {
+        starts.iter().flat_map(|start| self.simulator.flatten(start)).collect()
+    }
+
+    /// The trajectory of a member, from the numbers that the program has observed of it.
+    pub fn trajectory<R: Real>(
+        &self,
+        seen: &[R],
+        surroundings: &Surroundings<R>,
+        body: &Body<R>,
+        start: &State<R>,
+    ) -> Trajectory<R> {
+        self.simulator.trajectory(seen, &self.span, surroundings, body, start)
+    }
+
+    /// The span of the rollouts.
+    pub fn span(&self) -> &Span {
+        &self.span
+    }
+}
+
+/// The source of a parameter.
+#[derive(Clone, Copy)]
+enum Kind {
+    Body,
+    Surroundings,
+    Controller,
+    Fixed,
+}
+
+/// Collects the kinds of a robot's parameters in the order of declaration.
+struct Kinds(Vec<Kind>);
+
+impl Road for Kinds {
+    type Number = f64;
+    type Array = ();
+
+    fn of_body(&mut self, _: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) {
+        self.0.push(Kind::Body);
+    }
+    fn of_surroundings<const N: usize>(&mut self, _: impl Fn(&Surroundings<f64>) -> [f64; N]) {
+        self.0.push(Kind::Surroundings);
+    }
+    fn of_start(&mut self, _: usize) {
+        self.0.push(Kind::Fixed);
+    }
+    fn shared(&mut self, _: &[f64]) {
+        self.0.push(Kind::Fixed);
+    }
+}
