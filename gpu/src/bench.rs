@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::time::Instant;
 
+use autodiff::wgsl::Placed;
 use autodiff::{Tape, Var};
 use clap::Args;
 use cosmic::case::Case;
@@ -19,7 +20,11 @@ pub(crate) struct Settings {
     #[arg(default_value = "earth")]
     scene: String,
     /// The numbers of robots
-    #[arg(long, value_delimiter = ',', default_value = "1,16,64,256,1024,4096,16384")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1,16,64,256,1024,4096,16384"
+    )]
     robots: Vec<usize>,
     /// The number of steps
     #[arg(long, default_value_t = 512)]
@@ -61,7 +66,9 @@ const SEEDS: usize = 16;
 impl Drawn {
     fn new(scene: &Scene) -> cosmic::Result<Self> {
         let case = |seed| Case::of_scene(scene, seed);
-        let cases = (0..SEEDS as u64).map(case).collect::<cosmic::Result<Vec<_>>>()?;
+        let cases = (0..SEEDS as u64)
+            .map(case)
+            .collect::<cosmic::Result<Vec<_>>>()?;
         Ok(Self {
             simulator: Simulator::new(&cases[0].lattice, &cases[0].physics, &cases[0].observation),
             bodies: cases.iter().map(Case::body).collect(),
@@ -75,9 +82,16 @@ pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
     let drawn = Drawn::new(&scene)?;
     let gpu = Gpu::open(settings.device.as_deref())?;
     let cores = std::thread::available_parallelism()?;
-    println!("{}, {} steps; {}; processor: {cores} threads, f32", settings.scene, settings.steps, gpu.adapter().name);
+    println!(
+        "{}, {} steps; {}; processor: {cores} threads, f32",
+        settings.scene,
+        settings.steps,
+        gpu.adapter().name
+    );
     println!();
-    println!("| work | weights | workgroup | robots | device, robot-steps/s | processor, robot-steps/s | ratio |");
+    println!(
+        "| work | weights | workgroup | robots | device, robot-steps/s | processor, robot-steps/s | ratio |"
+    );
     println!("| --- | --- | --: | --: | --: | --: | --: |");
     for (work, name) in WORK {
         for (shared, weights) in [(false, "own"), (true, "shared")] {
@@ -87,11 +101,14 @@ pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
                     false => Some(on_processor(&drawn, settings.steps, robots, work, shared)),
                 };
                 for &workgroup in &settings.workgroup {
-                    let device = on_device(&gpu, &drawn, settings, robots, workgroup, work, shared);
+                    let device =
+                        on_device(&gpu, &drawn, settings, robots, workgroup, (work, shared));
                     let device = match device {
                         Ok(rate) => rate,
                         Err(error) => {
-                            println!("| {name} | {weights} | {workgroup} | {robots} | {error} | | |");
+                            println!(
+                                "| {name} | {weights} | {workgroup} | {robots} | {error} | | |"
+                            );
                             continue;
                         }
                     };
@@ -99,7 +116,9 @@ pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
                         None => [const { String::new() }; 2],
                         Some(rate) => [format!("{rate:.3e}"), format!("{:.2}", device / rate)],
                     };
-                    println!("| {name} | {weights} | {workgroup} | {robots} | {device:.3e} | {other} | {ratio} |");
+                    println!(
+                        "| {name} | {weights} | {workgroup} | {robots} | {device:.3e} | {other} | {ratio} |"
+                    );
                 }
             }
         }
@@ -117,81 +136,87 @@ fn shortest(mut work: impl FnMut()) -> f64 {
     (0..3).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Robot-steps per second on the device: the time of twice the steps less the time of once the steps, so that copies to
-/// and from the device do not count.
+/// Robot-steps per second on the device, without the copies to and from it.
 fn on_device(
     gpu: &Gpu,
     drawn: &Drawn,
     settings: &Settings,
     robots: usize,
     workgroup: usize,
-    work: Work,
-    shared: bool,
+    (work, shared): (Work, bool),
 ) -> Result<f64, Box<dyn Error>> {
     let surroundings = [drawn.simulator.surroundings()];
-    let controllers: Vec<_> = drawn.cases.iter().map(|case| case.controller.clone()).collect();
+    let controllers: Vec<_> = drawn
+        .cases
+        .iter()
+        .map(|case| case.controller.clone())
+        .collect();
     let few = Robots {
         surroundings: &surroundings,
         bodies: &drawn.bodies,
-        controllers: if shared { &controllers[..1] } else { &controllers },
+        controllers: if shared {
+            &controllers[..1]
+        } else {
+            &controllers
+        },
     };
     let wanted = Wanted {
         bodies: work == Work::OfDesigns,
         controllers: work == Work::OfControllers,
         surroundings: false,
     };
-    let mut seconds = [0.0; 2];
-    for (seconds, steps) in seconds.iter_mut().zip([settings.steps, 2 * settings.steps]) {
-        let mut span = Span::from_start(vec![steps / 2, steps]);
-        span.nodes = 1;
-        let printed = drawn.simulator.printed(&few, &span, wanted, workgroup)?;
-        // The numbers of the few robots are repeated.
-        let numbers = printed.numbers(&few);
-        let placed = printed.program.parameters.clone();
-        let repeated = |list: Vec<f64>, len: usize, is_common: bool| -> Vec<f32> {
-            let count = if is_common { 1 } else { robots };
-            let part = |k: usize| list[(k % (list.len() / len.max(1)).max(1)) * len..][..len].iter();
-            (0..count).flat_map(part).map(|&x| x as f32).collect()
-        };
-        let parameters: Vec<Vec<f32>> = numbers
-            .into_iter()
-            .zip(&placed)
-            .map(|(list, placed)| repeated(list, placed.len, placed.is_common))
-            .collect();
-        let start: Vec<f32> = printed.starts(&[drawn.cases[0].start.clone()]).iter().map(|&x| x as f32).collect();
-        let starts = start.repeat(robots);
-        let inputs: Vec<f32> = printed.inputs.iter().map(|&x| x as f32).collect();
-        let observed = span.observed.clone();
-        let members = Members { starts: &starts, parameters: &parameters, steps, inputs: &inputs, observed: &observed };
-        let mut population = Population::new(gpu, printed.program)?;
-        population.memory = 8 << 30;
-        let mut failed = None;
-        *seconds = shortest(|| {
-            let timed = || -> Result<f64, cosmic_gpu::GpuError> {
-                let sweep = population.run(&members, work != Work::Forward)?;
-                gpu.wait()?;
-                if work != Work::Forward {
-                    let cotangents = vec![1.0; robots * 2 * population.printed().entries];
-                    sweep.reverse(&cotangents)?;
-                }
-                Ok(0.0)
-            };
-            if let Err(error) = timed() {
-                failed = Some(error);
-            }
-        });
-        if let Some(error) = failed {
-            return Err(error.into());
+    let steps = settings.steps;
+    let mut span = Span::from_start(vec![steps / 2, steps]);
+    span.nodes = 1;
+    let printed = drawn.simulator.printed(&few, &span, wanted, workgroup)?;
+    // The numbers of the few robots are repeated.
+    let repeated = |(list, placed): (Vec<f64>, &Placed)| -> Vec<f32> {
+        let (len, count) = (placed.len, if placed.is_common { 1 } else { robots });
+        let own = list.len() / len.max(1);
+        let part = |k: usize| list[(k % own.max(1)) * len..][..len].iter();
+        (0..count).flat_map(part).map(|&x| x as f32).collect()
+    };
+    let numbers = printed
+        .numbers(&few)
+        .into_iter()
+        .zip(&printed.program.parameters);
+    let parameters: Vec<Vec<f32>> = numbers.map(repeated).collect();
+    let single = |numbers: &[f64]| numbers.iter().map(|&x| x as f32).collect::<Vec<f32>>();
+    let starts = single(&printed.starts(&[drawn.cases[0].start.clone()])).repeat(robots);
+    let inputs = single(&printed.inputs);
+    let members = Members {
+        starts: &starts,
+        parameters: &parameters,
+        steps,
+        inputs: &inputs,
+        observed: &span.observed,
+    };
+    let mut population = Population::new(gpu, printed.program)?;
+    population.memory = 8 << 30;
+    let sweep = population.prepare(&members, work != Work::Forward);
+    let cotangents = vec![1.0; robots * 2 * population.printed().entries];
+    let waited = || gpu.wait().expect("the device was lost");
+    sweep.forward();
+    waited();
+    let seconds = shortest(|| {
+        sweep.forward();
+        if work != Work::Forward {
+            sweep.reverse(&cotangents);
         }
-    }
-    Ok((robots * settings.steps) as f64 / (seconds[1] - seconds[0]).max(1e-9))
+        waited();
+    });
+    Ok((robots * steps) as f64 / seconds)
 }
 
 /// Robot-steps per second on all threads of the processor. Robots that share a controller run in the lanes of registers.
 fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: bool) -> f64 {
     let single = |x: f64| x as f32;
     let bodies: Vec<Body<f32>> = drawn.bodies.iter().map(|body| body.map(single)).collect();
-    let controllers: Vec<_> = drawn.cases.iter().map(|case| case.controller.map(single)).collect();
+    let controllers: Vec<_> = drawn
+        .cases
+        .iter()
+        .map(|case| case.controller.map(single))
+        .collect();
     let start = drawn.cases[0].start.map(single);
     let mut span = Span::from_start(vec![steps / 2, steps]);
     span.nodes = 1;
@@ -201,22 +226,30 @@ fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: 
     let measured = bundles.min(16 * std::thread::available_parallelism().map_or(1, usize::from));
     let bundle = |k: usize| {
         let count = at_once.min(robots - k * at_once);
-        let own: Vec<&Body<f32>> = (0..count).map(|j| &bodies[(k * at_once + j) % SEEDS]).collect();
+        let own: Vec<&Body<f32>> = (0..count)
+            .map(|j| &bodies[(k * at_once + j) % SEEDS])
+            .collect();
         let controller = &controllers[if shared { 0 } else { k % SEEDS }];
         if work == Work::Forward {
             let bodies: Vec<Body<f32>> = own.into_iter().cloned().collect();
             let starts = vec![start.clone(); count];
-            drawn.simulator.rollout_many(&bodies, controller, &starts, &span);
+            drawn
+                .simulator
+                .rollout_many(&bodies, controller, &starts, &span);
             return count;
         }
         let of_bodies = work == Work::OfDesigns;
         let flat: Vec<f32> = match of_bodies {
-            true => own.iter().flat_map(|body| [&body.stiffness[..], &body.strain, &body.mass].concat()).collect(),
+            true => own
+                .iter()
+                .flat_map(|body| [&body.stiffness[..], &body.strain, &body.mass].concat())
+                .collect(),
             false => controller.numbers().to_vec(),
         };
         let mut tape = Tape::new();
         let loss = tape.record(&flat, |x: &[Var<f32>]| {
-            let mut bodies: Vec<Body<Var<f32>>> = own.iter().map(|body| body.map(Var::constant)).collect();
+            let mut bodies: Vec<Body<Var<f32>>> =
+                own.iter().map(|body| body.map(Var::constant)).collect();
             let mut controller = controller.map(Var::constant);
             if of_bodies {
                 let mut rest = x;
@@ -231,8 +264,12 @@ fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: 
                 controller.numbers_mut().copy_from_slice(x);
             }
             let starts = vec![start.map(Var::constant); count];
-            let all = drawn.simulator.rollout_many(&bodies, &controller, &starts, &span);
-            all.iter().flat_map(|t| t.states.iter().map(|state| state.x[0][0])).sum::<Var<f32>>()
+            let all = drawn
+                .simulator
+                .rollout_many(&bodies, &controller, &starts, &span);
+            all.iter()
+                .flat_map(|t| t.states.iter().map(|state| state.x[0][0]))
+                .sum::<Var<f32>>()
         });
         tape.pullback(&[loss], &[1.0]);
         count

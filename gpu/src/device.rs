@@ -6,9 +6,10 @@ use std::fmt::{self, Display};
 use autodiff::wgsl::Printed;
 use pollster::block_on;
 use wgpu::{
-    Adapter, BackendOptions, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages, ComputePipeline,
-    ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor,
-    PipelineCompilationOptions, PollType, Queue, ShaderModuleDescriptor, ShaderSource,
+    Adapter, BackendOptions, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages,
+    ComputePipeline, ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance,
+    InstanceDescriptor, PipelineCompilationOptions, PollType, Queue, ShaderModuleDescriptor,
+    ShaderSource,
 };
 
 /// A device that runs printed programs.
@@ -86,7 +87,9 @@ impl Gpu {
         };
         let Some(adapter) = adapters.iter().find(named) else {
             let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
-            let wanted = name.map_or("any adapter".to_owned(), |name| format!("an adapter with \"{name}\" in its name"));
+            let wanted = name.map_or("any adapter".to_owned(), |name| {
+                format!("an adapter with \"{name}\" in its name")
+            });
             let found = match names.is_empty() {
                 true => "found none".to_owned(),
                 false => format!("found only {}", names.join(", ")),
@@ -100,8 +103,8 @@ impl Gpu {
             required_limits: limits.clone(),
             ..DeviceDescriptor::default()
         };
-        let (device, queue) =
-            block_on(adapter.request_device(&wanted)).map_err(|e| GpuError::NotOpened(e.to_string()))?;
+        let (device, queue) = block_on(adapter.request_device(&wanted))
+            .map_err(|e| GpuError::NotOpened(e.to_string()))?;
         Ok(Self {
             device,
             queue,
@@ -126,7 +129,9 @@ impl Gpu {
 
     /// The largest buffer that a program can read, in bytes.
     pub fn largest_buffer(&self) -> u64 {
-        self.limits.max_buffer_size.min(self.limits.max_storage_buffer_binding_size)
+        self.limits
+            .max_buffer_size
+            .min(self.limits.max_storage_buffer_binding_size)
     }
 
     /// Compiles both entry points of a program.
@@ -153,18 +158,19 @@ impl Gpu {
         };
         let layout = self.layout();
         let pipeline = |entry: &str| {
-            self.device.create_compute_pipeline(&ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: PipelineCompilationOptions {
-                    // Every number is written before it is read.
-                    zero_initialize_workgroup_memory: false,
-                    ..PipelineCompilationOptions::default()
-                },
-                cache: None,
-            })
+            self.device
+                .create_compute_pipeline(&ComputePipelineDescriptor {
+                    label: Some(entry),
+                    layout: Some(&layout),
+                    module: &module,
+                    entry_point: Some(entry),
+                    compilation_options: PipelineCompilationOptions {
+                        // Every number is written before it is read.
+                        zero_initialize_workgroup_memory: false,
+                        ..PipelineCompilationOptions::default()
+                    },
+                    cache: None,
+                })
         };
         let pipelines = ["forward", "reverse"].map(pipeline);
         match block_on(scope.pop()) {
@@ -180,7 +186,9 @@ impl Gpu {
             ty: wgpu::BindingType::Buffer {
                 ty: match binding {
                     0 => wgpu::BufferBindingType::Uniform,
-                    _ => wgpu::BufferBindingType::Storage { read_only: binding <= 4 },
+                    _ => wgpu::BufferBindingType::Storage {
+                        read_only: binding <= 4,
+                    },
                 },
                 has_dynamic_offset: false,
                 min_binding_size: None,
@@ -188,25 +196,29 @@ impl Gpu {
             count: None,
         };
         let entries: Vec<_> = (0..BINDINGS).map(entry).collect();
-        self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &entries,
-        })
+        self.device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: None,
+                entries: &entries,
+            })
     }
 
     fn layout(&self) -> wgpu::PipelineLayout {
-        self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&self.groups())],
-            immediate_size: 0,
-        })
+        self.device
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: &[Some(&self.groups())],
+                immediate_size: 0,
+            })
     }
 
     pub(crate) fn bind(&self, buffers: [&Buffer; BINDINGS as usize]) -> BindGroup {
-        let entries = (0..).zip(buffers).map(|(binding, buffer)| wgpu::BindGroupEntry {
-            binding,
-            resource: buffer.as_entire_binding(),
-        });
+        let entries = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            });
         let entries: Vec<_> = entries.collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
@@ -245,14 +257,17 @@ impl Gpu {
     /// Writes numbers from the number `at` on.
     pub(crate) fn write<T: bytemuck::Pod>(&self, buffer: &Buffer, at: usize, numbers: &[T]) {
         if !numbers.is_empty() {
-            self.queue.write_buffer(buffer, 4 * at as u64, bytemuck::cast_slice(numbers));
+            self.queue
+                .write_buffer(buffer, 4 * at as u64, bytemuck::cast_slice(numbers));
         }
     }
 
     /// Fills buffers with zeros.
     pub(crate) fn clear(&self, buffers: &[&Buffer]) {
         let mut commands = self.device.create_command_encoder(&Default::default());
-        buffers.iter().for_each(|buffer| commands.clear_buffer(buffer, 0, None));
+        buffers
+            .iter()
+            .for_each(|buffer| commands.clear_buffer(buffer, 0, None));
         self.queue.submit([commands.finish()]);
     }
 
@@ -273,14 +288,18 @@ impl Gpu {
         self.queue.submit([commands.finish()]);
         copy.map_async(wgpu::MapMode::Read, .., |_| {});
         self.wait()?;
-        let view = copy.get_mapped_range(..).map_err(|e| GpuError::Failed(e.to_string()))?;
+        let view = copy
+            .get_mapped_range(..)
+            .map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(bytemuck::cast_slice(&view).to_vec())
     }
 
     /// Waits until all work has ended.
     pub fn wait(&self) -> Result<(), GpuError> {
         let waited = self.device.poll(PollType::wait_indefinitely());
-        waited.map(|_| ()).map_err(|e| GpuError::Failed(e.to_string()))
+        waited
+            .map(|_| ())
+            .map_err(|e| GpuError::Failed(e.to_string()))
     }
 
     /// Starts an entry point for this many members.

@@ -29,7 +29,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 println!("no adapter of Vulkan, Metal or DirectX 12 was found");
             }
             for adapter in adapters {
-                println!("{} ({:?}, {:?}, {})", adapter.name, adapter.device_type, adapter.backend, adapter.driver_info);
+                println!(
+                    "{} ({:?}, {:?}, {})",
+                    adapter.name, adapter.device_type, adapter.backend, adapter.driver_info
+                );
             }
             Ok(())
         }

@@ -33,7 +33,7 @@ pub struct Members<'a> {
     pub observed: &'a [usize],
 }
 
-/// A forward sweep, which is kept on the device for a reverse sweep.
+/// Members on the device, with the states that a forward sweep stores for a reverse sweep.
 pub struct Sweep<'a> {
     population: &'a Population<'a>,
     members: usize,
@@ -80,26 +80,35 @@ impl<'a> Population<'a> {
         &self.printed
     }
 
-    /// Runs all members forward. With `reverses`, states are stored for [`Sweep::reverse`].
-    ///
-    /// # Errors
-    /// If the device is lost.
+    /// Copies all members to the device. With `reverses`, states will be stored for [`Sweep::reverse`].
     ///
     /// # Panics
     /// If a length does not fit the program.
-    pub fn run(&'a self, of: &Members, reverses: bool) -> Result<Sweep<'a>, GpuError> {
+    pub fn prepare(&'a self, of: &Members, reverses: bool) -> Sweep<'a> {
         let (gpu, printed, state) = (self.gpu, &self.printed, self.printed.state);
         let members = of.starts.len() / state;
-        assert_eq!(of.starts.len(), members * state, "the starts are not whole states");
+        assert_eq!(
+            of.starts.len(),
+            members * state,
+            "the starts are not whole states"
+        );
         let [own, common] = self.packed(of, members);
-        let every = if reverses { self.every(members, of.steps) } else { 0 };
+        let every = if reverses {
+            self.every(members, of.steps)
+        } else {
+            0
+        };
         let slots = match every {
             0 => 1,
             1 => of.steps + 1,
             // Behind the stored states, there is room for those of a stretch of steps.
             _ => of.steps.div_ceil(every) + 2 + every,
         };
-        let bars = gpu.buffer(if reverses { members * printed.lengths[2] } else { 0 });
+        let bars = gpu.buffer(if reverses {
+            members * printed.lengths[2]
+        } else {
+            0
+        });
         let carried = gpu.buffer(if reverses { members * state } else { 0 });
         let seen = gpu.buffer(members * of.observed.len() * printed.entries);
         let plan = gpu.plan();
@@ -107,8 +116,10 @@ impl<'a> Population<'a> {
         let (inputs, table) = (gpu.filled(&self.inputs(of)), gpu.filled(&printed.table));
         let states = gpu.buffer(members * slots * state);
         gpu.write(&states, 0, of.starts);
-        let buffers = [&plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen];
-        let sweep = Sweep {
+        let buffers = [
+            &plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen,
+        ];
+        Sweep {
             population: self,
             members,
             steps: of.steps,
@@ -119,17 +130,7 @@ impl<'a> Population<'a> {
             carried,
             bars,
             seen,
-        };
-        let at_once = sweep.steps_at_once();
-        for first in (0..of.steps).step_by(at_once) {
-            let steps = at_once.min(of.steps - first);
-            match every {
-                // The state takes the place of the one before: the slot after the one before the first is the first.
-                0 => sweep.forward([first, steps], [0, usize::MAX], steps, true),
-                _ => sweep.forward([first, steps], [first / every; 2], every, true),
-            }
         }
-        Ok(sweep)
     }
 
     /// After how many steps a state is stored.
@@ -163,16 +164,27 @@ impl<'a> Population<'a> {
     fn packed(&self, of: &Members, members: usize) -> [Vec<f32>; 2] {
         let [own, common, _] = self.printed.lengths;
         let (mut each, mut all) = (vec![0.0; members * own], vec![0.0; common]);
-        assert_eq!(of.parameters.len(), self.printed.parameters.len(), "the number of parameters");
+        assert_eq!(
+            of.parameters.len(),
+            self.printed.parameters.len(),
+            "the number of parameters"
+        );
         for (placed, numbers) in self.printed.parameters.iter().zip(of.parameters) {
             let (to, stride) = match placed.is_common {
                 true => (&mut all, common),
                 false => (&mut each, own),
             };
             let count = if placed.is_common { 1 } else { members };
-            assert_eq!(numbers.len(), count * placed.len, "the numbers of a parameter");
+            assert_eq!(
+                numbers.len(),
+                count * placed.len,
+                "the numbers of a parameter"
+            );
             let places: Vec<usize> = placed.places().collect();
-            for (to, numbers) in to.chunks_mut(stride.max(1)).zip(numbers.chunks(placed.len.max(1))) {
+            for (to, numbers) in to
+                .chunks_mut(stride.max(1))
+                .zip(numbers.chunks(placed.len.max(1)))
+            {
                 for (&place, &number) in places.iter().zip(numbers) {
                     to[place] = number;
                 }
@@ -191,7 +203,20 @@ impl Sweep<'_> {
         }
     }
 
-    fn forward(&self, stretch: [usize; 2], slots: [usize; 2], every: usize, observes: bool) {
+    /// Starts the forward sweep. [`Gpu::wait`] and everything that reads results wait for its end.
+    pub fn forward(&self) {
+        let at_once = self.steps_at_once();
+        for first in (0..self.steps).step_by(at_once) {
+            let steps = at_once.min(self.steps - first);
+            match self.every {
+                // The state takes the place of the one before: the slot after the one before the first is the first.
+                0 => self.forward_by([first, steps], [0, usize::MAX], steps, true),
+                every => self.forward_by([first, steps], [first / every; 2], every, true),
+            }
+        }
+    }
+
+    fn forward_by(&self, stretch: [usize; 2], slots: [usize; 2], every: usize, observes: bool) {
         self.dispatch(&self.population.forward, stretch, slots, every, observes);
     }
 
@@ -220,13 +245,10 @@ impl Sweep<'_> {
         population.gpu.read(&self.seen, numbers)
     }
 
-    /// Pulls the cotangents of the observed numbers back, which are in the order of [`observed`](Self::observed).
-    ///
-    /// # Errors
-    /// If the device is lost.
-    pub fn reverse(&self, cotangents: &[f32]) -> Result<Cotangents, GpuError> {
+    /// Starts the reverse sweep from the cotangents of the observed numbers, which are in the order of
+    /// [`observed`](Self::observed).
+    pub fn reverse(&self, cotangents: &[f32]) {
         let (population, gpu) = (self.population, self.population.gpu);
-        let printed = &population.printed;
         gpu.write(&self.seen, 0, cotangents);
         gpu.clear(&[&self.carried, &self.bars]);
         let at_once = self.steps_at_once();
@@ -239,12 +261,21 @@ impl Sweep<'_> {
                     // The states of this stretch are computed again, behind the stored ones.
                     let behind = self.steps.div_ceil(every) + 1;
                     let slots = [first / every, behind];
-                    self.forward([first, steps], slots, 1, false);
+                    self.forward_by([first, steps], slots, 1, false);
                     slots
                 }
             };
             self.dispatch(&population.reverse, [first, steps], slots, 1, false);
         }
+    }
+
+    /// The cotangents that the reverse sweep has computed.
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn cotangents(&self) -> Result<Cotangents, GpuError> {
+        let (population, gpu) = (self.population, self.population.gpu);
+        let printed = &population.printed;
         let all = gpu.read(&self.bars, self.members * printed.lengths[2])?;
         let of_parameter = |placed: &autodiff::wgsl::Placed| {
             let bars: Vec<usize> = placed.bars().collect();

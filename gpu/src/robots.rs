@@ -52,12 +52,15 @@ impl<'a> RobotsOnGpu<'a> {
     }
 
     /// Runs robots forward and returns the sweep. With `reverses`, it can be followed by a reverse sweep.
-    ///
-    /// # Errors
-    /// If the device is lost.
-    pub fn sweep(&self, robots: &Robots<f64>, starts: &[State<f64>], reverses: bool) -> Result<Sweep<'_>, GpuError> {
-        let single = |numbers: Vec<f64>| numbers.into_iter().map(|x| x as f32).collect::<Vec<f32>>();
-        let numbers = self.printed.numbers(robots).into_iter().map(single).collect::<Vec<_>>();
+    pub fn sweep(&self, robots: &Robots<f64>, starts: &[State<f64>], reverses: bool) -> Sweep<'_> {
+        let single =
+            |numbers: Vec<f64>| numbers.into_iter().map(|x| x as f32).collect::<Vec<f32>>();
+        let numbers = self
+            .printed
+            .numbers(robots)
+            .into_iter()
+            .map(single)
+            .collect::<Vec<_>>();
         let starts = single(self.printed.starts(starts));
         let observed = &self.printed.span().observed;
         let members = Members {
@@ -67,20 +70,27 @@ impl<'a> RobotsOnGpu<'a> {
             inputs: &self.inputs,
             observed,
         };
-        self.population.run(&members, reverses)
+        let sweep = self.population.prepare(&members, reverses);
+        sweep.forward();
+        sweep
     }
 
     /// Simulates robots.
     ///
     /// # Errors
     /// If the device is lost.
-    pub fn rollouts(&self, robots: &Robots<f64>, starts: &[State<f64>]) -> Result<Vec<Trajectory<f64>>, GpuError> {
-        let seen = self.sweep(robots, starts, false)?.observed()?;
+    pub fn rollouts(
+        &self,
+        robots: &Robots<f64>,
+        starts: &[State<f64>],
+    ) -> Result<Vec<Trajectory<f64>>, GpuError> {
+        let seen = self.sweep(robots, starts, false).observed()?;
         let parts = seen.chunks(seen.len() / starts.len());
         let trajectory = |(k, part): (usize, &[f32])| {
             let part: Vec<f64> = part.iter().map(|&x| f64::from(x)).collect();
             let (surroundings, body, _) = of_member(robots, k);
-            self.printed.trajectory(&part, surroundings, body, &starts[k])
+            self.printed
+                .trajectory(&part, surroundings, body, &starts[k])
         };
         Ok(parts.enumerate().map(trajectory).collect())
     }
@@ -96,7 +106,7 @@ impl<'a> RobotsOnGpu<'a> {
         starts: &[State<f64>],
         loss: impl Fn(&Trajectory<Var<f64>>) -> Var<f64>,
     ) -> Result<Gradients, GpuError> {
-        let sweep = self.sweep(robots, starts, true)?;
+        let sweep = self.sweep(robots, starts, true);
         let seen = sweep.observed()?;
         let (mut losses, mut cotangents) = (Vec::new(), Vec::new());
         for (k, part) in seen.chunks(seen.len() / starts.len()).enumerate() {
@@ -115,7 +125,8 @@ impl<'a> RobotsOnGpu<'a> {
             losses.push(value.value());
             cotangents.extend(tape.pullback(&[value], &[1.0]).iter().map(|&x| x as f32));
         }
-        let bars = sweep.reverse(&cotangents)?;
+        sweep.reverse(&cotangents);
+        let bars = sweep.cotangents()?;
         let of_members = (0..starts.len()).map(|k| self.pulled_back(robots, k, &bars));
         let (bodies, controllers) = of_members.unzip();
         Ok(Gradients {
@@ -127,7 +138,12 @@ impl<'a> RobotsOnGpu<'a> {
     }
 
     /// Pulls the cotangents of a member's parameters back to its body and its controller.
-    fn pulled_back(&self, robots: &Robots<f64>, k: usize, bars: &Cotangents) -> (Body<f64>, Vec<f64>) {
+    fn pulled_back(
+        &self,
+        robots: &Robots<f64>,
+        k: usize,
+        bars: &Cotangents,
+    ) -> (Body<f64>, Vec<f64>) {
         let (surroundings, body, controller) = of_member(robots, k);
         let flat = [&flat(body)[..], controller.numbers()].concat();
         let own = flat.len() - controller.numbers().len();
@@ -136,12 +152,17 @@ impl<'a> RobotsOnGpu<'a> {
             let body = unflat(body, &x[..own]);
             let mut of_policy = controller.map(Var::constant);
             of_policy.numbers_mut().copy_from_slice(&x[own..]);
-            self.printed.numbers_of_one(&surroundings.map(Var::constant), &body, &of_policy)
+            self.printed
+                .numbers_of_one(&surroundings.map(Var::constant), &body, &of_policy)
         });
         let (mut outputs, mut cotangents) = (Vec::new(), Vec::new());
         for (list, bars) in numbers.into_iter().zip(&bars.parameters) {
             if !bars.is_empty() {
-                cotangents.extend(bars[k * list.len()..][..list.len()].iter().map(|&x| f64::from(x)));
+                cotangents.extend(
+                    bars[k * list.len()..][..list.len()]
+                        .iter()
+                        .map(|&x| f64::from(x)),
+                );
                 outputs.extend(list);
             }
         }
@@ -154,7 +175,11 @@ impl<'a> RobotsOnGpu<'a> {
 fn of_member<'a, R>(
     robots: &Robots<'a, R>,
     k: usize,
-) -> (&'a cosmic::simulator::Surroundings<R>, &'a Body<R>, &'a Controller<R>) {
+) -> (
+    &'a cosmic::simulator::Surroundings<R>,
+    &'a Body<R>,
+    &'a Controller<R>,
+) {
     let Robots {
         surroundings,
         bodies,
@@ -169,7 +194,14 @@ fn of_member<'a, R>(
 
 /// All numbers of a body.
 fn flat(body: &Body<f64>) -> Vec<f64> {
-    [&body.stiffness[..], &body.strain, &body.mass, &body.presence, &body.marker.weights].concat()
+    [
+        &body.stiffness[..],
+        &body.strain,
+        &body.mass,
+        &body.presence,
+        &body.marker.weights,
+    ]
+    .concat()
 }
 
 /// The body with these numbers.

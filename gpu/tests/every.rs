@@ -1,80 +1,18 @@
 //! A program with every operation, on a device and on the processor.
 
-use autodiff::arrays::{UniformKernel, Uniforms};
+#[path = "../../autodiff/tests/wgsl/every.rs"]
+mod every;
+
 use autodiff::wgsl::{Options, print};
-use autodiff::{Array, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, lit};
+use autodiff::{Rollout, Tape, Var};
 use cosmic_gpu::{Gpu, Members, Population};
-
-/// A spring that also turns its ends, with a stiffness of its own and a common damping.
-struct Spring;
-
-impl UniformKernel<3, 2> for Spring {
-    const UNIFORMS: usize = 1;
-
-    #[inline(always)]
-    fn eval_with<R: Real>(&self, [dx, dv, k]: [R; 3], u: &Uniforms<R>) -> [R; 2] {
-        [k * dx.tanh() + u[0] * dv, R::select(dx.less(0.0), dv, dv * dx.exp())]
-    }
-}
-
-/// The elongation of a bar.
-struct Elongation;
-
-impl Kernel<2, 1> for Elongation {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [dx, rest]: [R; 2]) -> [R; 1] {
-        [(dx * dx + lit(1e-6)).sqrt() - rest]
-    }
-}
-
-/// Moves a node.
-struct Move;
-
-impl Kernel<4, 2> for Move {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [x, v, force, push]: [R; 4]) -> [R; 2] {
-        let v = (v + lit(0.01) * (force + push)).max(-10.0);
-        [x + lit(0.01) * v, v]
-    }
-}
-
-/// A program with every operation that can be printed.
-#[derive(Clone)]
-struct Every(Graph);
-
-impl Every {
-    fn new() -> Self {
-        Self(Graph::new(5, &[[0, 1], [1, 2], [2, 3], [3, 4], [0, 2]]))
-    }
-}
-
-impl Model for Every {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (nodes, slots) = (self.0.nodes(), self.0.slots());
-        let [stiffness, rest] = [(); 2].map(|()| p.parameter(slots));
-        let (damping, weights) = (p.parameter(1), p.parameter(nodes));
-        let (first, bias) = (p.matrix(8, 2 * nodes + 2), p.parameter(8));
-        let (second, zeros) = (p.matrix(3, 8), p.parameter(3));
-        let [x, v] = [(); 2].map(|()| p.state(nodes));
-        let clock = p.input(2);
-
-        let [seen, _] = p.weighted(weights, &[x], &[v], &[clock]);
-        let hidden = p.dense_tanh(first, &[seen], bias);
-        let push: Array = p.dense_tanh_spread(second, &[hidden], zeros, &[true, false, true, true, false]);
-        let push = p.gather(push, &[Some(0), None, Some(2), Some(2), Some(3)]);
-        let [pull, _] = p.map_edges_with(&self.0, Spring, [x, v], &[stiffness], &[damping]);
-        let [longer] = p.map_each_edge(&self.0, Elongation, [x], &[rest], &[]);
-        let sum = p.sum_at_nodes(&self.0, longer);
-        let [x_next, v_next] = p.map(Move, [x, v, pull, push]);
-        let [_, v_next] = p.map(Move, [x_next, v_next, sum, push]);
-        p.advance(x, x_next);
-        p.advance(v, v_next);
-    }
-}
+use every::Every;
 
 /// Numbers that are the same in every run, from -1 to 1.
 fn numbers(count: usize, salt: usize) -> Vec<f32> {
-    (0..count).map(|k| ((k * 37 + salt * 101) as f32 * 0.7).sin()).collect()
+    (0..count)
+        .map(|k| ((k * 37 + salt * 101) as f32 * 0.7).sin())
+        .collect()
 }
 
 #[test]
@@ -98,28 +36,44 @@ fn a_device_computes_what_the_processor_does() {
             ..Options::default()
         };
         let printed = print(&model, &options).unwrap();
-        let mut population = Population::new(&gpu, printed).unwrap_or_else(|error| panic!("{error}"));
+        let mut population =
+            Population::new(&gpu, printed).unwrap_or_else(|error| panic!("{error}"));
         population.memory = memory;
         population.steps_at_once = 16;
         let starts = numbers(members * 10, 1);
         let inputs = numbers(2 * steps, 2);
         let placed = population.printed().parameters.clone();
-        let parameters: Vec<Vec<f32>> = placed.iter().enumerate().map(|(k, placed)| {
-            let count = if placed.is_common { 1 } else { members };
-            let mut all = numbers(count * placed.len, 3 + k);
-            if k == 3 {
-                all.iter_mut().for_each(|weight| *weight = weight.abs() + 0.1);
-            }
-            all
-        }).collect();
+        let parameters: Vec<Vec<f32>> = placed
+            .iter()
+            .enumerate()
+            .map(|(k, placed)| {
+                let count = if placed.is_common { 1 } else { members };
+                let mut all = numbers(count * placed.len, 3 + k);
+                if k == 3 {
+                    all.iter_mut()
+                        .for_each(|weight| *weight = weight.abs() + 0.1);
+                }
+                all
+            })
+            .collect();
         let observed = [10, 11, 50];
-        let of = Members { starts: &starts, parameters: &parameters, steps, inputs: &inputs, observed: &observed };
-        let sweep = population.run(&of, true).unwrap();
+        let of = Members {
+            starts: &starts,
+            parameters: &parameters,
+            steps,
+            inputs: &inputs,
+            observed: &observed,
+        };
+        let sweep = population.prepare(&of, true);
+        sweep.forward();
         let seen = sweep.observed().unwrap();
         let cotangents = numbers(seen.len(), 20);
-        let bars = sweep.reverse(&cotangents).unwrap();
-        let forward = population.run(&of, false).unwrap().observed().unwrap();
-        assert_eq!(forward, seen);
+        sweep.reverse(&cotangents);
+        let bars = sweep.cotangents().unwrap();
+        // Without a reverse sweep, no states are stored; the numbers stay the same, and so they do in another run.
+        let again = population.prepare(&of, false);
+        again.forward();
+        assert_eq!(again.observed().unwrap(), seen);
 
         let rollout = Rollout {
             inputs: inputs.iter().map(|&x| f64::from(x)).collect(),
@@ -132,14 +86,21 @@ fn a_device_computes_what_the_processor_does() {
                 let at = if placed.is_common { 0 } else { m };
                 &parameters[k][at * placed.len..][..placed.len]
             };
-            let x: Vec<f32> = starts[10 * m..][..10].iter().chain((0..8).flat_map(&part)).copied().collect();
+            let x: Vec<f32> = starts[10 * m..][..10]
+                .iter()
+                .chain((0..8).flat_map(&part))
+                .copied()
+                .collect();
             let mut tape = Tape::new();
             let y = tape.record(&x, |x: &[Var<f32>]| {
                 let mut at = 10;
-                let of_robot: Vec<&[Var<f32>]> = placed.iter().map(|placed| {
-                    at += placed.len;
-                    &x[at - placed.len..at]
-                }).collect();
+                let of_robot: Vec<&[Var<f32>]> = placed
+                    .iter()
+                    .map(|placed| {
+                        at += placed.len;
+                        &x[at - placed.len..at]
+                    })
+                    .collect();
                 rollout.run(&x[..10], &of_robot)
             });
             let values: Vec<f32> = y.iter().map(|y| y.value()).collect();
@@ -150,7 +111,11 @@ fn a_device_computes_what_the_processor_does() {
             let mut at = 10;
             for (k, placed) in placed.iter().enumerate() {
                 let found = &bars.parameters[k][m * placed.len..][..placed.len];
-                close(&format!("parameter {k}"), found, &expected[at..at + placed.len]);
+                close(
+                    &format!("parameter {k}"),
+                    found,
+                    &expected[at..at + placed.len],
+                );
                 at += placed.len;
             }
         }
@@ -161,6 +126,9 @@ fn a_device_computes_what_the_processor_does() {
 fn close(what: &str, found: &[f32], expected: &[f32]) {
     let largest = expected.iter().fold(0.0f32, |most, x| most.max(x.abs()));
     for (a, b) in found.iter().zip(expected) {
-        assert!((a - b).abs() <= 1e-5 * largest, "{what}: {found:?} instead of {expected:?}");
+        assert!(
+            (a - b).abs() <= 1e-5 * largest,
+            "{what}: {found:?} instead of {expected:?}"
+        );
     }
 }

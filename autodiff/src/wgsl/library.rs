@@ -28,7 +28,9 @@ impl Called {
         match self {
             Self::Basic(name) => name.to_owned(),
             Self::Elementary(function) => format!("{}_of", function.name()),
-            Self::Power(exponent) if exponent < 0 => format!("power_minus_{}", -i64::from(exponent)),
+            Self::Power(exponent) if exponent < 0 => {
+                format!("power_minus_{}", -i64::from(exponent))
+            }
             Self::Power(exponent) => format!("power_{exponent}"),
         }
     }

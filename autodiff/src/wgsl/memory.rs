@@ -86,7 +86,11 @@ impl Memory {
         let is_array = |placed: &Placed| placed.matrix.is_none();
         let mut bars_of_arrays = 0;
         for of_arrays in [true, false] {
-            for (placed, _) in parameters.iter_mut().zip(wanted).filter(|(_, wanted)| **wanted) {
+            for (placed, _) in parameters
+                .iter_mut()
+                .zip(wanted)
+                .filter(|(_, wanted)| **wanted)
+            {
                 if is_array(placed) == of_arrays {
                     placed.bar = Some(bars);
                     bars += placed.len;
@@ -101,7 +105,9 @@ impl Memory {
             parameters,
             arrays,
             active: vec![false; program.ends[1]],
-            ranges: ranges.map(|array| (!array.parameter).then(|| array.range())).collect(),
+            ranges: ranges
+                .map(|array| (!array.parameter).then(|| array.range()))
+                .collect(),
             lengths: [own, shared, bars],
             bars_of_arrays,
         }
@@ -132,14 +138,19 @@ impl Memory {
     }
 
     fn of_array(&self, array: Array) -> &Placed {
-        let known = self.arrays.iter().find(|(known, _)| known.start == array.start && known.len > 0);
+        let known = self
+            .arrays
+            .iter()
+            .find(|(known, _)| known.start == array.start && known.len > 0);
         let (_, parameter) = known.expect("every parameter has a place");
         &self.parameters[*parameter]
     }
 
     /// The place of the first cotangent of a parameter that is an array.
     pub(super) fn bar_of_parameter(&self, array: Array) -> usize {
-        self.of_array(array).bar.expect("only wanted cotangents are read")
+        self.of_array(array)
+            .bar
+            .expect("only wanted cotangents are read")
     }
 
     /// The buffer that holds a matrix.

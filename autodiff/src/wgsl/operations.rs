@@ -57,7 +57,10 @@ impl<'a> Printing<'a> {
 
     /// How many numbers of a step are kept for the layers.
     pub(super) fn kept(&self) -> usize {
-        self.layers.iter().map(|layer| layer.rows + layer.columns).sum()
+        self.layers
+            .iter()
+            .map(|layer| layer.rows + layer.columns)
+            .sum()
     }
 
     fn needs_scratch(&mut self, numbers: usize) {
@@ -130,19 +133,31 @@ impl<'a> Printing<'a> {
     /// Prints a kernel that is mapped over elements or edges.
     pub(super) fn kernel(&mut self, number: usize, of: &ReplayedKernel, writer: &mut Writer) {
         let counts = [of.inputs.len(), of.uniforms.len()];
-        self.add(&format!("kernel_{number}"), |name| formula::forward(name, &of.kernel, counts));
+        self.add(&format!("kernel_{number}"), |name| {
+            formula::forward(name, &of.kernel, counts)
+        });
         let uniforms: Vec<String> = of.uniforms.iter().map(|&u| value(u, "0u")).collect();
         let read = |this: &Self, by, array: &Array| this.read(*array, by);
-        let mut accesses: Vec<Access> = of.uniforms.iter().filter_map(|u| read(self, By::Any, u)).collect();
+        let mut accesses: Vec<Access> = of
+            .uniforms
+            .iter()
+            .filter_map(|u| read(self, By::Any, u))
+            .collect();
         match &of.places {
             Places::Elements(count) => {
                 let x: Vec<String> = of.inputs.iter().map(|&x| value(x, "i")).collect();
-                let call = format!("let y = kernel_{number}({});\n", [x, uniforms].concat().join(", "));
+                let call = format!(
+                    "let y = kernel_{number}({});\n",
+                    [x, uniforms].concat().join(", ")
+                );
                 let store = of.outputs.iter().enumerate();
                 let store = store.map(|(k, &y)| format!("{} = y[{k}];\n", place(y, "i")));
                 accesses.extend(of.inputs.iter().filter_map(|x| read(self, By::Element, x)));
                 accesses.extend(of.outputs.iter().map(|&y| self.write(y, By::Element)));
-                writer.stage(accesses, &each(*count, &(call + &store.collect::<String>())));
+                writer.stage(
+                    accesses,
+                    &each(*count, &(call + &store.collect::<String>())),
+                );
             }
             Places::Edges {
                 edges,
@@ -154,7 +169,10 @@ impl<'a> Printing<'a> {
                 let by = By::Edge(list);
                 let x = self.edge_inputs(of, *differences);
                 let head = self.edge_head(list);
-                let call = format!("let y = kernel_{number}({});\n", [x, uniforms].concat().join(", "));
+                let call = format!(
+                    "let y = kernel_{number}({});\n",
+                    [x, uniforms].concat().join(", ")
+                );
                 for (k, &x) in of.inputs.iter().enumerate() {
                     accesses.extend(self.read(x, if k < *differences { By::Any } else { by }));
                 }
@@ -232,13 +250,22 @@ impl<'a> Printing<'a> {
              let sign = select(1.0f, -1.0f, (item & 1u) == 1u);"
         );
         for k in 0..sums {
-            let _ = writeln!(text, "    sum_{k} = fma(sign, scratch[{}u + edge], sum_{k});", k * edges);
+            let _ = writeln!(
+                text,
+                "    sum_{k} = fma(sign, scratch[{}u + edge], sum_{k});",
+                k * edges
+            );
         }
         text + "}\n"
     }
 
     /// Prints the reverse of [`kernel`](Self::kernel).
-    pub(super) fn kernel_reverse(&mut self, number: usize, of: &ReplayedKernel, writer: &mut Writer) {
+    pub(super) fn kernel_reverse(
+        &mut self,
+        number: usize,
+        of: &ReplayedKernel,
+        writer: &mut Writer,
+    ) {
         let active = |array: &Array| self.memory.is_active(*array);
         let wanted: Vec<bool> = of.inputs.iter().chain(&of.uniforms).map(active).collect();
         if !wanted.contains(&true) {
@@ -257,11 +284,16 @@ impl<'a> Printing<'a> {
                 }
             }
         };
-        let mut accesses: Vec<Access> =
-            of.uniforms.iter().filter_map(|&u| self.read(u, By::Any)).collect();
+        let mut accesses: Vec<Access> = of
+            .uniforms
+            .iter()
+            .filter_map(|&u| self.read(u, By::Any))
+            .collect();
         let inputs = of.inputs.iter().enumerate();
-        let wanted_inputs: Vec<(usize, Array)> =
-            inputs.filter(|(k, _)| wanted[*k]).map(|(k, &x)| (k, x)).collect();
+        let wanted_inputs: Vec<(usize, Array)> = inputs
+            .filter(|(k, _)| wanted[*k])
+            .map(|(k, &x)| (k, x))
+            .collect();
         match &of.places {
             Places::Elements(count) => {
                 let x = of.inputs.iter().map(|&x| value(x, "i"));
@@ -274,7 +306,11 @@ impl<'a> Printing<'a> {
                 of_uniforms(self, &mut body, wanted_inputs.len());
                 accesses.extend(of.inputs.iter().filter_map(|&x| self.read(x, By::Element)));
                 accesses.extend(of.outputs.iter().map(|&y| self.bar(y, By::Element, false)));
-                accesses.extend(wanted_inputs.iter().map(|(_, x)| self.bar(*x, By::Element, true)));
+                accesses.extend(
+                    wanted_inputs
+                        .iter()
+                        .map(|(_, x)| self.bar(*x, By::Element, true)),
+                );
                 writer.stage(accesses, &each(*count, &body));
             }
             Places::Edges {
@@ -296,7 +332,11 @@ impl<'a> Printing<'a> {
                 let mut of_ends = Vec::new();
                 for (at, (k, x)) in wanted_inputs.iter().enumerate() {
                     if k < differences {
-                        let _ = writeln!(body, "scratch[{}u + i] = x[{at}];", of_ends.len() * edges.len());
+                        let _ = writeln!(
+                            body,
+                            "scratch[{}u + i] = x[{at}];",
+                            of_ends.len() * edges.len()
+                        );
                         of_ends.push(*x);
                     } else {
                         let _ = writeln!(body, "{} += x[{at}];", self.bar_at(*x, "slot"));
@@ -342,7 +382,10 @@ impl<'a> Printing<'a> {
     /// The place of the cotangent of an array's element.
     fn bar_at(&self, array: Array, at: &str) -> String {
         match array.parameter {
-            true => format!("parameter_bar[{}u + {at}]", self.memory.bar_of_parameter(array)),
+            true => format!(
+                "parameter_bar[{}u + {at}]",
+                self.memory.bar_of_parameter(array)
+            ),
             false => format!("row_bar[{}u + {at}]", array.start),
         }
     }
@@ -351,7 +394,10 @@ impl<'a> Printing<'a> {
 
     pub(super) fn gather(&mut self, of: &Gather, writer: &mut Writer) {
         let indices = of.indices();
-        let list = indices.iter().map(|i| i.map_or(u32::MAX, |i| i as u32)).collect();
+        let list = indices
+            .iter()
+            .map(|i| i.map_or(u32::MAX, |i| i as u32))
+            .collect();
         let table = self.tables.place(list);
         let mut body = format!("let source = table[{table}u + i];\n");
         let _ = match indices.contains(&None) {
@@ -362,7 +408,12 @@ impl<'a> Printing<'a> {
                 place(of.output, "i"),
                 value(of.input, "source")
             ),
-            false => writeln!(body, "{} = {};", place(of.output, "i"), value(of.input, "source")),
+            false => writeln!(
+                body,
+                "{} = {};",
+                place(of.output, "i"),
+                value(of.input, "source")
+            ),
         };
         let mut accesses: Vec<Access> = self.read(of.input, By::Any).into_iter().collect();
         accesses.push(self.write(of.output, By::Element));
@@ -417,7 +468,11 @@ impl<'a> Printing<'a> {
         }
         let list = self.edges(&of.edges);
         let mut body = self.edge_head(list);
-        let ends = format!("{} + {}", self.bar_at(of.output, "tail"), self.bar_at(of.output, "head"));
+        let ends = format!(
+            "{} + {}",
+            self.bar_at(of.output, "tail"),
+            self.bar_at(of.output, "head")
+        );
         let _ = writeln!(body, "{} += {ends};", self.bar_at(of.input, "slot"));
         let accesses = vec![
             self.bar(of.output, By::Any, false),
@@ -436,7 +491,9 @@ impl<'a> Printing<'a> {
             let _ = writeln!(body, "var part_{k} = 0.0f;");
         }
         let adds = terms.iter().enumerate();
-        let adds = adds.map(|(k, term)| format!("part_{k} += {term};\n")).collect::<String>();
+        let adds = adds
+            .map(|(k, term)| format!("part_{k} += {term};\n"))
+            .collect::<String>();
         body += &each(count, &adds);
         for k in 0..terms.len() {
             let _ = writeln!(body, "scratch[{}u + lid] = part_{k};", k * width);
@@ -459,7 +516,11 @@ impl<'a> Printing<'a> {
         let weighted = |&x: &Array| format!("{weight} * {}", value(x, "i"));
         let mut terms = vec![weight.clone()];
         terms.extend(of.weighed[..of.offsets].iter().map(weighted));
-        let read: Vec<Access> = [of.weights].iter().chain(&of.weighed).filter_map(|&x| self.read(x, By::Element)).collect();
+        let read: Vec<Access> = [of.weights]
+            .iter()
+            .chain(&of.weighed)
+            .filter_map(|&x| self.read(x, By::Element))
+            .collect();
         self.sums(count, &terms, read.clone(), writer);
         let sum = |k: usize| format!("scratch[{}u]", k * width + self.size);
         let [all, means, total] = of.outputs;
@@ -475,13 +536,26 @@ impl<'a> Printing<'a> {
         let mut text = each(count, &body);
         for k in 0..of.offsets {
             let to = format!("row[{}u]", means.start + k);
-            let _ = writeln!(text, "if (lid == 0u) {{ {to} = {} / {}; }}", sum(k + 1), sum(0));
+            let _ = writeln!(
+                text,
+                "if (lid == 0u) {{ {to} = {} / {}; }}",
+                sum(k + 1),
+                sum(0)
+            );
         }
-        let _ = writeln!(text, "if (lid == 0u) {{ row[{}u] = {}; }}", total.start, sum(0));
+        let _ = writeln!(
+            text,
+            "if (lid == 0u) {{ row[{}u] = {}; }}",
+            total.start,
+            sum(0)
+        );
         let mut accesses = read;
         let mut from = all.start + of.weighed.len() * count;
         for &other in &of.others {
-            text += &each(other.len, &format!("row[{from}u + i] = {};", value(other, "i")));
+            text += &each(
+                other.len,
+                &format!("row[{from}u + i] = {};", value(other, "i")),
+            );
             from += other.len;
             accesses.extend(self.read(other, By::Element));
         }
@@ -496,8 +570,14 @@ impl<'a> Printing<'a> {
         let weight = value(of.weights, "i");
         let [all, means, total] = of.outputs;
         let y_bar = |c: usize| format!("row_bar[{}u + i]", all.start + c * count);
-        let terms: Vec<String> = (0..of.offsets).map(|c| format!("{weight} * {}", y_bar(c))).collect();
-        let mut read: Vec<Access> = [of.weights].iter().chain(&of.weighed).filter_map(|&x| self.read(x, By::Element)).collect();
+        let terms: Vec<String> = (0..of.offsets)
+            .map(|c| format!("{weight} * {}", y_bar(c)))
+            .collect();
+        let mut read: Vec<Access> = [of.weights]
+            .iter()
+            .chain(&of.weighed)
+            .filter_map(|&x| self.read(x, By::Element))
+            .collect();
         read.extend(of.outputs.map(|y| self.bar(y, By::Any, false)));
         read.extend(of.outputs.iter().filter_map(|&y| self.read(y, By::Any)));
         if !terms.is_empty() {
@@ -519,7 +599,11 @@ impl<'a> Printing<'a> {
                 let _ = writeln!(body, "{} += {weight} * rest;", self.bar_at(x, "i"));
                 accesses.push(self.bar(x, By::Element, true));
             }
-            let _ = writeln!(body, "of_weight = fma(rest, {} - {mean}, of_weight);", value(x, "i"));
+            let _ = writeln!(
+                body,
+                "of_weight = fma(rest, {} - {mean}, of_weight);",
+                value(x, "i")
+            );
         }
         if of_weights {
             let _ = writeln!(body, "{} += of_weight;", self.bar_at(of.weights, "i"));
@@ -544,7 +628,11 @@ impl<'a> Printing<'a> {
         let [rows, columns] = [of.matrix.rows, of.matrix.columns];
         let parts = (self.size / rows.max(1)).clamp(1, columns.max(1));
         let matrix = self.memory.matrix(of.matrix.parameter);
-        let accesses: Vec<Access> = of.inputs.iter().filter_map(|&x| self.read(x, By::Any)).collect();
+        let accesses: Vec<Access> = of
+            .inputs
+            .iter()
+            .filter_map(|&x| self.read(x, By::Any))
+            .collect();
         let start = self.memory.matrix_at(of.matrix.parameter);
         let products = |of_part: &str, step: usize| {
             let (mut text, mut before) = (String::new(), 0);
@@ -569,7 +657,9 @@ impl<'a> Printing<'a> {
         let to = match places.iter().enumerate().all(|(row, &place)| row == place) {
             true => place(of.output, "i"),
             false => {
-                let table = self.tables.place(places.iter().map(|&at| at as u32).collect());
+                let table = self
+                    .tables
+                    .place(places.iter().map(|&at| at as u32).collect());
                 place(of.output, &format!("table[{table}u + i]"))
             }
         };
@@ -577,7 +667,11 @@ impl<'a> Printing<'a> {
         let bias = value(of.bias, "i");
         let reads_bias = self.read(of.bias, By::Any);
         if parts == 1 {
-            let body = format!("let r = i;\nvar sum = {bias};\n{}{to} = {};\n", products("0u", 1), activated("sum"));
+            let body = format!(
+                "let r = i;\nvar sum = {bias};\n{}{to} = {};\n",
+                products("0u", 1),
+                activated("sum")
+            );
             let mut accesses = accesses;
             accesses.extend(reads_bias);
             accesses.push(self.write(of.output, By::Any));
@@ -604,7 +698,10 @@ impl<'a> Printing<'a> {
 
     pub(super) fn dense_reverse(&mut self, of: &DenseLayer<Symbol>, writer: &mut Writer) {
         let [rows, columns] = [of.matrix.rows, of.matrix.columns];
-        let of_inputs = of.inputs_active.iter().any(|&id| self.memory.is_active_id(id));
+        let of_inputs = of
+            .inputs_active
+            .iter()
+            .any(|&id| self.memory.is_active_id(id));
         let of_matrix = self.memory.is_wanted(of.matrix.parameter);
         let of_bias = self.memory.is_active(of.bias);
         if !(of_inputs || of_matrix || of_bias) {
@@ -614,7 +711,9 @@ impl<'a> Printing<'a> {
         let at = match places.iter().enumerate().all(|(row, &place)| row == place) {
             true => "i".to_owned(),
             false => {
-                let table = self.tables.place(places.iter().map(|&at| at as u32).collect());
+                let table = self
+                    .tables
+                    .place(places.iter().map(|&at| at as u32).collect());
                 format!("table[{table}u + i]")
             }
         };
@@ -622,11 +721,17 @@ impl<'a> Printing<'a> {
         let first = self.kept();
         let (bar, kept) = (self.bar_at(of.output, "at"), of_matrix);
         let slope = match of.tanh {
-            true => format!("let y = {};\nlet bar = fma(-y, y, 1.0f) * {bar};\n", value(of.output, "at")),
+            true => format!(
+                "let y = {};\nlet bar = fma(-y, y, 1.0f) * {bar};\n",
+                value(of.output, "at")
+            ),
             false => format!("let bar = {bar};\n"),
         };
         let mut body = format!("let at = {at};\n{slope}scratch[i] = bar;\n");
-        let mut accesses = vec![self.scratch(By::Element, true), self.bar(of.output, By::Any, false)];
+        let mut accesses = vec![
+            self.scratch(By::Element, true),
+            self.bar(of.output, By::Any, false),
+        ];
         accesses.extend(self.read(of.output, By::Any));
         if of_bias {
             let _ = writeln!(body, "{} += bar;", self.bar_at(of.bias, "i"));
@@ -635,17 +740,30 @@ impl<'a> Printing<'a> {
         let mut text = String::new();
         if kept {
             let _ = writeln!(body, "kept[kept_at + {first}u + i] = bar;");
-            accesses.push(Access { space: Space::Kept, range: 0..usize::MAX, by: By::Any, writes: true });
+            accesses.push(Access {
+                space: Space::Kept,
+                range: 0..usize::MAX,
+                by: By::Any,
+                writes: true,
+            });
         }
         text += &each(rows, &body);
         if kept {
             let mut from = first + rows;
             for &x in &of.inputs {
-                text += &each(x.len, &format!("kept[kept_at + {from}u + i] = {};", value(x, "i")));
+                text += &each(
+                    x.len,
+                    &format!("kept[kept_at + {from}u + i] = {};", value(x, "i")),
+                );
                 from += x.len;
                 accesses.extend(self.read(x, By::Any));
             }
-            self.layers.push(Kept { matrix: of.matrix.parameter, rows, columns, first });
+            self.layers.push(Kept {
+                matrix: of.matrix.parameter,
+                rows,
+                columns,
+                first,
+            });
         }
         self.needs_scratch(rows);
         writer.stage(accesses, &text);

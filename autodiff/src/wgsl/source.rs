@@ -103,9 +103,16 @@ struct Step<'a> {
 
 impl<'a> Step<'a> {
     fn new(program: &'a Program<Symbol>, options: &Options) -> Self {
-        let places: Vec<usize> = program.states.iter().flat_map(|part| part.range()).collect();
+        let places: Vec<usize> = program
+            .states
+            .iter()
+            .flat_map(|part| part.range())
+            .collect();
         let state = places.len();
-        let entries = options.entries.clone().unwrap_or_else(|| (0..state).collect());
+        let entries = options
+            .entries
+            .clone()
+            .unwrap_or_else(|| (0..state).collect());
         assert!(
             entries.iter().all(|&entry| entry < state),
             "wgsl: an entry is larger than the state, which has {state} numbers"
@@ -132,11 +139,17 @@ impl<'a> Step<'a> {
 
 /// Finds out which arrays carry derivatives, and refuses operations that cannot be printed.
 fn propagate(program: &Program<Symbol>, memory: &mut Memory) -> Result<(), Refused> {
-    program.states.iter().for_each(|&part| memory.activate(part));
+    program
+        .states
+        .iter()
+        .for_each(|&part| memory.activate(part));
     for operation in &program.operations {
         let (inputs, outputs): (Vec<Array>, Vec<Array>) = match operation {
             StepOperation::Replayed(of) => {
-                let computed = of.uniforms.iter().find(|u| !u.parameter && memory.is_active(**u));
+                let computed = of
+                    .uniforms
+                    .iter()
+                    .find(|u| !u.parameter && memory.is_active(**u));
                 if computed.is_some() {
                     let what = "a uniform input of a kernel is computed in the step and carries a derivative";
                     return Err(Refused(what.to_owned()));
@@ -195,7 +208,9 @@ fn places(printing: &mut Printing, places: &[usize]) -> String {
     if places.iter().enumerate().all(|(k, &place)| k == place) {
         return "i".to_owned();
     }
-    let table = printing.tables.place(places.iter().map(|&place| place as u32).collect());
+    let table = printing
+        .tables
+        .place(places.iter().map(|&place| place as u32).collect());
     format!("table[{table}u + i]")
 }
 
@@ -204,7 +219,10 @@ fn read_inputs(step: &Step) -> String {
     let (width, mut first) = (step.program.inputs_len + 1, 0);
     let mut text = String::new();
     for &input in &step.program.inputs {
-        let line = format!("{} = inputs[n * {width}u + {first}u + i];", value(input, "i"));
+        let line = format!(
+            "{} = inputs[n * {width}u + {first}u + i];",
+            value(input, "i")
+        );
         text += &each(input.len, &line);
         first += input.len;
     }
@@ -249,7 +267,11 @@ fn entry(name: &str) -> String {
 
 fn forward(step: &Step, printing: &mut Printing) -> String {
     let state_at = places(printing, &step.places);
-    let entries: Vec<usize> = step.entries.iter().map(|&entry| step.places[entry]).collect();
+    let entries: Vec<usize> = step
+        .entries
+        .iter()
+        .map(|&entry| step.places[entry])
+        .collect();
     let entry_at = places(printing, &entries);
     let state = step.state;
     let mut start = beginning(step, printing);
@@ -267,8 +289,14 @@ fn forward(step: &Step, printing: &mut Printing) -> String {
     let is_state = |array: &Array| step.program.states.contains(array);
     let mut moves = String::new();
     let mut moved = 0;
-    for (_, next, first) in step.parts().filter(|(part, next, _)| is_state(next) && part != next) {
-        moves += &each(next.len, &format!("scratch[{first}u + i] = {};", value(next, "i")));
+    for (_, next, first) in step
+        .parts()
+        .filter(|(part, next, _)| is_state(next) && part != next)
+    {
+        moves += &each(
+            next.len,
+            &format!("scratch[{first}u + i] = {};", value(next, "i")),
+        );
         moved = moved.max(first + next.len);
     }
     printing.scratch = printing.scratch.max(moved);
@@ -291,19 +319,30 @@ fn forward(step: &Step, printing: &mut Printing) -> String {
         "if ((k + 1u) % plan.every == 0u) {{\n    let slot = plan.write + (k + 1u) / plan.every;\n{}}}\n\
          let seen = u32(inputs[n * {width}u + {}u]);\nif (seen > 0u && plan.observes == 1u) {{\n{}}}\n",
         indented(
-            &each(state, &format!("states[(slot * plan.members + member) * {state}u + i] = row[{state_at}];")),
+            &each(
+                state,
+                &format!(
+                    "states[(slot * plan.members + member) * {state}u + i] = row[{state_at}];"
+                )
+            ),
             4
         ),
         width - 1,
         indented(
             &each(
                 entries.len(),
-                &format!("observed[(observed_at + seen - 1u) * {}u + i] = row[{entry_at}];", entries.len())
+                &format!(
+                    "observed[(observed_at + seen - 1u) * {}u + i] = row[{entry_at}];",
+                    entries.len()
+                )
             ),
             4
         ),
     );
-    let body = format!("for (var k = 0u; k < plan.steps; k++) {{\n{}}}\n", indented(&writer.text, 4));
+    let body = format!(
+        "for (var k = 0u; k < plan.steps; k++) {{\n{}}}\n",
+        indented(&writer.text, 4)
+    );
     format!("{}{}}}\n", entry("forward"), indented(&(start + &body), 4))
 }
 
@@ -322,7 +361,9 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, 
         indented(
             &each(
                 entries,
-                &format!("carry[{entry_at}] += observed[(observed_at + seen - 1u) * {entries}u + i];")
+                &format!(
+                    "carry[{entry_at}] += observed[(observed_at + seen - 1u) * {entries}u + i];"
+                )
             ),
             4
         )
@@ -340,7 +381,11 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, 
             continue;
         }
         let (space, name, start) = match next.parameter {
-            true => (Space::ParameterBar, "parameter_bar", printing.memory.bar_of_parameter(next)),
+            true => (
+                Space::ParameterBar,
+                "parameter_bar",
+                printing.memory.bar_of_parameter(next),
+            ),
             false => (Space::RowBar, "row_bar", next.start),
         };
         let access = Access {
@@ -361,7 +406,9 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, 
         let mut flush = String::new();
         for layer in &printing.layers {
             let (rows, count) = (layer.rows, layer.rows * layer.columns);
-            let start = printing.memory.parameters[layer.matrix].bar.expect("it is wanted");
+            let start = printing.memory.parameters[layer.matrix]
+                .bar
+                .expect("it is wanted");
             let body = format!(
                 "let r = {}u + i % {rows}u;\nlet c = {}u + i / {rows}u;\nvar sum = bars[bars_at + {start}u + i];\n\
                  for (var s = 0u; s <= kept_at; s += {kept}u) {{\n    \
@@ -382,7 +429,10 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, 
     writer.barrier();
     let mut text = beginning(step, printing);
     text += &each(printing.memory.bars_of_arrays, "parameter_bar[i] = 0.0f;");
-    text += &each(state, &format!("carry[i] = carried[member * {state}u + i];"));
+    text += &each(
+        state,
+        &format!("carry[i] = carried[member * {state}u + i];"),
+    );
     for number in 0..printing.collected.len() {
         let _ = writeln!(text, "var collected_{number} = 0.0f;");
     }
@@ -392,7 +442,10 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, 
         "for (var k = plan.steps; k > 0u; k--) {{\n{}}}\n",
         indented(&writer.text, 4)
     );
-    text += &each(state, &format!("carried[member * {state}u + i] = carry[i];"));
+    text += &each(
+        state,
+        &format!("carried[member * {state}u + i] = carry[i];"),
+    );
     for (number, place) in printing.collected.iter().enumerate() {
         printing.scratch = printing.scratch.max(printing.size);
         let _ = write!(

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use autodiff::wgsl::{self, Options, Printed, Refused};
 use autodiff::Real;
+use autodiff::wgsl::{self, Options, Printed, Refused};
 
 use super::parameters::{Filled, Road};
 use super::robot::Robot;
@@ -132,8 +132,14 @@ impl PrintedRobots {
     /// If the robots do not fit those with which the program was printed.
     pub fn numbers<R: Real>(&self, robots: &Robots<R>) -> Vec<Vec<R>> {
         let numbers = self.simulator.population_numbers(&self.robot, robots);
-        let fits = numbers.iter().map(|lists| lists.len() == 1).eq(self.common.iter().copied());
-        assert!(fits, "these robots share other numbers than those for which the program was printed");
+        let fits = numbers
+            .iter()
+            .map(|lists| lists.len() == 1)
+            .eq(self.common.iter().copied());
+        assert!(
+            fits,
+            "these robots share other numbers than those for which the program was printed"
+        );
         numbers.iter().map(|lists| lists.concat()).collect()
     }
 
@@ -155,7 +161,10 @@ impl PrintedRobots {
 
     /// The states at the start as the numbers of the program, one member after the other.
     pub fn starts<R: Real>(&self, starts: &[State<R>]) -> Vec<R> {
-        starts.iter().flat_map(|start| self.simulator.flatten(start)).collect()
+        starts
+            .iter()
+            .flat_map(|start| self.simulator.flatten(start))
+            .collect()
     }
 
     /// The trajectory of a member, from the numbers that the program has observed of it.
@@ -166,7 +175,8 @@ impl PrintedRobots {
         body: &Body<R>,
         start: &State<R>,
     ) -> Trajectory<R> {
-        self.simulator.trajectory(seen, &self.span, surroundings, body, start)
+        self.simulator
+            .trajectory(seen, &self.span, surroundings, body, start)
     }
 
     /// The span of the rollouts.
