@@ -9,9 +9,17 @@ use every::Every;
 
 /// Parses and checks a text as a device would.
 fn check(printed: &Printed) {
-    let module = naga::front::wgsl::parse_str(&printed.source)
-        .unwrap_or_else(|error| panic!("{}\n{}", error.emit_to_string(&printed.source), printed.source));
-    let (flags, all) = (naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
+    let module = naga::front::wgsl::parse_str(&printed.source).unwrap_or_else(|error| {
+        panic!(
+            "{}\n{}",
+            error.emit_to_string(&printed.source),
+            printed.source
+        )
+    });
+    let (flags, all) = (
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::empty(),
+    );
     let checked = naga::valid::Validator::new(flags, all).validate(&module);
     checked.unwrap_or_else(|error| panic!("{}", error.emit_to_string(&printed.source)));
 }
@@ -59,8 +67,8 @@ impl Model for Applied {
 fn every_function_is_printed() {
     use Elementary::*;
     let all = [
-        Asin, Acos, Sinh, Cosh, Asinh, Acosh, Atanh, ExpM1, Ln1p, Log2, Log10, Cbrt, Sinc, Sinhc, Sigmoid, Softplus, Xlogx,
-        Erf, Erfc, LnGamma, Digamma, Trigamma, CotPi,
+        Asin, Acos, Sinh, Cosh, Asinh, Acosh, Atanh, ExpM1, Ln1p, Log2, Log10, Cbrt, Sinc, Sinhc,
+        Sigmoid, Softplus, Xlogx, Erf, Erfc, LnGamma, Digamma, Trigamma, CotPi,
     ];
     for function in all {
         check(&print(&Applied(function), &Options::default()).unwrap());
