@@ -49,3 +49,4 @@ mod special;
 mod trace;
 mod values;
 mod weighted;
+mod wgsl;

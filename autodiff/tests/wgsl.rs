@@ -32,7 +32,10 @@ impl Model for Pushed {
 #[test]
 fn what_cannot_be_printed_is_refused() {
     let refused = print(&Implicit, &Options::default()).unwrap_err();
-    assert!(refused.to_string().contains("solves linear equations"), "{refused}");
+    assert!(
+        refused.to_string().contains("solves linear equations"),
+        "{refused}"
+    );
     let refused = print(&Pushed, &Options::default()).unwrap_err();
     assert!(refused.to_string().contains("has a control"), "{refused}");
 }

@@ -137,7 +137,7 @@ impl<'a> Population<'a> {
     fn every(&self, members: usize, steps: usize) -> usize {
         let of_state = 4 * (members * self.printed.state) as u64;
         let most = self.memory.min(self.gpu.largest_buffer()) / of_state.max(1);
-        if steps as u64 + 1 <= most {
+        if (steps as u64) < most {
             return 1;
         }
         ((steps as f64).sqrt().ceil() as usize).max(2)

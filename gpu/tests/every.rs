@@ -1,12 +1,11 @@
 //! A program with every operation, on a device and on the processor.
 
-#[path = "../../autodiff/tests/wgsl/every.rs"]
-mod every;
+mod program;
 
 use autodiff::wgsl::{Options, print};
 use autodiff::{Rollout, Tape, Var};
 use cosmic_gpu::{Gpu, Members, Population};
-use every::Every;
+use program::Every;
 
 /// Numbers that are the same in every run, from -1 to 1.
 fn numbers(count: usize, salt: usize) -> Vec<f32> {

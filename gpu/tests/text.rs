@@ -1,11 +1,10 @@
 //! Printed programs, parsed and checked as a device would.
 
-#[path = "../../autodiff/tests/wgsl/every.rs"]
-mod every;
+mod program;
 
 use autodiff::wgsl::{Options, Printed, print};
 use autodiff::{Elementary, Kernel, Model, Program, Real};
-use every::Every;
+use program::Every;
 
 /// Parses and checks a text as a device would.
 fn check(printed: &Printed) {

@@ -42,6 +42,8 @@ impl Factors {
             "s/m" => time / length,
             "m/s2" => length / (time * time),
             "kg/m" => mass / length,
+            "kg/m3" => mass / (length * length * length),
+            "Pa" => mass / (length * time * time),
             "N/m" => mass / (time * time),
             "m kg/J" => time * time / length,
             _ => panic!("the unit {unit} has no factor: add its dimension"),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::library::{self, Called};
+use super::calls::{Called, constant};
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::record::recording::{Recording, current, record};
 use crate::record::replay::Plan;
@@ -140,7 +140,7 @@ impl<'a> Printer<'a> {
         match self.recording.op(place) {
             Op::Input(k) if (k as usize) < self.inputs => format!("x{k}"),
             Op::Input(k) => format!("b{}", k as usize - self.inputs),
-            Op::Constant(bits) => library::constant(f64::from_bits(bits)),
+            Op::Constant(bits) => constant(f64::from_bits(bits)),
             _ => format!("t{}", place.at()),
         }
     }

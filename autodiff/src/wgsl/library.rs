@@ -5,36 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::calls::Called;
 use super::formula;
-use crate::elementary::Elementary;
 use crate::math::by_squaring;
 use crate::real::Real;
 
 /// The text of the basic functions.
 const BASIC: &str = include_str!("basic.wgsl");
-
-/// A function that a formula calls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Called {
-    /// A function of `basic.wgsl`.
-    Basic(&'static str),
-    Elementary(Elementary),
-    /// A power with this exponent.
-    Power(i32),
-}
-
-impl Called {
-    pub(super) fn name(self) -> String {
-        match self {
-            Self::Basic(name) => name.to_owned(),
-            Self::Elementary(function) => format!("{}_of", function.name()),
-            Self::Power(exponent) if exponent < 0 => {
-                format!("power_minus_{}", -i64::from(exponent))
-            }
-            Self::Power(exponent) => format!("power_{exponent}"),
-        }
-    }
-}
 
 /// Returns the text of the called functions, and of those that they call. Functions are declared before they are used.
 pub(super) fn print(calls: BTreeSet<Called>) -> String {
@@ -59,19 +36,4 @@ pub(super) fn print(calls: BTreeSet<Called>) -> String {
     }
     let texts: Vec<String> = printed.into_values().collect();
     format!("{BASIC}\n{}", texts.join("\n"))
-}
-
-/// Prints a constant. The language has no literals for numbers that are not finite; an infinite one becomes the largest
-/// float, and NaN becomes zero.
-pub(super) fn constant(value: f64) -> String {
-    let single = value as f32;
-    let single = match single.is_nan() {
-        true => 0.0,
-        false => single.clamp(f32::MIN, f32::MAX),
-    };
-    // The parentheses keep a sign apart from an operator.
-    match single.is_sign_negative() {
-        true => format!("({single:?}f)"),
-        false => format!("{single:?}f"),
-    }
 }

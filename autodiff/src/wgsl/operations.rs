@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use super::calls::Called;
 use super::formula;
-use super::library::Called;
 use super::memory::Memory;
 use super::writer::{Access, By, Space, Tables, Writer, each};
 use crate::arrays::{Array, DenseLayer, Gather, NodeSum, SlotEdge, Weighted};

@@ -1,4 +1,4 @@
-//! A program with every operation that can be printed. The tests of `cosmic-gpu` run it on a device.
+//! A program with every operation that can be printed. Tests check its text and run it on a device.
 
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{Array, Graph, Kernel, Model, Program, Real, lit};

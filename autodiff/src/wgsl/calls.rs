@@ -1,0 +1,41 @@
+//! The names of functions and constants in printed formulas.
+
+use crate::elementary::Elementary;
+
+/// A function that a formula calls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Called {
+    /// A function of `basic.wgsl`.
+    Basic(&'static str),
+    Elementary(Elementary),
+    /// A power with this exponent.
+    Power(i32),
+}
+
+impl Called {
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Basic(name) => name.to_owned(),
+            Self::Elementary(function) => format!("{}_of", function.name()),
+            Self::Power(exponent) if exponent < 0 => {
+                format!("power_minus_{}", -i64::from(exponent))
+            }
+            Self::Power(exponent) => format!("power_{exponent}"),
+        }
+    }
+}
+
+/// Prints a constant. The language has no literals for numbers that are not finite; an infinite one becomes the largest
+/// float, and NaN becomes zero.
+pub(super) fn constant(value: f64) -> String {
+    let single = value as f32;
+    let single = match single.is_nan() {
+        true => 0.0,
+        false => single.clamp(f32::MIN, f32::MAX),
+    };
+    // The parentheses keep a sign apart from an operator.
+    match single.is_sign_negative() {
+        true => format!("({single:?}f)"),
+        false => format!("{single:?}f"),
+    }
+}

@@ -1,0 +1,101 @@
+//! What a caller gives and gets: options, a printed program, and the reason for a refusal.
+
+use std::error::Error;
+use std::fmt::{self, Display};
+
+use super::memory::Placed;
+
+/// How a program is printed.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The number of invocations that carry one member.
+    pub workgroup: usize,
+    /// The parameters that all members share, by their order of declaration.
+    pub common: Vec<usize>,
+    /// The parameters whose cotangents the reverse sweep computes, by their order of declaration.
+    pub wanted: Vec<usize>,
+    /// The numbers of the state that are observed; `None` for all.
+    pub entries: Option<Vec<usize>>,
+    /// For how many steps the reverse sweep keeps the inputs of layers, before it adds them to the cotangents of matrices.
+    pub kept: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            workgroup: 64,
+            common: Vec::new(),
+            wanted: Vec::new(),
+            entries: None,
+            kept: 4,
+        }
+    }
+}
+
+/// A program as text, and what a caller needs to know to run it.
+///
+/// # Entry points
+///
+/// `forward` and `reverse` are compute shaders. Member `m` is the workgroup with `x + 32768 y = m`. Both advance all
+/// members by the steps that the uniform `plan` names:
+///
+/// | field | meaning |
+/// | --- | --- |
+/// | `members` | the number of members |
+/// | `first` | the first step |
+/// | `steps` | the number of steps |
+/// | `read` | the slot of the state before step `first` |
+/// | `write` | `forward` writes the state after `every * k` of its steps to slot `write + k`; `reverse` reads the state before its step `k > 0` from slot `write + k` |
+/// | `every` | see `write`; `reverse` takes it as 1 |
+/// | `observed` | how many observed states of each member the buffer `observed` has room for |
+/// | `observes` | 1 if `forward` writes observed states, else 0 |
+///
+/// The uniform has room for twelve numbers, because its size must be a multiple of 16 bytes.
+///
+/// # Buffers
+///
+/// All in group 0. Each member has a part of `own`, `carried`, `bars` and `observed`, one after the other.
+///
+/// | binding | name | numbers |
+/// | --- | --- | --- |
+/// | 0 | `plan` | the uniform |
+/// | 1 | `inputs` | for each step its inputs, and then the number of the observed state after it, from 1 on, or 0 |
+/// | 2 | `table` | [`table`](Self::table) |
+/// | 3, 4 | `own`, `of_all` | the parameters, see [`parameters`](Self::parameters) |
+/// | 5 | `states` | in each slot the states of all members, one after the other |
+/// | 6 | `carried` | the cotangent of the state, which `reverse` reads and replaces |
+/// | 7 | `bars` | the cotangents of parameters, to which `reverse` adds |
+/// | 8 | `observed` | `forward` writes the observed numbers; `reverse` reads their cotangents in the same places |
+#[derive(Clone, Debug)]
+pub struct Printed {
+    /// The text.
+    pub source: String,
+    /// How many numbers a state has.
+    pub state: usize,
+    /// How many numbers of a state are observed.
+    pub entries: usize,
+    /// How many inputs a step has.
+    pub inputs: usize,
+    /// The parameters, in their order of declaration.
+    pub parameters: Vec<Placed>,
+    /// The lengths of a member's part of `own`, of `of_all`, and of a member's part of `bars`.
+    pub lengths: [usize; 3],
+    /// The whole numbers that the program reads.
+    pub table: Vec<u32>,
+    /// The memory of a workgroup that `forward` and `reverse` need, in bytes.
+    pub memory: [usize; 2],
+    /// The number of barriers in a step of `forward`, and of `reverse`.
+    pub barriers: [usize; 2],
+}
+
+/// The reason why a program cannot be printed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refused(pub(super) String);
+
+impl Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "this program cannot be printed as WGSL: {}", self.0)
+    }
+}
+
+impl Error for Refused {}
