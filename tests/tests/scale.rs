@@ -53,7 +53,9 @@ impl Factors {
 
 /// The scene with every number multiplied by the factor of its unit.
 fn scaled(scene: &Scene, factors: Factors) -> Scene {
+    // These robots have no parts, so the numbers of parts have no effect. Some would leave their range.
     let settings = scene.settings().into_iter();
+    let settings = settings.filter(|setting| !setting.key.starts_with("parts."));
     let settings = settings.map(|setting| {
         let factor = factors.of(setting.unit);
         format!("{} = {}", setting.key, times(&setting.value, factor))
