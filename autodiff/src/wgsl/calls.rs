@@ -13,6 +13,12 @@ pub(super) enum Called {
 }
 
 impl Called {
+    /// Whether the formula of the function loops until all lanes have a result. Such a loop has no end in a recording.
+    pub(super) fn loops(self) -> bool {
+        use Elementary::{CotPi, Digamma, LnGamma, Trigamma};
+        matches!(self, Self::Elementary(CotPi | Digamma | LnGamma | Trigamma))
+    }
+
     pub(super) fn name(self) -> String {
         match self {
             Self::Basic(name) => name.to_owned(),

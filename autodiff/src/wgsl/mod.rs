@@ -51,7 +51,8 @@
 //! repeat bit for bit only on one device.
 //!
 //! A program with [controls](crate::Program::control), with linear equations ([`solve`](crate::Program::solve)), or with
-//! uniform inputs that are computed in the step and carry derivatives is [refused](Refused).
+//! uniform inputs that are computed in the step and carry derivatives is [refused](Refused). So is a kernel that calls
+//! `ln_gamma`, `digamma`, `trigamma` or `cot_pi`.
 
 mod calls;
 mod formula;

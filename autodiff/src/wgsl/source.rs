@@ -54,6 +54,10 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
     let mut printing = Printing::new(&memory, options.workgroup);
     let forward = forward(&step, &mut printing);
     let (reverse, kept) = reverse(&step, &mut printing, options.kept);
+    if let Some(called) = printing.calls.iter().find(|called| called.loops()) {
+        let what = format!("a kernel calls `{}`, whose formula loops", called.name());
+        return Err(Refused(what));
+    }
     let row = program.ends[1];
     let parameters = program.ends[0];
     let arrays = [
