@@ -1,5 +1,5 @@
-//! Programs printed as WGSL. The package `cosmic-gpu` parses the texts and compares the numbers on a device; here is only
-//! what needs neither.
+//! Programs printed as WGSL: which ones are refused. The package `cosmic-gpu` parses the texts and compares the numbers on
+//! a device.
 
 use autodiff::wgsl::{Options, print};
 use autodiff::{Graph, Model, Program, Real};

@@ -166,10 +166,11 @@ impl<R: Real> Body<R> {
         materials: &MaterialSettings,
         physics: &PhysicsSettings,
     ) -> Self {
-        let bar = |edge: usize| materials.of_length(lattice.rest_length[edge]);
+        let lengths = lattice.rest_length.iter();
+        let bars: Vec<_> = lengths.map(|&length| materials.of_length(length)).collect();
         let density = design.each(
-            |edge, m| m.mean_of(&bar(edge).density),
-            |edge, m| m.of(&bar(edge).density),
+            |edge, m| m.mean_of(&bars[edge].density),
+            |edge, m| m.of(&bars[edge].density),
         );
         let edge_mass = |(&density, &length): (&R, &f64)| density * R::lit(length);
         let edge_masses: Vec<R> = (density.iter().zip(&lattice.rest_length))
@@ -179,10 +180,10 @@ impl<R: Real> Body<R> {
         let drops = physics.void_edges == VoidEdges::Drop;
         Self {
             stiffness: design.each(
-                |edge, m| penalised(m, materials).mean_of(&bar(edge).stiffness),
+                |edge, m| penalised(m, materials).mean_of(&bars[edge].stiffness),
                 |edge, m| match m {
                     Material::Void if drops => 0.0,
-                    m => m.of(&bar(edge).stiffness),
+                    m => m.of(&bars[edge].stiffness),
                 },
             ),
             strain: design.each(

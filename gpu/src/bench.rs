@@ -40,7 +40,7 @@ pub(crate) struct Settings {
     only_device: bool,
 }
 
-/// What is computed.
+/// The work that is measured.
 #[derive(Clone, Copy, PartialEq)]
 enum Work {
     Forward,

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fmt::{self, Display};
 
-use autodiff::wgsl::Printed;
+use autodiff::wgsl::{GROUPS_IN_A_ROW, Printed};
 use pollster::block_on;
 use wgpu::{
     Adapter, BackendOptions, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages,
@@ -18,6 +18,8 @@ pub struct Gpu {
     queue: Queue,
     adapter: wgpu::AdapterInfo,
     limits: wgpu::Limits,
+    /// The bindings of a printed program.
+    groups: wgpu::BindGroupLayout,
 }
 
 /// What went wrong on a device.
@@ -78,7 +80,7 @@ impl Gpu {
     /// Opens the first adapter whose name contains `name`, or the fastest kind of adapter.
     ///
     /// # Errors
-    /// If there is none, or it cannot be opened.
+    /// If there is no such adapter, or it cannot be opened.
     pub fn open(name: Option<&str>) -> Result<Self, GpuError> {
         let adapters = sorted();
         let named = |adapter: &&Adapter| {
@@ -106,6 +108,7 @@ impl Gpu {
         let (device, queue) = block_on(adapter.request_device(&wanted))
             .map_err(|e| GpuError::NotOpened(e.to_string()))?;
         Ok(Self {
+            groups: groups(&device),
             device,
             queue,
             adapter: adapter.get_info(),
@@ -113,7 +116,7 @@ impl Gpu {
         })
     }
 
-    /// What the adapter says about itself.
+    /// The name and kind of the adapter.
     pub fn adapter(&self) -> &wgpu::AdapterInfo {
         &self.adapter
     }
@@ -150,13 +153,20 @@ impl Gpu {
         };
         // SAFETY: checks of indices and of loops take half of the time. `autodiff` prints every index as a constant place
         // plus a loop variable below the length of the array, or as an entry of a table that it has made itself; all loops
-        // end after a fixed number of turns. `Population` makes the buffers in the lengths that the program states.
+        // end after a fixed number of turns. `Population` makes the buffers in the lengths that the program states. Whoever
+        // changes a printed text must keep this so; `Printed` says it.
         #[allow(unsafe_code)]
         let module = unsafe {
             let unchecked = wgpu::ShaderRuntimeChecks::unchecked();
             self.device.create_shader_module_trusted(text, unchecked)
         };
-        let layout = self.layout();
+        let layout = self
+            .device
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: &[Some(&self.groups)],
+                immediate_size: 0,
+            });
         let pipeline = |entry: &str| {
             self.device
                 .create_compute_pipeline(&ComputePipelineDescriptor {
@@ -179,39 +189,6 @@ impl Gpu {
         }
     }
 
-    fn groups(&self) -> wgpu::BindGroupLayout {
-        let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: match binding {
-                    0 => wgpu::BufferBindingType::Uniform,
-                    _ => wgpu::BufferBindingType::Storage {
-                        read_only: binding <= 4,
-                    },
-                },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let entries: Vec<_> = (0..BINDINGS).map(entry).collect();
-        self.device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: None,
-                entries: &entries,
-            })
-    }
-
-    fn layout(&self) -> wgpu::PipelineLayout {
-        self.device
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: None,
-                bind_group_layouts: &[Some(&self.groups())],
-                immediate_size: 0,
-            })
-    }
-
     pub(crate) fn bind(&self, buffers: [&Buffer; BINDINGS as usize]) -> BindGroup {
         let entries = (0..)
             .zip(buffers)
@@ -222,7 +199,7 @@ impl Gpu {
         let entries: Vec<_> = entries.collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
-            layout: &self.groups(),
+            layout: &self.groups,
             entries: &entries,
         })
     }
@@ -308,8 +285,8 @@ impl Gpu {
         let mut pass = commands.begin_compute_pass(&Default::default());
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, bound, &[]);
-        let rows = members.div_ceil(ROW_OF_GROUPS);
-        pass.dispatch_workgroups(members.min(ROW_OF_GROUPS) as u32, rows as u32, 1);
+        let rows = members.div_ceil(GROUPS_IN_A_ROW);
+        pass.dispatch_workgroups(members.min(GROUPS_IN_A_ROW) as u32, rows as u32, 1);
         drop(pass);
         self.queue.submit([commands.finish()]);
     }
@@ -318,5 +295,26 @@ impl Gpu {
 /// The number of bindings of a printed program.
 const BINDINGS: u32 = 9;
 
-/// The number of workgroups in a row of a dispatch; see [`Printed`].
-const ROW_OF_GROUPS: usize = 32768;
+/// The bindings of a printed program.
+fn groups(device: &Device) -> wgpu::BindGroupLayout {
+    let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: match binding {
+                0 => wgpu::BufferBindingType::Uniform,
+                _ => wgpu::BufferBindingType::Storage {
+                    read_only: binding <= 4,
+                },
+            },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let entries: Vec<_> = (0..BINDINGS).map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &entries,
+    })
+}

@@ -247,7 +247,14 @@ impl Sweep<'_> {
 
     /// Starts the reverse sweep from the cotangents of the observed numbers, which are in the order of
     /// [`observed`](Self::observed).
+    ///
+    /// # Panics
+    /// If the members were not prepared for a reverse sweep.
     pub fn reverse(&self, cotangents: &[f32]) {
+        assert!(
+            self.every > 0,
+            "these members were not prepared for a reverse sweep, so no states are stored"
+        );
         let (population, gpu) = (self.population, self.population.gpu);
         gpu.write(&self.seen, 0, cotangents);
         gpu.clear(&[&self.carried, &self.bars]);

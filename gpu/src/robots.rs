@@ -15,7 +15,7 @@ pub struct RobotsOnGpu<'a> {
     inputs: Vec<f32>,
 }
 
-/// What a gradient has computed for each member.
+/// The results of a gradient, for each member.
 #[derive(Clone, Debug)]
 pub struct Gradients {
     /// The losses.

@@ -2,11 +2,9 @@
 
 use crate::elementary::Elementary;
 
-/// A function that a formula calls.
+/// A function that a formula calls, beside those of `basic.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Called {
-    /// A function of `basic.wgsl`.
-    Basic(&'static str),
     Elementary(Elementary),
     /// A power with this exponent.
     Power(i32),
@@ -21,7 +19,6 @@ impl Called {
 
     pub(super) fn name(self) -> String {
         match self {
-            Self::Basic(name) => name.to_owned(),
             Self::Elementary(function) => format!("{}_of", function.name()),
             Self::Power(exponent) if exponent < 0 => {
                 format!("power_minus_{}", -i64::from(exponent))

@@ -4,23 +4,24 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::calls::{Called, constant};
+use crate::record::emit::{places, pulled_back};
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
-use crate::record::recording::{Recording, current, record};
+use crate::record::recording::{Recording, record};
 use crate::record::replay::Plan;
 use crate::record::symbol::Symbol;
-use crate::reverse::{Tape, Var};
+use crate::reverse::Var;
 
 /// A function of the printed program, and the functions of the library that it calls.
-pub(super) struct Printed {
+pub(super) struct Function {
     pub(super) text: String,
     pub(super) calls: BTreeSet<Called>,
 }
 
 /// Prints a kernel. The function takes the inputs `x0, x1, ...` and then the uniform inputs, and returns an array of the
 /// results.
-pub(super) fn forward(name: &str, kernel: &Plan, [inputs, uniforms]: [usize; 2]) -> Printed {
+pub(super) fn forward(name: &str, kernel: &Plan, [inputs, uniforms]: [usize; 2]) -> Function {
     let (results, recording) = record(Recording::simplified(&[], &[]), || {
-        let given = symbols(inputs + uniforms);
+        let given: Vec<Symbol> = (0..inputs + uniforms).map(Symbol::input).collect();
         places(&kernel.evaluate(&given[..inputs], &given[inputs..]))
     });
     Printer::new(&recording, &results, inputs + uniforms, 0).print(name)
@@ -33,42 +34,25 @@ pub(super) fn adjoint(
     kernel: &Plan,
     [inputs, uniforms]: [usize; 2],
     wanted: &[bool],
-) -> Printed {
+) -> Function {
     let (arguments, outputs) = (inputs + uniforms, kernel.results());
     let (results, recording) = record(Recording::simplified(&[], &[]), || {
-        let (x, y_bar) = (symbols(arguments), from(arguments, outputs));
-        let mut tape = Tape::new();
-        let y = tape.record(&x, |x| kernel.evaluate(&x[..inputs], &x[inputs..]));
-        let values: Vec<Symbol> = y.iter().map(|y| y.value()).collect();
-        current(|recording| recording.assume_finite(&places(&values)));
-        let y: Vec<Var<Symbol>> = y;
-        let x_bar = tape.pullback(&y, &y_bar);
-        let wanted = x_bar.iter().zip(wanted).filter(|(_, wanted)| **wanted);
-        wanted.map(|(x_bar, _)| x_bar.0).collect::<Vec<Place>>()
+        let eval = |x: &[Var<Symbol>]| kernel.evaluate(&x[..inputs], &x[inputs..]);
+        let x_bar = pulled_back([arguments, outputs], eval).x_bar.into_iter();
+        let wanted = x_bar.zip(wanted).filter(|(_, wanted)| **wanted);
+        wanted.map(|(x_bar, _)| x_bar).collect::<Vec<Place>>()
     });
     Printer::new(&recording, &results, arguments, outputs).print(name)
 }
 
 /// Prints a function of one number from its formula.
-pub(super) fn of_one(name: &str, formula: impl FnOnce(Symbol) -> Symbol) -> Printed {
+pub(super) fn of_one(name: &str, formula: impl FnOnce(Symbol) -> Symbol) -> Function {
     let (results, recording) = record(Recording::simplified(&[], &[]), || {
         vec![formula(Symbol::input(0)).0]
     });
     let mut printed = Printer::new(&recording, &results, 1, 0);
     printed.single = true;
     printed.print(name)
-}
-
-fn symbols(count: usize) -> Vec<Symbol> {
-    from(0, count)
-}
-
-fn from(first: usize, count: usize) -> Vec<Symbol> {
-    (first..first + count).map(Symbol::input).collect()
-}
-
-fn places(symbols: &[Symbol]) -> Vec<Place> {
-    symbols.iter().map(|symbol| symbol.0).collect()
 }
 
 struct Printer<'a> {
@@ -109,7 +93,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    fn print(mut self, name: &str) -> Printed {
+    fn print(mut self, name: &str) -> Function {
         let x = (0..self.inputs).map(|k| format!("x{k}: f32"));
         let b = (0..self.cotangents).map(|k| format!("b{k}: f32"));
         let arguments: Vec<String> = x.chain(b).collect();
@@ -130,7 +114,7 @@ impl<'a> Printer<'a> {
             }
         }
         let _ = writeln!(text, "    return {result};\n}}");
-        Printed {
+        Function {
             text,
             calls: self.calls,
         }
@@ -157,10 +141,7 @@ impl<'a> Printer<'a> {
                 let x = name(x);
                 self.unary(f, &x)
             }
-            Op::Binary(f, x) => {
-                let x = x.map(name);
-                self.binary(f, x)
-            }
+            Op::Binary(f, x) => binary(f, x.map(name)),
             Op::Logic(Logic::And, [a, b]) => format!("{} && {}", name(a), name(b)),
             Op::Logic(Logic::Or, [a, b]) => format!("{} || {}", name(a), name(b)),
             Op::Logic(Logic::Not, [x, _]) => format!("!{}", name(x)),
@@ -179,32 +160,30 @@ impl<'a> Printer<'a> {
             Unary::Recip => return format!("1.0f / {x}"),
             Unary::Sqrt => return format!("sqrt({x})"),
             Unary::Rsqrt => return format!("inverseSqrt({x})"),
+            Unary::Exp => return format!("exp_of({x})"),
+            Unary::Ln => return format!("ln_of({x})"),
+            Unary::Sin => return format!("sin_of({x})"),
+            Unary::Cos => return format!("cos_of({x})"),
+            Unary::Tan => return format!("tan_of({x})"),
+            Unary::Tanh => return format!("tanh_of({x})"),
             Unary::Powi(exponent) => Called::Power(exponent),
             Unary::Elementary(function) => Called::Elementary(function),
-            Unary::Exp => Called::Basic("exp_of"),
-            Unary::Ln => Called::Basic("ln_of"),
-            Unary::Sin => Called::Basic("sin_of"),
-            Unary::Cos => Called::Basic("cos_of"),
-            Unary::Tan => Called::Basic("tan_of"),
-            Unary::Tanh => Called::Basic("tanh_of"),
         };
         self.calls.insert(called);
         format!("{}({x})", called.name())
     }
+}
 
-    fn binary(&mut self, f: Binary, [a, b]: [String; 2]) -> String {
-        let name = match f {
-            Binary::Add => return format!("{a} + {b}"),
-            Binary::Sub => return format!("{a} - {b}"),
-            Binary::Mul => return format!("{a} * {b}"),
-            Binary::Div => return format!("{a} / {b}"),
-            Binary::Chain => return format!("select({a} * {b}, 0.0f, {b} == 0.0f)"),
-            Binary::StraightThrough => return a,
-            Binary::Atan2 => "atan2_of",
-            Binary::Powf => "powf_of",
-            Binary::Hypot => "hypot_of",
-        };
-        self.calls.insert(Called::Basic(name));
-        format!("{name}({a}, {b})")
+fn binary(f: Binary, [a, b]: [String; 2]) -> String {
+    match f {
+        Binary::Add => format!("{a} + {b}"),
+        Binary::Sub => format!("{a} - {b}"),
+        Binary::Mul => format!("{a} * {b}"),
+        Binary::Div => format!("{a} / {b}"),
+        Binary::Chain => format!("select({a} * {b}, 0.0f, {b} == 0.0f)"),
+        Binary::StraightThrough => a,
+        Binary::Atan2 => format!("atan2_of({a}, {b})"),
+        Binary::Powf => format!("powf_of({a}, {b})"),
+        Binary::Hypot => format!("hypot_of({a}, {b})"),
     }
 }

@@ -23,7 +23,6 @@ pub(super) fn print(calls: BTreeSet<Called>) -> String {
             continue;
         }
         let function = match called {
-            Called::Basic(_) => continue,
             Called::Elementary(function) => formula::of_one(&name, |x| function.value(x)),
             Called::Power(exponent) => formula::of_one(&name, |x| {
                 let times = exponent.unsigned_abs();

@@ -38,6 +38,14 @@ impl Placed {
         order.into_iter().flatten()
     }
 
+    /// The beginning of the expression for a number of the parameter in its buffer, up to the number's place.
+    pub(super) fn expression(&self) -> String {
+        match self.is_common {
+            true => format!("of_all[{}u", self.start),
+            false => format!("own[own_at + {}u", self.start),
+        }
+    }
+
     fn order(&self) -> impl Iterator<Item = usize> + use<> {
         let [rows, columns] = self.matrix.unwrap_or([1, self.len]);
         (0..rows).flat_map(move |r| (0..columns).map(move |c| c * rows + r))
@@ -153,21 +161,9 @@ impl Memory {
             .expect("only wanted cotangents are read")
     }
 
-    /// The buffer that holds a matrix.
-    pub(super) fn matrix(&self, parameter: usize) -> &'static str {
-        match self.parameters[parameter].is_common {
-            true => "of_all",
-            false => "own",
-        }
-    }
-
-    /// The expression for the place of a matrix in its buffer.
-    pub(super) fn matrix_at(&self, parameter: usize) -> String {
-        let placed = &self.parameters[parameter];
-        match placed.is_common {
-            true => format!("{}u", placed.start),
-            false => format!("own_at + {}u", placed.start),
-        }
+    /// The beginning of the expression for an entry of a matrix, up to the number of the entry: `own[own_at + 12u`.
+    pub(super) fn matrix(&self, parameter: usize) -> String {
+        self.parameters[parameter].expression()
     }
 
     /// The parameters that are arrays, with their places.

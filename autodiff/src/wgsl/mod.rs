@@ -60,13 +60,16 @@ mod library;
 mod memory;
 mod printed;
 mod writer;
-mod operations;
+mod printing;
+mod kernels;
+mod layers;
+mod sums;
 mod source;
 
 use crate::record::symbol::Symbol;
 use crate::steps::{Model, Program};
 pub use memory::Placed;
-pub use printed::{Options, Printed, Refused};
+pub use printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
 
 /// Prints the step of a model.
 ///

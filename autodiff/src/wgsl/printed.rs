@@ -1,9 +1,12 @@
-//! What a caller gives and gets: options, a printed program, and the reason for a refusal.
+//! The options of a printed program, the program, and the reason why one is refused.
 
 use std::error::Error;
 use std::fmt::{self, Display};
 
 use super::memory::Placed;
+
+/// The number of workgroups in a row of a dispatch: member `m` is the workgroup with `x + GROUPS_IN_A_ROW y = m`.
+pub const GROUPS_IN_A_ROW: usize = 32768;
 
 /// How a program is printed.
 #[derive(Clone, Debug)]
@@ -36,7 +39,8 @@ impl Default for Options {
 ///
 /// # Entry points
 ///
-/// `forward` and `reverse` are compute shaders. Member `m` is the workgroup with `x + 32768 y = m`. Both advance all
+/// `forward` and `reverse` are compute shaders. Member `m` is the workgroup with `x + 32768 y = m`
+/// ([`GROUPS_IN_A_ROW`]). Both advance all
 /// members by the steps that the uniform `plan` names:
 ///
 /// | field | meaning |
@@ -68,7 +72,7 @@ impl Default for Options {
 /// | 8 | `observed` | `forward` writes the observed numbers; `reverse` reads their cotangents in the same places |
 #[derive(Clone, Debug)]
 pub struct Printed {
-    /// The text.
+    /// The text. A device may run it without checks: whoever changes it must keep all indices within their arrays.
     pub source: String,
     /// How many numbers a state has.
     pub state: usize,

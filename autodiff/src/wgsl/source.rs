@@ -2,10 +2,13 @@
 
 use std::fmt::Write;
 
+use super::kernels;
+use super::layers;
 use super::library;
 use super::memory::Memory;
-use super::operations::{Printing, value};
-use super::printed::{Options, Printed, Refused};
+use super::printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
+use super::printing::{Printing, value};
+use super::sums;
 use super::writer::{Access, By, Space, Writer, each, indented};
 use crate::arrays::Array;
 use crate::record::symbol::Symbol;
@@ -36,9 +39,6 @@ struct Plan {
 @group(0) @binding(8) var<storage, read_write> observed: array<f32>;
 ";
 
-/// The number of workgroups in a row of a dispatch.
-const ROW_OF_GROUPS: usize = 32768;
-
 pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Printed, Refused> {
     if !program.controls.is_empty() {
         return Err(Refused("it has a control".to_owned()));
@@ -53,7 +53,8 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
     let step = Step::new(program, options);
     let mut printing = Printing::new(&memory, options.workgroup);
     let forward = forward(&step, &mut printing);
-    let (reverse, kept) = reverse(&step, &mut printing, options.kept);
+    let reverse = reverse(&step, &mut printing, options.kept);
+    let kept = printing.kept() * options.kept;
     if let Some(called) = printing.calls.iter().find(|called| called.loops()) {
         let what = format!("a kernel calls `{}`, whose formula loops", called.name());
         return Err(Refused(what));
@@ -74,12 +75,11 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
         let _ = writeln!(source, "var<workgroup> {name}: array<f32, {}>;", len.max(1));
     }
     let library = library::print(std::mem::take(&mut printing.calls));
-    let barriers = [&forward, &reverse].map(|text| text.matches("workgroupBarrier").count());
     let _ = writeln!(source, "\n{library}");
     for (_, text) in &printing.functions {
         let _ = writeln!(source, "{text}");
     }
-    let _ = write!(source, "{forward}\n{reverse}");
+    let _ = write!(source, "{}\n{}", forward.text, reverse.text);
     let bytes = |count: usize| arrays[..count].iter().map(|(_, len)| 4 * len.max(&1)).sum();
     Ok(Printed {
         source,
@@ -90,7 +90,7 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
         lengths: memory.lengths,
         table: printing.tables.numbers,
         memory: [bytes(3), bytes(arrays.len())],
-        barriers,
+        barriers: [forward.barriers, reverse.barriers],
     })
 }
 
@@ -192,30 +192,16 @@ fn propagate(program: &Program<Symbol>, memory: &mut Memory) -> Result<(), Refus
 fn beginning(step: &Step, printing: &Printing) -> String {
     let [own, _, bars] = printing.memory.lengths;
     let mut text = format!(
-        "let member = group.x + {ROW_OF_GROUPS}u * group.y;\nif (member >= plan.members) {{ return; }}\n\
+        "let member = group.x + {GROUPS_IN_A_ROW}u * group.y;\nif (member >= plan.members) {{ return; }}\n\
          let own_at = member * {own}u;\nlet bars_at = member * {bars}u;\n\
          let observed_at = member * plan.observed;\n"
     );
     for (array, placed) in printing.memory.arrays() {
-        let from = match placed.is_common {
-            true => format!("of_all[{}u + i]", placed.start),
-            false => format!("own[own_at + {}u + i]", placed.start),
-        };
-        text += &each(array.len, &format!("{} = {from};", value(array, "i")));
+        let line = format!("{} = {} + i];", value(array, "i"), placed.expression());
+        text += &each(array.len, &line);
     }
     text += &each(step.program.ends[1], "row[i] = 0.0f;");
     text
-}
-
-/// The place in the row of number `i` of the state, or of an observed number.
-fn places(printing: &mut Printing, places: &[usize]) -> String {
-    if places.iter().enumerate().all(|(k, &place)| k == place) {
-        return "i".to_owned();
-    }
-    let table = printing
-        .tables
-        .place(places.iter().map(|&place| place as u32).collect());
-    format!("table[{table}u + i]")
 }
 
 /// The lines that read the inputs of step `n`.
@@ -237,11 +223,11 @@ fn read_inputs(step: &Step) -> String {
 fn operations(step: &Step, printing: &mut Printing, writer: &mut Writer) {
     for (number, operation) in step.program.operations.iter().enumerate() {
         match operation {
-            StepOperation::Replayed(of) => printing.kernel(number, of, writer),
-            StepOperation::Gather(of) => printing.gather(&of.0, writer),
-            StepOperation::NodeSum(of) => printing.node_sum(&of.0, writer),
-            StepOperation::Weighted(of) => printing.weighted(&of.0, writer),
-            StepOperation::Dense(of) => printing.dense(of, writer),
+            StepOperation::Replayed(of) => kernels::forward(printing, writer, number, of),
+            StepOperation::Gather(of) => sums::gather(printing, writer, &of.0),
+            StepOperation::NodeSum(of) => sums::node_sum(printing, writer, &of.0),
+            StepOperation::Weighted(of) => sums::weighted(printing, writer, &of.0),
+            StepOperation::Dense(of) => layers::forward(printing, writer, of),
             StepOperation::Solve(_) | StepOperation::Kernel(_) => unreachable!("these are refused"),
         }
     }
@@ -251,12 +237,30 @@ fn operations(step: &Step, printing: &mut Printing, writer: &mut Writer) {
 fn operations_reverse(step: &Step, printing: &mut Printing, writer: &mut Writer) {
     for (number, operation) in step.program.operations.iter().enumerate().rev() {
         match operation {
-            StepOperation::Replayed(of) => printing.kernel_reverse(number, of, writer),
-            StepOperation::Gather(of) => printing.gather_reverse(&of.0, writer),
-            StepOperation::NodeSum(of) => printing.node_sum_reverse(&of.0, writer),
-            StepOperation::Weighted(of) => printing.weighted_reverse(&of.0, writer),
-            StepOperation::Dense(of) => printing.dense_reverse(of, writer),
+            StepOperation::Replayed(of) => kernels::reverse(printing, writer, number, of),
+            StepOperation::Gather(of) => sums::gather_reverse(printing, writer, &of.0),
+            StepOperation::NodeSum(of) => sums::node_sum_reverse(printing, writer, &of.0),
+            StepOperation::Weighted(of) => sums::weighted_reverse(printing, writer, &of.0),
+            StepOperation::Dense(of) => layers::reverse(printing, writer, of),
             StepOperation::Solve(_) | StepOperation::Kernel(_) => unreachable!("these are refused"),
+        }
+    }
+}
+
+/// A printed entry point.
+struct EntryPoint {
+    text: String,
+    /// The number of barriers in a step.
+    barriers: usize,
+}
+
+impl EntryPoint {
+    /// An entry point with these lines before, in and after its loop over the steps.
+    fn new(name: &str, before: &str, [head, step]: [&str; 2], after: &str) -> Self {
+        let body = format!("{before}{head} {{\n{}}}\n{after}", indented(step, 4));
+        Self {
+            text: format!("{}{}}}\n", entry(name), indented(&body, 4)),
+            barriers: step.matches("workgroupBarrier").count(),
         }
     }
 }
@@ -269,26 +273,8 @@ fn entry(name: &str) -> String {
     )
 }
 
-fn forward(step: &Step, printing: &mut Printing) -> String {
-    let state_at = places(printing, &step.places);
-    let entries: Vec<usize> = step
-        .entries
-        .iter()
-        .map(|&entry| step.places[entry])
-        .collect();
-    let entry_at = places(printing, &entries);
-    let state = step.state;
-    let mut start = beginning(step, printing);
-    start += "workgroupBarrier();\n";
-    start += &each(
-        state,
-        &format!("row[{state_at}] = states[(plan.read * plan.members + member) * {state}u + i];"),
-    );
-    let mut writer = Writer::default();
-    writer.text += "let n = plan.first + k;\n";
-    writer.text += &read_inputs(step);
-    writer.barrier();
-    operations(step, printing, &mut writer);
+/// Prints how the state takes its next value.
+fn advance(step: &Step, printing: &mut Printing, writer: &mut Writer) {
     // A part that takes its value from another part must be read before that part is replaced.
     let is_state = |array: &Array| step.program.states.contains(array);
     let mut moves = String::new();
@@ -317,6 +303,29 @@ fn forward(step: &Step, printing: &mut Printing) -> String {
         writer.text += &each(part.len, &format!("{} = {from};", value(part, "i")));
     }
     writer.barrier();
+}
+
+fn forward(step: &Step, printing: &mut Printing) -> EntryPoint {
+    let state_at = printing.index(&step.places);
+    let entries: Vec<usize> = step
+        .entries
+        .iter()
+        .map(|&entry| step.places[entry])
+        .collect();
+    let entry_at = printing.index(&entries);
+    let state = step.state;
+    let mut start = beginning(step, printing);
+    start += "workgroupBarrier();\n";
+    start += &each(
+        state,
+        &format!("row[{state_at}] = states[(plan.read * plan.members + member) * {state}u + i];"),
+    );
+    let mut writer = Writer::default();
+    writer.text += "let n = plan.first + k;\n";
+    writer.text += &read_inputs(step);
+    writer.barrier();
+    operations(step, printing, &mut writer);
+    advance(step, printing, &mut writer);
     let width = step.program.inputs_len + 1;
     let _ = write!(
         writer.text,
@@ -343,17 +352,43 @@ fn forward(step: &Step, printing: &mut Printing) -> String {
             4
         ),
     );
-    let body = format!(
-        "for (var k = 0u; k < plan.steps; k++) {{\n{}}}\n",
-        indented(&writer.text, 4)
-    );
-    format!("{}{}}}\n", entry("forward"), indented(&(start + &body), 4))
+    let head = "for (var k = 0u; k < plan.steps; k++)";
+    EntryPoint::new("forward", &start, [head, &writer.text], "")
 }
 
-/// Prints the reverse sweep. Also returns how many numbers of layers are kept.
-fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, usize) {
-    let state_at = places(printing, &step.places);
-    let entry_at = places(printing, &step.entries);
+/// The lines that, after the last of `steps_kept` steps or of a stretch, add the products of the kept numbers to the
+/// cotangents of the matrices.
+fn add_kept(printing: &Printing, steps_kept: usize) -> String {
+    let kept = printing.kept();
+    if kept == 0 {
+        return String::new();
+    }
+    let mut flush = String::new();
+    for layer in &printing.layers {
+        let (rows, count) = (layer.rows, layer.rows * layer.columns);
+        let start = printing.memory.parameters[layer.matrix]
+            .bar
+            .expect("it is wanted");
+        let body = format!(
+            "let r = {}u + i % {rows}u;\nlet c = {}u + i / {rows}u;\nvar sum = bars[bars_at + {start}u + i];\n\
+             for (var s = 0u; s <= kept_at; s += {kept}u) {{\n    \
+             sum = fma(kept[s + r], kept[s + c], sum);\n}}\nbars[bars_at + {start}u + i] = sum;",
+            layer.first,
+            layer.first + rows
+        );
+        flush += &each(count, &body);
+    }
+    let most = (steps_kept - 1) * kept;
+    format!(
+        "if (kept_at == {most}u || k == 1u) {{\n{}    workgroupBarrier();\n    kept_at = 0u;\n}} else {{\n    \
+         kept_at += {kept}u;\n}}\n",
+        indented(&flush, 4)
+    )
+}
+
+fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> EntryPoint {
+    let state_at = printing.index(&step.places);
+    let entry_at = printing.index(&step.entries);
     let (state, entries, row) = (step.state, step.entries.len(), step.program.ends[1]);
     let width = step.program.inputs_len + 1;
     let mut writer = Writer::default();
@@ -404,66 +439,36 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> (String, 
     operations_reverse(step, printing, &mut writer);
     writer.barrier();
     writer.text += &each(state, &format!("carry[i] = row_bar[{state_at}];"));
-    // The products of the kept numbers are added to the cotangents of the matrices.
-    let kept = printing.kept();
-    if kept > 0 {
-        let mut flush = String::new();
-        for layer in &printing.layers {
-            let (rows, count) = (layer.rows, layer.rows * layer.columns);
-            let start = printing.memory.parameters[layer.matrix]
-                .bar
-                .expect("it is wanted");
-            let body = format!(
-                "let r = {}u + i % {rows}u;\nlet c = {}u + i / {rows}u;\nvar sum = bars[bars_at + {start}u + i];\n\
-                 for (var s = 0u; s <= kept_at; s += {kept}u) {{\n    \
-                 sum = fma(kept[s + r], kept[s + c], sum);\n}}\nbars[bars_at + {start}u + i] = sum;",
-                layer.first,
-                layer.first + rows
-            );
-            flush += &each(count, &body);
-        }
-        let most = (steps_kept - 1) * kept;
-        let _ = write!(
-            writer.text,
-            "if (kept_at == {most}u || k == 1u) {{\n{}    workgroupBarrier();\n    kept_at = 0u;\n}} else {{\n    \
-             kept_at += {kept}u;\n}}\n",
-            indented(&flush, 4)
-        );
-    }
+    writer.text += &add_kept(printing, steps_kept);
     writer.barrier();
-    let mut text = beginning(step, printing);
-    text += &each(printing.memory.bars_of_arrays, "parameter_bar[i] = 0.0f;");
-    text += &each(
+    let mut before = beginning(step, printing);
+    before += &each(printing.memory.bars_of_arrays, "parameter_bar[i] = 0.0f;");
+    before += &each(
         state,
         &format!("carry[i] = carried[member * {state}u + i];"),
     );
     for number in 0..printing.collected.len() {
-        let _ = writeln!(text, "var collected_{number} = 0.0f;");
+        let _ = writeln!(before, "var collected_{number} = 0.0f;");
     }
-    text += "var kept_at = 0u;\nworkgroupBarrier();\n";
-    let _ = write!(
-        text,
-        "for (var k = plan.steps; k > 0u; k--) {{\n{}}}\n",
-        indented(&writer.text, 4)
-    );
-    text += &each(
+    before += "var kept_at = 0u;\nworkgroupBarrier();\n";
+    let mut after = each(
         state,
         &format!("carried[member * {state}u + i] = carry[i];"),
     );
     for (number, place) in printing.collected.iter().enumerate() {
         printing.scratch = printing.scratch.max(printing.size);
         let _ = write!(
-            text,
+            after,
             "scratch[lid] = collected_{number};\nworkgroupBarrier();\nif (lid == 0u) {{\n    var sum = 0.0f;\n    \
              for (var i = 0u; i < SIZE; i++) {{ sum += scratch[i]; }}\n    parameter_bar[{place}u] += sum;\n}}\n\
              workgroupBarrier();\n"
         );
     }
-    text += "workgroupBarrier();\n";
-    text += &each(
+    after += "workgroupBarrier();\n";
+    after += &each(
         printing.memory.bars_of_arrays,
         "bars[bars_at + i] += parameter_bar[i];",
     );
-    let text = format!("{}{}}}\n", entry("reverse"), indented(&text, 4));
-    (text, kept * steps_kept)
+    let head = "for (var k = plan.steps; k > 0u; k--)";
+    EntryPoint::new("reverse", &before, [head, &writer.text], &after)
 }

@@ -102,15 +102,35 @@ impl Tables {
         })
     }
 
-    /// Stores lists of different lengths. Returns the place of their bounds, one more than there are lists, and the place
-    /// of their items.
-    pub(super) fn lists(&mut self, lists: &[Vec<u32>]) -> [usize; 2] {
+    /// Stores lists of different lengths.
+    pub(super) fn lists(&mut self, lists: &[Vec<u32>]) -> Lists {
         let ends = lists.iter().scan(0, |end, list| {
             *end += list.len() as u32;
             Some(*end)
         });
         let bounds = std::iter::once(0).chain(ends).collect();
-        [self.place(bounds), self.place(lists.concat())]
+        Lists {
+            bounds: self.place(bounds),
+            items: self.place(lists.concat()),
+        }
+    }
+}
+
+/// Stored lists: the place of their bounds, one more than there are lists, and the place of their items.
+#[derive(Clone, Copy)]
+pub(super) struct Lists {
+    bounds: usize,
+    items: usize,
+}
+
+impl Lists {
+    /// The lines of a loop over the items of list `i`. `body` gets the expression of an item.
+    pub(super) fn each_item(self, body: impl FnOnce(&str) -> String) -> String {
+        let Self { bounds, items } = self;
+        format!(
+            "let last = table[{bounds}u + i + 1u];\nfor (var e = table[{bounds}u + i]; e < last; e++) {{\n{}}}\n",
+            indented(&body(&format!("table[{items}u + e]")), 4)
+        )
     }
 }
 

@@ -266,11 +266,9 @@ impl Simulator {
         for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
             let Some(bar) = bar else { continue };
             loads.compression = loads.compression.max(bar.compression);
-            if material == Material::Skeleton {
-                let safety = bar.euler_safety(materials, self.lattice.rest_length[edge]);
-                let both = loads.euler_safety.into_iter().chain(safety);
-                loads.euler_safety = both.reduce(f64::min);
-            }
+            let safety = bar.euler_safety(materials, material, self.lattice.rest_length[edge]);
+            let both = loads.euler_safety.into_iter().chain(safety);
+            loads.euler_safety = both.reduce(f64::min);
             if material == Material::Actuator {
                 loads.strains = loads.strains.with(bar.strains.low).with(bar.strains.high);
                 loads.strain = loads.strain.max(bar.strain);
@@ -314,10 +312,17 @@ impl BarLoad {
     }
 
     /// The force under which a skeleton bar of this rest length (m) [buckles](MaterialSettings::euler_load), divided by the
-    /// largest force that pushes on it. `None` if that force is not known, or if nothing pushes on the bar.
-    pub fn euler_safety(&self, materials: &MaterialSettings, length: f64) -> Option<f64> {
+    /// largest force that pushes on it. `None` for other materials, if that force is not known, or if nothing pushes on the
+    /// bar.
+    pub fn euler_safety(
+        &self,
+        materials: &MaterialSettings,
+        material: Material,
+        length: f64,
+    ) -> Option<f64> {
         let load = materials.euler_load(length)?;
-        (self.compression > 0.0).then(|| load / self.compression)
+        let is_pushed = material == Material::Skeleton && self.compression > 0.0;
+        is_pushed.then(|| load / self.compression)
     }
 }
 

@@ -45,11 +45,11 @@ pub struct Robots<'a, R> {
 /// The cotangents that a reverse sweep computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// Those of the bodies.
+    /// The cotangents of the bodies.
     pub bodies: bool,
-    /// Those of the controllers.
+    /// The cotangents of the controllers.
     pub controllers: bool,
-    /// Those of the surroundings.
+    /// The cotangents of the surroundings.
     pub surroundings: bool,
 }
 

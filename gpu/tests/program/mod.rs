@@ -3,7 +3,7 @@
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{Array, Graph, Kernel, Model, Program, Real, lit};
 
-/// A spring that also turns its ends, with a stiffness of its own and a common damping.
+/// A spring with two results. Each has its own stiffness; all have the same damping.
 struct Spring;
 
 impl UniformKernel<3, 2> for Spring {

@@ -141,7 +141,12 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         let names = fields.iter().map(|f| f.trim_end_matches(POSITIVE));
         let named: Vec<_> = names.zip(values.iter().copied()).collect();
         let recording = Recording::simplified(&values, &is_positive);
-        let (formula, recording) = record(recording, || pulled_back(&build(&values)));
+        let (formula, recording) = record(recording, || {
+            let kernel = build(&values);
+            pulled_back([I, O], |x| {
+                kernel.eval(from_fn::<_, I, _>(|k| x[k])).to_vec()
+            })
+        });
         Printer::new(&recording, &formula, &named).print()
     });
     assert!(
@@ -182,13 +187,18 @@ pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     );
 }
 
-/// Records the adjoint of a kernel on a tape of symbols.
-fn pulled_back<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Formula {
-    let x: [Symbol; I] = from_fn(Symbol::input);
-    let y_bar: [Symbol; O] = from_fn(|k| Symbol::input(I + k));
+/// Records the adjoint of code with `inputs` inputs and `outputs` results on a tape of symbols. The cotangents of the
+/// results are the inputs of the recording after those of the code.
+pub(crate) fn pulled_back(
+    [inputs, outputs]: [usize; 2],
+    eval: impl FnOnce(&[Var<Symbol>]) -> Vec<Var<Symbol>>,
+) -> Formula {
+    let x: Vec<Symbol> = (0..inputs).map(Symbol::input).collect();
+    let y_bar: Vec<Symbol> = (inputs..inputs + outputs).map(Symbol::input).collect();
     let mut tape = Tape::new();
-    let y = tape.record(&x, |x| kernel.eval(from_fn::<_, I, _>(|k| x[k])));
-    let results = places(&y.map(Var::value));
+    let y = tape.record(&x, eval);
+    let values: Vec<Symbol> = y.iter().map(|y| y.value()).collect();
+    let results = places(&values);
     current(|recording| recording.assume_finite(&results));
     Formula {
         results,
@@ -196,6 +206,7 @@ fn pulled_back<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> F
     }
 }
 
-fn places(symbols: &[Symbol]) -> Vec<Place> {
+/// The places of numbers in the current recording.
+pub(crate) fn places(symbols: &[Symbol]) -> Vec<Place> {
     symbols.iter().map(|symbol| symbol.0).collect()
 }

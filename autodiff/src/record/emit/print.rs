@@ -7,11 +7,11 @@ use crate::record::recording::Recording;
 
 /// The adjoint of a kernel: a list of places (numbers) in a recording. The first operations of the recording are the
 /// inputs of the kernel, followed by the cotangents of its results.
-pub(super) struct Formula {
+pub(crate) struct Formula {
     /// The results of the kernel. The printed code receives their values as `y`.
-    pub(super) results: Vec<Place>,
+    pub(crate) results: Vec<Place>,
     /// The cotangents of the inputs. The printed code computes them.
-    pub(super) x_bar: Vec<Place>,
+    pub(crate) x_bar: Vec<Place>,
 }
 
 /// The names of uniform inputs begin with this text. The printed code receives uniform inputs as numbers of type `R`,

@@ -31,10 +31,8 @@ pub(super) fn bars(
     let load = |m: &Member, of: fn(&BarLoad) -> f64| loads.as_ref().map(|loads| of(&loads[m.edge]));
     let stiffness = |m: &Member| m.material.of(&materials.of_length(m.length).stiffness);
     let safety = |m: &Member| {
-        let bar = &loads
-            .as_ref()
-            .filter(|_| m.material == Material::Skeleton)?[m.edge];
-        bar.euler_safety(materials, m.length)
+        let bar = &loads.as_ref()?[m.edge];
+        bar.euler_safety(materials, m.material, m.length)
     };
     let layer = |k: usize| Cell::from(pattern.map(|p| p.stack.of_member[k] as f64 + 1.0));
     let numbered: Vec<(usize, &Member)> = members.iter().enumerate().collect();

@@ -83,11 +83,7 @@ pub(super) fn bars(robot: &RobotFiles, loads: &[BarLoad]) -> String {
         Material::Actuator => "actuator",
         _ => "skeleton",
     };
-    let safety = |edge: &usize| {
-        let is_skeleton = design[*edge] == Material::Skeleton;
-        let safety = loads[*edge].euler_safety(materials, length(edge));
-        safety.filter(|_| is_skeleton)
-    };
+    let safety = |edge: &usize| loads[*edge].euler_safety(materials, design[*edge], length(edge));
     let number = |name, unit, decimals| Column::new(name, "").unit(unit).decimals(decimals, "-");
     let says = "force under which the bar buckles (Euler), divided by the largest push";
     let table = Table::of("", "", &bars)
