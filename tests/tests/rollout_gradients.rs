@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 20] = [
+const WORLDS: [&str; 22] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -43,6 +43,9 @@ const WORLDS: [&str; 20] = [
      outer = 0.003, joint = 1e3, end_mass = 0.001, actuator = 'device', actuator_mass = 0.01, stroke = 0.1}",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4}\nparts = {skeleton = 'tube', material = \
      'aluminium', joint = 2e5, actuator = 'device', actuator_mass = 0.02, stroke = 0.1}",
+    "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}\nbumpers.distance = 0.9",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['bumpers']}\n\
+     bumpers = {distance = 0.9, reach = 1}",
 ];
 
 #[test]

@@ -10,6 +10,7 @@ use super::actuator::Actuator;
 use super::any_contact::AnyContact;
 use super::bar::BarForce;
 use super::buckle::Buckle;
+use super::bumpers::Bumpers;
 use super::contact::Contact;
 use super::coulomb::Coulomb;
 use super::damper::Damper;
@@ -61,13 +62,14 @@ fn contacts() -> [Box<dyn AnyContact>; 3] {
 }
 
 /// The force laws of this crate. Scenes choose them by name.
-fn forces() -> [Box<dyn AnyForce>; 5] {
+fn forces() -> [Box<dyn AnyForce>; 6] {
     [
         Box::new(OnBars(Damper::default())),
         Box::new(OnBars(Stops::default())),
         Box::new(OnBars(Actuator::default())),
         Box::new(OnBars(Rope::default())),
         Box::new(OnBars(Buckle::default())),
+        Box::new(Bumpers::default()),
     ]
 }
 

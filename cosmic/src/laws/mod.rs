@@ -30,6 +30,7 @@ mod rope;
 mod buckle;
 mod stiffening;
 mod bending;
+mod bumpers;
 mod law_file;
 mod choice;
 #[rustfmt::skip]
@@ -41,6 +42,7 @@ pub use bar::{Bar, BarForce, MovingTension, Tension};
 pub(crate) use bending::Bending;
 pub use bending::{Bend, BentBars, Line, Pair, Total, pairs};
 pub use buckle::Buckle;
+pub use bumpers::{Bump, Bumpers};
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_nodes};
 pub(crate) use choice::{LAW, names};
 pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};

@@ -3,8 +3,8 @@
 use autodiff::arrays::Fixed;
 use autodiff::emit::{adjoint, assert_fresh};
 use cosmic::laws::{
-    BarForce, Bend, Contact, Coulomb, Drift, Drifting, Equation, FirstPass, Flat, Flight, Flying,
-    Hooke, Impulse, Linear, NextPass, NoGround, Sticking, Stiffening, Sum, Tension, Total,
+    BarForce, Bend, Bump, Contact, Coulomb, Drift, Drifting, Equation, FirstPass, Flat, Flight,
+    Flying, Hooke, Impulse, Linear, NextPass, NoGround, Sticking, Stiffening, Sum, Tension, Total,
 };
 
 const HEADER: &str = "\
@@ -15,6 +15,7 @@ use autodiff::Real;
 
 use super::bar::Tension;
 use super::bending::{Bend, Total};
+use super::bumpers::Bump;
 use super::contact::{Drifting, Flying};
 use super::coulomb::Coulomb;
 use super::force::Sum;
@@ -96,6 +97,24 @@ fn adjoints_are_fresh() {
             },
         ),
         adjoint("Total", &[], |_| Total),
+        adjoint(
+            "Bump",
+            &[
+                "self.shortest",
+                "self.softening > 0",
+                "self.dt",
+                "uniforms[0]",
+                "uniforms[1]",
+            ],
+            |v| Fixed {
+                kernel: Bump {
+                    shortest: v[0],
+                    softening: v[1],
+                    dt: v[2],
+                },
+                uniforms: v[3..].to_vec(),
+            },
+        ),
         adjoint("Sum", &[], |_| Sum),
     ];
     let given = |v: &[f64]| v[1..].to_vec();

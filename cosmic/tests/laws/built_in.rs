@@ -7,9 +7,9 @@ use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Pullback, Real, gradient};
 use cosmic::geometry::{Profile, Vector};
 use cosmic::laws::{
-    Actuator, Bar, BarForce, Bend, Buckle, Contact, Coulomb, Damper, Drift, Drifting, Flat, Flight,
-    Flying, Hooke, Impact, Law, MovingTension, NoGround, Rope, Sticking, Stiffening, Stops,
-    Tension, Terrain, Underfoot,
+    Actuator, Bar, BarForce, Bend, Buckle, Bump, Bumpers, Contact, Coulomb, Damper, Drift,
+    Drifting, Flat, Flight, Flying, Hooke, Impact, Law, MovingTension, NoGround, Rope, Sticking,
+    Stiffening, Stops, Tension, Terrain, Underfoot,
 };
 
 const DT: f64 = 0.002;
@@ -284,6 +284,83 @@ fn the_forces_of_bending_are_the_slope_of_the_energy() {
             // The softening changes a length of 0.1 m by a fraction of 5e-11, and the forces are below 1 N.
             assert!((pull + slope).abs() < 1e-9, "{pulls:?}");
         }
+    }
+}
+
+/// A node near the middle of a bar, near its first end and near its last end, on either side. The contact begins at a
+/// distance of 0.02 m.
+const NEAR: [[f64; 6]; 4] = [
+    [0.04, 0.01, 0.0, 0.0, 0.1, 0.02],
+    [-0.005, 0.008, 0.0, 0.0, 0.1, 0.02],
+    [0.108, 0.012, 0.0, 0.0, 0.1, 0.02],
+    [0.06, 0.008, 0.0, 0.0, 0.1, 0.02],
+];
+
+fn bump() -> Fixed<Bump> {
+    let law = Bumpers {
+        distance: 0.2,
+        ..Bumpers::default()
+    };
+    let kernel = Bump {
+        shortest: 0.1,
+        softening: SOFTENING,
+        dt: DT,
+    };
+    Fixed {
+        uniforms: values(&law),
+        kernel,
+    }
+}
+
+#[test]
+fn bumpers() {
+    for near in NEAR {
+        for most in [0.02, 0.015, 1.0] {
+            let [a, b, c, d, e, f] = near;
+            is_right(&bump(), [a, b, c, d, e, f, 400.0, 900.0, most, 1.0, -1.0]);
+        }
+    }
+}
+
+/// The forces of a contact are the slope of its energy, `k depth^2 / 2`, and a node that is far enough away feels none.
+#[test]
+fn the_forces_of_bumpers_are_the_slope_of_the_energy() {
+    // 2000 N/m, 400 N/m and 900 N/m in series.
+    let stiffness = 1.0 / (1.0 / 2000.0 + 1.0 / 400.0 + 1.0 / 900.0);
+    for near in NEAR {
+        let energy = |x: &[f64]| {
+            let [bx, by] = [x[4] - x[2], x[5] - x[3]];
+            let [nx, ny] = [x[0] - x[2], x[1] - x[3]];
+            let share = ((nx * bx + ny * by) / (bx * bx + by * by)).clamp(0.0, 1.0);
+            let gap = (nx - bx * share).hypot(ny - by * share);
+            0.5 * stiffness * (0.02 - gap).max(0.0).powi(2)
+        };
+        let [a, b, c, d, e, f] = near;
+        let kernel = Fixed {
+            kernel: Bump {
+                dt: 1.0,
+                ..bump().kernel
+            },
+            uniforms: bump().uniforms,
+        };
+        let at = [a, b, c, d, e, f, 400.0, 900.0, 1.0, 1.0, 1.0];
+        let [ix, iy, jx, jy] = kernel.eval(at);
+        let pulls = [-(ix + jx), -(iy + jy), ix, iy, jx, jy];
+        for (k, pull) in pulls.into_iter().enumerate() {
+            let moved = |by: f64| {
+                let mut x = near;
+                x[k] += by;
+                energy(&x)
+            };
+            // Central differences over 1e-6 m: the energy is 1e-3 J, so rounding is below 1e-12 J / 1e-6 m = 1e-6 N, and
+            // the third derivative, about k / (1e-2 m)^2, adds 1e-12 m^2 of it.
+            let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            assert!((pull + slope).abs() < 2e-6, "{pulls:?} {k} {slope}");
+        }
+        // The same pair, which may push only from 0.1 mm on.
+        let [.., _, first, last] = at;
+        let far = [a, b, c, d, e, f, 400.0, 900.0, 1e-4, first, last];
+        assert_eq!(kernel.eval(far), [0.0; 4]);
     }
 }
 

@@ -1,0 +1,422 @@
+//! Bars that do not pass through one another: a node that comes too near to a bar and the bar push each other apart.
+//!
+//! Two bars can only begin to cross when an end of one of them passes through the other. So the law acts on pairs of a
+//! node and a bar that does not end at the node. A step is recorded once, so its pairs are fixed: they are all pairs that
+//! are near enough at rest to meet later.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use autodiff::arrays::{UniformKernel, Uniforms};
+use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
+
+use super::bending::Total;
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::law::{Law, StepInput, step_inputs};
+use super::stiffness::Stiffness;
+use crate::geometry::{Matrix, Segment, Vector};
+use crate::lattice::Lattice;
+use crate::settings::{above, within};
+
+/// A node that is nearer to a bar at rest than this share of the shortest bar lies on the bar, so they are not a pair.
+const ON_BAR: f64 = 1e-3;
+/// The share of the distance at rest below which a pair never pushes, so that no robot is under stress at rest.
+const AT_REST: f64 = 0.5;
+/// A product of stiffnesses, (N/m)^2, that keeps the stiffness of a contact finite if bar and node have stiffness 0.
+const LEAST: f64 = 1e-24;
+/// The number of arrays that the kernel [`Total`] adds to a sum.
+const AT_ONCE: usize = 4;
+
+crate::settings! {
+    /// Bars do not pass through one another: nodes and bars that come too near push each other apart.
+    struct Bumpers<R> {
+        /// Stiffness of a contact. Bar and node give way too: their stiffnesses act in series with it.
+        stiffness: R = 2000.0, allowed above(0.0, 1e7), unit "N/m", source "beyond the paper";
+        /// Distance below which a node and a bar push each other apart, divided by the length of the shortest bar. It is at
+        /// most half of their distance at rest.
+        distance: R = 0.15, allowed above(0.0, 1.0), source "beyond the paper";
+        /// Largest distance at rest of a node and a bar that the law keeps apart, divided by the length of the shortest bar.
+        reach: usize = 3, allowed within(1.0, 100.0), source "beyond the paper";
+    }
+}
+
+impl Law for Bumpers {
+    const NAME: &'static str = "bumpers";
+}
+
+impl AnyForce for Bumpers {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+    fn settings(&mut self) -> &mut dyn crate::settings::Settings {
+        self
+    }
+    fn boxed(&self) -> Box<dyn AnyForce> {
+        Box::new(self.clone())
+    }
+    fn any(&self) -> &dyn Any {
+        self
+    }
+    fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
+        let bumpers = KeptApart::new(self, lattice);
+        (!bumpers.pairs.is_empty()).then(|| -> Arc<dyn Force> { Arc::new(bumpers) })
+    }
+}
+
+/// The kernel of a contact between a node and a bar.
+///
+/// The inputs are the positions of the node and of the two ends of the bar (m), the stiffness of the bar (N/m), the sum of
+/// the stiffnesses of the bars at the node (N/m), the largest distance at which the pair pushes (m), and two factors. The
+/// results are the impulses on the two ends of the bar (N s), each multiplied by its factor. The node gets the opposite
+/// impulses. The uniform inputs are the stiffness and the distance of [`Bumpers`].
+#[derive(Clone, Copy, Debug)]
+pub struct Bump {
+    /// The length of the shortest bar, m.
+    pub shortest: f64,
+    /// The [softening](Lattice::softening) of lengths, m^2.
+    pub softening: f64,
+    /// The time for which node and bar push each other, s.
+    pub dt: f64,
+}
+
+/// A node and a bar that may touch it. `R` is a number, or an array with a number for each pair.
+#[derive(Clone, Copy, Debug)]
+struct Near<R, const D: usize = 2> {
+    node: Vector<R, D>,
+    /// The ends of the bar.
+    ends: [Vector<R, D>; 2],
+    /// The stiffness of the bar, N/m.
+    of_bar: R,
+    /// The sum of the stiffnesses of the bars at the node, N/m.
+    of_node: R,
+    /// The largest distance at which the pair pushes, m.
+    most: R,
+}
+
+/// What pushes a node away from a bar.
+struct Touch<R, const D: usize> {
+    /// The unit vector from the nearest point of the bar to the node.
+    away: Vector<R, D>,
+    /// The place of that point along the bar, from 0 to 1.
+    share: R,
+    /// By how much the distance is too small, m; 0 if it is not.
+    depth: R,
+    /// The stiffness of the contact, N/m.
+    stiffness: R,
+}
+
+impl Bump {
+    /// The contact of a pair. At the distance where the push begins, and where the nearest point of the bar reaches one of
+    /// its ends, derivatives are those of no contact and of the inner side (the conventions of `max` and `clamp`).
+    #[inline(always)]
+    fn touch<R: Real, const D: usize>(&self, law: [R; 2], near: &Near<R, D>) -> Touch<R, D> {
+        let ([stiffness, distance], softening) = (law, R::lit(self.softening));
+        let bar = near.ends[1] - near.ends[0];
+        let to_node = near.node - near.ends[0];
+        let share = to_node.dot(bar) / (bar.dot(bar) + softening);
+        let share = share.clamp(R::zero(), R::one());
+        let apart = to_node - bar * share;
+        let gap = apart.softened_norm(self.softening);
+        let clearance = (distance * R::lit(self.shortest)).min(near.most);
+        let (bar, node) = (near.of_bar, near.of_node);
+        let all = stiffness * (bar + node) + bar * node + R::lit(LEAST);
+        Touch {
+            away: apart / gap,
+            share,
+            depth: (clearance - gap).max(R::zero()),
+            stiffness: stiffness * bar * node / all,
+        }
+    }
+
+    /// The impulses on the two ends of the bar, N s.
+    #[inline(always)]
+    fn impulses<R: Real, const D: usize>(
+        &self,
+        law: [R; 2],
+        near: &Near<R, D>,
+    ) -> [Vector<R, D>; 2] {
+        let touch = self.touch(law, near);
+        let push = -touch.away * (touch.stiffness * touch.depth * R::lit(self.dt));
+        let last = push * touch.share;
+        [push - last, last]
+    }
+}
+
+impl UniformKernel<11, 4> for Bump {
+    const UNIFORMS: usize = 2;
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, x: [R; 11], law: &Uniforms<R>) -> [R; 4] {
+        let [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last] = x;
+        let near = Near {
+            node: Vector::new([kx, ky]),
+            ends: [Vector::new([ix, iy]), Vector::new([jx, jy])],
+            of_bar,
+            of_node,
+            most,
+        };
+        let [a, b] = self.impulses([law[0], law[1]], &near);
+        let ([ax, ay], [bx, by]) = ((a * first).array(), (b * last).array());
+        [ax, ay, bx, by]
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 11, 4, M>,
+        law: &Uniforms<R>,
+    ) -> [[R; 11]; M] {
+        self.emitted_vjp(at, law)
+    }
+}
+
+/// The kernel that passes on an impulse along an edge of a graph.
+#[derive(Clone, Copy, Debug)]
+struct Passed;
+
+impl Kernel<2, 2> for Passed {
+    #[inline(always)]
+    fn eval<R: Real>(&self, impulse: [R; 2]) -> [R; 2] {
+        impulse
+    }
+}
+
+/// A node and an edge that does not end at the node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Apart {
+    node: usize,
+    edge: usize,
+    /// The ends of the edge.
+    ends: [usize; 2],
+    /// The largest distance at which the pair pushes, m.
+    most: f64,
+}
+
+/// The nodes and bars of a lattice that [`Bumpers`] keep apart.
+#[derive(Clone, Debug)]
+struct KeptApart {
+    law: Bumpers,
+    /// The length of the shortest bar, m.
+    shortest: f64,
+    /// The softening of lengths, m^2.
+    softening: f64,
+    pairs: Vec<Apart>,
+}
+
+impl KeptApart {
+    fn new(law: &Bumpers, lattice: &Lattice) -> Self {
+        let lengths = lattice.rest_length.iter().copied();
+        let shortest = lengths.fold(f64::MAX, f64::min);
+        let pair = |node: usize, edge: usize| {
+            let ends = lattice.edges[edge];
+            let [from, to] = ends.map(|end| lattice.positions[end]);
+            let at_rest = Segment::new(from, to).distance_to(lattice.positions[node]);
+            let is_near = (ON_BAR * shortest..=law.reach as f64 * shortest).contains(&at_rest);
+            let most = AT_REST * at_rest;
+            let pair = Apart {
+                node,
+                edge,
+                ends,
+                most,
+            };
+            (is_near && !ends.contains(&node)).then_some(pair)
+        };
+        let edges = 0..lattice.edges.len();
+        let of_edge = |edge| (0..lattice.nodes()).filter_map(move |node| pair(node, edge));
+        Self {
+            law: law.clone(),
+            shortest,
+            softening: lattice.softening(),
+            pairs: edges.flat_map(of_edge).collect(),
+        }
+    }
+
+    fn bump(&self, dt: f64) -> Bump {
+        Bump {
+            shortest: self.shortest,
+            softening: self.softening,
+            dt,
+        }
+    }
+
+    /// The two settings that the kernel reads.
+    fn numbers(&self) -> [f64; 2] {
+        [self.law.stiffness, self.law.distance]
+    }
+
+    /// A pair in a pose.
+    fn near(&self, pair: &Apart, pose: &Pose) -> Near<f64> {
+        let of_edge = pose.body.stiffness.iter().zip(&pose.lattice.edges);
+        let at_node = of_edge.filter(|(_, ends)| ends.contains(&pair.node));
+        Near {
+            node: pose.state.x[pair.node],
+            ends: pair.ends.map(|end| pose.state.x[end]),
+            of_bar: pose.body.stiffness[pair.edge],
+            of_node: at_node.map(|(stiffness, _)| stiffness).sum(),
+            most: pair.most,
+        }
+    }
+
+    /// The largest stiffness of a contact of each node in a pose, N/m.
+    fn stiffest(&self, pose: &Pose) -> Vec<f64> {
+        let mut stiffest = vec![0.0_f64; pose.lattice.nodes()];
+        for pair in &self.pairs {
+            let near = self.near(pair, pose);
+            let stiffness = self.bump(1.0).touch(self.numbers(), &near).stiffness;
+            for node in pair.ends.into_iter().chain([pair.node]) {
+                stiffest[node] = stiffest[node].max(stiffness);
+            }
+        }
+        stiffest
+    }
+}
+
+/// The sum of impulses at the nodes. `pairs` has the pairs and, for each of their two ends, the two components of its
+/// impulses: those on the end if it comes before the node of the pair, and the opposite ones otherwise.
+fn at_nodes(
+    p: &mut AnyProgram,
+    nodes: usize,
+    pairs: &[&Apart],
+    impulses: [[Array; 2]; 2],
+) -> Vector<Array> {
+    let between = |pair: &Apart, end: usize| {
+        let end = pair.ends[end];
+        [end.min(pair.node), end.max(pair.node)]
+    };
+    let both = |pair: &&Apart| [0, 1].map(|end| between(pair, end));
+    let mut links: Vec<[usize; 2]> = pairs.iter().flat_map(both).collect();
+    links.sort_unstable();
+    links.dedup();
+    let graph = Graph::new(nodes, &links);
+    // In each round, a link takes the impulse of one pair.
+    let mut rounds: [Vec<Vec<Option<usize>>>; 2] = [vec![], vec![]];
+    for (end, rounds) in rounds.iter_mut().enumerate() {
+        let mut taken = vec![0; links.len()];
+        for (k, pair) in pairs.iter().enumerate() {
+            let link = links.binary_search(&between(pair, end));
+            let link = link.expect("every pair has a link");
+            if taken[link] == rounds.len() {
+                rounds.push(vec![None; graph.slots()]);
+            }
+            rounds[taken[link]][graph.slot_of_edge()[link]] = Some(k);
+            taken[link] += 1;
+        }
+    }
+    let none = vec![None; graph.slots()];
+    let of_links = [0, 1].map(|axis| {
+        let start = p.gather(impulses[0][axis], &none);
+        rounds.iter().enumerate().fold(start, |sum, (end, rounds)| {
+            let impulse = impulses[end][axis];
+            rounds.chunks(AT_ONCE).fold(sum, |sum, chunk| {
+                let [a, b, c, d] =
+                    [0, 1, 2, 3].map(|k| p.gather(impulse, chunk.get(k).unwrap_or(&none)));
+                p.map(Total, [sum, a, b, c, d])[0]
+            })
+        })
+    });
+    Vector::new(p.map_edges(&graph, Passed, [], &of_links))
+}
+
+impl Force for KeptApart {
+    /// The largest distance of each pair, then the two factors of its impulses.
+    fn constants(&self) -> Vec<Vec<f64>> {
+        let sign = |pair: &Apart, end: usize| match pair.ends[end] < pair.node {
+            true => 1.0,
+            false => -1.0,
+        };
+        let most = self.pairs.iter().map(|pair| pair.most).collect();
+        let signs = [0, 1].map(|end| self.pairs.iter().map(|pair| sign(pair, end)).collect());
+        [most].into_iter().chain(signs).collect()
+    }
+
+    fn inputs(&self) -> Vec<StepInput> {
+        step_inputs(&self.law)
+    }
+
+    fn record(
+        &self,
+        p: &mut AnyProgram,
+        step: &Step,
+        given: &Given<Array>,
+        before: Option<Vector<Array>>,
+    ) -> Vector<Array> {
+        let (graph, nodes) = (step.graph, step.graph.nodes());
+        let in_use = graph.edge_of_slot();
+        let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();
+        let joined: Vec<usize> = graph
+            .nodes_of_slot()
+            .into_iter()
+            .flatten()
+            .flatten()
+            .collect();
+        let exists = |pair: &Apart| has_bar(pair.edge) && joined.contains(&pair.node);
+        let pairs = self.pairs.iter().enumerate();
+        let (places, pairs): (Vec<Option<usize>>, Vec<&Apart>) = pairs
+            .filter(|(_, pair)| exists(pair))
+            .map(|(k, pair)| (Some(k), pair))
+            .unzip();
+        if pairs.is_empty() {
+            let none = vec![None; nodes];
+            return before.unwrap_or_else(|| step.nodes.x.map(|x| p.gather(x, &none)));
+        }
+        let of_pairs = |of: &dyn Fn(&Apart) -> usize| -> Vec<Option<usize>> {
+            pairs.iter().map(|pair| Some(of(pair))).collect()
+        };
+        let points = [
+            of_pairs(&|pair| pair.node),
+            of_pairs(&|pair| pair.ends[0]),
+            of_pairs(&|pair| pair.ends[1]),
+        ];
+        let [node, from, to] = points.map(|places| {
+            let at = step.nodes.x.map(|x| p.gather(x, &places));
+            (at.array(), places)
+        });
+        let slots = of_pairs(&|pair| graph.slot_of_edge()[pair.edge]);
+        let of_bar = p.gather(step.stiffness, &slots);
+        let of_nodes = p.sum_at_nodes(graph, step.stiffness);
+        let of_node = p.gather(of_nodes, &node.1);
+        let [most, first, last] = [0, 1, 2].map(|k| p.gather(given.constants[k], &places));
+        let ([kx, ky], [ix, iy], [jx, jy]) = (node.0, from.0, to.0);
+        let inputs = [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last];
+        let [ax, ay, bx, by] = p.map_with(self.bump(step.dt), inputs, &given.inputs);
+        let sums = at_nodes(p, nodes, &pairs, [[ax, ay], [bx, by]]);
+        add(p, before, sums)
+    }
+
+    fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
+        let pull = |pair: &Apart| {
+            let near = self.near(pair, pose);
+            let ends = self.bump(1.0).impulses(self.numbers(), &near);
+            let force = match pair.ends.iter().position(|&end| end == node) {
+                Some(end) => ends[end],
+                None => -(ends[0] + ends[1]),
+            };
+            Pull {
+                part: format!("the contact of node {} with edge {}", pair.node, pair.edge),
+                force,
+            }
+        };
+        let here = |pair: &&Apart| pair.node == node || pair.ends.contains(&node);
+        self.pairs.iter().filter(here).map(pull).collect()
+    }
+
+    fn energy(&self, pose: &Pose) -> Option<f64> {
+        let energy = |pair: &Apart| {
+            let touch = self.bump(1.0).touch(self.numbers(), &self.near(pair, pose));
+            0.5 * touch.stiffness * touch.depth * touch.depth
+        };
+        Some(self.pairs.iter().map(energy).sum())
+    }
+
+    /// Adds the stiffness of one contact to every node: its stiffest one.
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
+        for (node, k) in self.stiffest(pose).into_iter().enumerate() {
+            stiffness.node(node, Matrix::identity() * k);
+        }
+    }
+
+    /// A contact is not stiffer than the bars of its node, so one contact adds at most as much as they do.
+    fn any_design(&self, of_node: f64, _shortest: f64) -> f64 {
+        of_node
+    }
+}
