@@ -46,6 +46,7 @@ mod laws {
     mod adjoints;
     mod bending;
     mod built_in;
+    mod bumpers;
     mod law_file;
 }
 mod objective {
