@@ -315,7 +315,7 @@ fn bump() -> Fixed<Bump> {
 #[test]
 fn bumpers() {
     for near in NEAR {
-        for most in [0.02, 0.015, 1.0] {
+        for most in [0.025, 0.015, 1.0] {
             let [a, b, c, d, e, f] = near;
             is_right(&bump(), [a, b, c, d, e, f, 400.0, 900.0, most, 1.0, -1.0]);
         }

@@ -5,7 +5,7 @@ use cosmic::policy::Controller;
 use cosmic::scene::Scene;
 use cosmic::simulator::{Simulator, Span};
 
-/// Throws the horizontal bar [0, 2] at the middle of the upright bar [4, 5], in a world without ground and gravity.
+/// Throws the horizontal bar [0, 1] at the middle of the upright bar [2, 5], in a world without ground and gravity.
 /// Returns the momentum along x before and after (kg m/s), and in how many states the tip of the first bar is beyond the
 /// second bar.
 fn thrown(physics: &str) -> ([f64; 2], usize) {
@@ -16,7 +16,7 @@ fn thrown(physics: &str) -> ([f64; 2], usize) {
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let layout: Vec<Material> = (lattice.edges.iter())
         .map(|edge| match edge {
-            [0, 2] | [4, 5] => Material::Skeleton,
+            [0, 1] | [2, 5] => Material::Skeleton,
             _ => Material::Void,
         })
         .collect();
@@ -32,7 +32,7 @@ fn thrown(physics: &str) -> ([f64; 2], usize) {
         }
     }
     let mut start = lattice.state_at_rest();
-    for node in [0, 2] {
+    for node in [0, 1] {
         start.x[node] = start.x[node] + Vector::upright(0.0, 0.05);
         start.v[node] = Vector::upright(1.0, 0.0);
     }
@@ -44,7 +44,7 @@ fn thrown(physics: &str) -> ([f64; 2], usize) {
         let of_nodes = seen.states[step].v.iter().zip(&body.mass);
         of_nodes.map(|(v, mass)| v.forward() * mass).sum::<f64>()
     };
-    let is_beyond = |x: &[Vector<f64>]| x[2].forward() > x[4].forward().max(x[5].forward());
+    let is_beyond = |x: &[Vector<f64>]| x[1].forward() > x[2].forward().max(x[5].forward());
     let beyond = seen.states.iter().filter(|state| is_beyond(&state.x));
     ([momentum(0), momentum(1500)], beyond.count())
 }
