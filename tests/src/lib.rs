@@ -184,3 +184,8 @@ pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 struct Readme;
+
+/// Makes the code of the page about a user's own parts doc tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/extending.md")]
+struct Extending;
