@@ -104,3 +104,4 @@ mod simulator {
     mod step_check;
 }
 mod small;
+mod verdict;
