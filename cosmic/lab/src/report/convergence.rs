@@ -219,7 +219,9 @@ impl Chart {
             return range(numbers.filter(|v| *v > 0.0), Range::new(0.1, 10.0));
         }
         let numbers: Vec<f64> = numbers.chain(self.levels.iter().copied()).collect();
-        let range = range(numbers.iter().copied(), Range::default()).clipped(robust(&numbers));
+        let most = robust(&numbers);
+        let numbers = numbers.into_iter().filter(|x| most.contains(*x));
+        let range = range(numbers, Range::default());
         let wide = range.widened(0.06 * range.size());
         let low = if range.low < 0.0 { wide.low } else { range.low };
         Range::new(low, wide.high)
@@ -227,18 +229,19 @@ impl Chart {
 }
 
 /// Returns a range that contains most of the numbers: from the 2 % quantile to the 98 % quantile, widened on either side by
-/// its size. Infinite if there are no finite numbers. `page/drawing.js` computes the same range.
-pub fn robust(numbers: &[f64]) -> Range {
+/// its size. Infinite if these quantiles are equal. `page/drawing.js` computes the same range.
+fn robust(numbers: &[f64]) -> Range {
     let finite = numbers.iter().copied().filter(|x| x.is_finite());
     let mut sorted: Vec<f64> = finite.collect();
     sorted.sort_unstable_by(f64::total_cmp);
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return Range::new(f64::NEG_INFINITY, f64::INFINITY);
-    };
-    // The ends of the middle 96 %.
-    let at = |share: f64| sorted[(share * last as f64).round() as usize];
-    let middle = Range::new(at(0.02), at(0.98));
-    middle.widened(middle.size())
+    let last = sorted.len().saturating_sub(1) as f64;
+    let at = |share: f64| sorted.get((share * last).round() as usize).copied();
+    let ends = at(0.02).zip(at(0.98)).filter(|(low, high)| low < high);
+    let ends = ends.map(|(low, high)| Range::new(low, high));
+    match ends {
+        Some(middle) => middle.widened(middle.size()),
+        None => Range::new(f64::NEG_INFINITY, f64::INFINITY),
+    }
 }
 
 /// Draws the phases of the run as bands behind a chart. If `named` is true, writes the names of the phases above the
