@@ -32,6 +32,10 @@ impl Arguments {
             let page = comparison.to_html(registry)?;
             write_atomic(path, |file| file.write_all(page.as_bytes()))?;
         }
-        print_as(self.json, &comparison, &comparison.to_text(self.all, in_colour))
+        print_as(
+            self.json,
+            &comparison,
+            &comparison.to_text(self.all, in_colour),
+        )
     }
 }

@@ -8,8 +8,8 @@ use super::{data, page};
 use crate::table::{Table, TableOf, escape};
 use cosmic::Registry;
 use cosmic::error::Result;
-use cosmic::record::Summary;
 use cosmic::lattice::Lattice;
+use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
@@ -68,7 +68,10 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
         seconds: None,
         folder: folder.to_owned(),
     };
-    if [SCENE, SNAPSHOT].iter().any(|name| folder.join(name).exists()) {
+    if [SCENE, SNAPSHOT]
+        .iter()
+        .any(|name| folder.join(name).exists())
+    {
         let scene = read_scene_to_show(folder, registry)?.scene;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         // Runs of earlier versions may lack these files. Their verdict then lacks the loads that only the files have.
@@ -121,7 +124,10 @@ impl Comparison {
         };
         let verdict = |run: &ComparedRun| match &run.verdict {
             Some(verdict) => format!("{}: {}\n", run.name, verdict.line(&shown)),
-            None => format!("{}: no verdict, because its folder has no scene\n", run.name),
+            None => format!(
+                "{}: no verdict, because its folder has no scene\n",
+                run.name
+            ),
         };
         let verdicts: String = self.runs.iter().map(verdict).collect();
         format!("{}\n{verdicts}", table.to_text())

@@ -24,11 +24,15 @@ pub(super) fn with_six<'r, S>(
     let far = far.decimals(3, "diverged");
     let loss = Column::new("loss", "loss: median over perturbed starts").decimals(4, "–");
     let says = "the distance divided by the duration of the rollout";
-    let speed = Column::new("speed", says).unit("m/s").decimals(3, "not known");
+    let speed = Column::new("speed", says)
+        .unit("m/s")
+        .decimals(3, "not known");
     let mass = Column::new("mass", "of the robot with its payload");
     let mass = mass.unit("kg").decimals(3, "not known");
     let says = "energy per metre, without the losses of actuators";
-    let energy = Column::new("energy", says).unit("J/m").decimals(1, "not known");
+    let energy = Column::new("energy", says)
+        .unit("J/m")
+        .decimals(1, "not known");
     let says = "the largest number of pairs of bars that pass through each other at a time";
     let pairs = Column::new("crossing pairs", says).decimals(0, "not known");
     let distance = move |run: &'r S| of(run).summary.displacement_p50;
@@ -49,7 +53,9 @@ pub(super) fn with_six<'r, S>(
         false => table.add(energy, move |run| of(run).summary.energy?.per_metre),
     };
     table.add(pairs, move |run| {
-        decided(of(run).summary, |s| Some(s.loads.as_ref()?.most_tangles? as f64))
+        decided(of(run).summary, |s| {
+            Some(s.loads.as_ref()?.most_tangles? as f64)
+        })
     })
 }
 

@@ -43,9 +43,7 @@ fn speed(run: &RunFiles) -> [String; 2] {
     let (scene, summary) = (&run.robot.scene, &run.summary);
     let seconds = scene.physics.steps as f64 * scene.physics.dt;
     let speed = summary.displacement_p50.map(|x| x / seconds);
-    let number = speed.map_or("diverged".to_owned(), |speed| {
-        decimals(speed, 2) + " m/s"
-    });
+    let number = speed.map_or("diverged".to_owned(), |speed| decimals(speed, 2) + " m/s");
     let far = summary.displacement_p50.map_or(String::new(), |x| {
         format!("speed: {} m in {} s", decimals(x, 3), decimals(seconds, 1))
     });
@@ -154,5 +152,8 @@ fn open_loop(run: &RunFiles) -> [String; 2] {
     let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
         decimals(100.0 * kept, 0) + " %"
     });
-    [kept, "of the distance in open loop, without feedback".to_owned()]
+    [
+        kept,
+        "of the distance in open loop, without feedback".to_owned(),
+    ]
 }
