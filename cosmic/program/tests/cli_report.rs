@@ -569,8 +569,14 @@ fn a_browser_draws_the_page_without_errors() {
             "{name}: the script did not end"
         );
         assert!(!page.contains("data-error"), "{name}: the script failed");
-        let drawn = page.matches("<canvas").count();
-        assert_eq!(page.matches(" width=\"").count(), drawn, "{name}");
+        // A canvas that is not folded has the width that the script gave it. Folded ones are drawn when they are opened.
+        let folded =
+            ["volumes", "measures", "gradients", "ternary"].map(|id| format!("id=\"{id}\""));
+        for canvas in page.split("<canvas").skip(1) {
+            let (tag, _) = canvas.split_once('>').unwrap();
+            let is_folded = folded.iter().any(|id| tag.contains(id));
+            assert!(is_folded || tag.contains(" width=\""), "{name}: {tag}");
+        }
     }
     for name in ["robot.svg", "convergence.svg"] {
         let picture = document(name);
