@@ -14,6 +14,7 @@
 //!   variations of a robot and its surroundings. [`case`] is one rollout with all its numbers in a file.
 //! - The search for a good robot: [`optimiser`] is the package `cosmic-optimiser`, which does not depend on
 //!   robots. [`codesign`] is the paper's algorithm 1.
+//! - [`verdict`] judges in plain words whether a robot could be built.
 //! - On disk: [`record`] reads and writes the folder of a run. This module (except for the text of a design) and
 //!   [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
@@ -42,6 +43,7 @@ pub mod task;
 pub mod domain;
 pub mod case;
 pub mod codesign;
+pub mod verdict;
 pub mod record;
 
 pub use cosmic_optimiser as optimiser;

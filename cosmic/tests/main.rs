@@ -105,3 +105,4 @@ mod simulator {
     mod step_check;
 }
 mod small;
+mod verdict;

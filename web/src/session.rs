@@ -11,6 +11,7 @@ use cosmic::record::DesignFile;
 use cosmic::scene::{GoalKind, Scene};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 use cosmic::task::Task;
+use cosmic::verdict::Measured;
 use serde_json::{Value, json};
 
 type Answer = cosmic::Result<Value>;
@@ -79,6 +80,9 @@ impl Session {
     /// Chooses the robot to deliver and measures it.
     pub(crate) fn deliver(&mut self) -> Answer {
         let work = self.work()?;
+        let delivery = work.codesign.evaluator().deliver(&work.progress);
+        let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
+        let verdict = Measured::of_delivery(&delivery, scene, lattice).verdict();
         let Delivery {
             design,
             controller,
@@ -88,7 +92,7 @@ impl Session {
             volume,
             actuator_volume,
             ..
-        } = work.codesign.evaluator().deliver(&work.progress);
+        } = delivery;
         let robot = Robot {
             design,
             projected: work.codesign.evaluator().design(&work.progress),
@@ -100,6 +104,8 @@ impl Session {
         Ok(json!({
             "spread": spread,
             "reliability": reliability,
+            "verdict": verdict,
+            "verdict_line": verdict.to_text(),
             "volumes": [volume, actuator_volume],
             "iteration": iteration,
             "robot": shown,

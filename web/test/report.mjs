@@ -74,6 +74,10 @@ async function space(page, ids) {
 
 async function useRun() {
   const page = await open(report);
+  assert(await page.$eval(".verdict span", item => /good|doubtful|bad/.test(item.className)), "the verdict has colours");
+  for (const summary of await page.$$("summary")) await summary.click();
+  assert(await page.$eval("pre", scene => scene.offsetHeight > 100), "the scene unfolds");
+  await page.evaluate(() => scrollTo(0, 0));
   assert(await playing(page), "the robot walks at once");
   await page.click("#play");
   assert(!(await playing(page)), "the button pauses");
@@ -153,8 +157,6 @@ async function useRun() {
     await clickIn(page, id, [0.7, 0.5]);
     assert(Number(await value(page, "time")) > 0, `a click into ${id} goes to its time`);
   }
-  for (const summary of await page.$$("summary")) await summary.click();
-  assert(await page.$eval("pre", scene => scene.offsetHeight > 100), "the scene unfolds");
   await page.close();
 }
 

@@ -40,6 +40,7 @@ mod verify {
     mod accuracy;
     mod chaos;
     mod clock;
+    mod distance;
     mod gradcheck;
     mod gradients;
     mod stability;

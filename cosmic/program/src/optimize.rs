@@ -106,6 +106,7 @@ impl Arguments {
         let robot = from.map(|from| robot(from, &plan.scene)).transpose()?;
         runs::carry_out(
             &folder,
+            registry,
             &self.work,
             introduction(&plan),
             |observer| match robot {

@@ -3,7 +3,8 @@
 use crate::arguments::Output;
 use cosmic::codesign::Reliability;
 use cosmic::error::{Error, Result, in_shell};
-use std::io::{self, Write};
+use cosmic::verdict::{Item, Level};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 /// Prints an error to standard error, with "error: " before it. Some errors about files already begin with "error: ".
@@ -59,6 +60,18 @@ pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
     format!("the last states are in {file}; replay them with: cosmic evaluate {word}")
+}
+
+/// Converts an item of a verdict to text, in the colour of its level if standard output is a terminal.
+pub(super) fn in_colour(item: &Item) -> String {
+    let has_colours = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let colour = match item.level {
+        _ if !has_colours => return item.text.clone(),
+        Level::Good => 32,
+        Level::Doubtful => 33,
+        Level::Bad => 31,
+    };
+    format!("\x1b[{colour}m{}\x1b[0m", item.text)
 }
 
 /// Converts paths to texts for JSON. Bytes that are not Unicode are replaced.

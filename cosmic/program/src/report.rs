@@ -1,11 +1,12 @@
 //! `cosmic report`.
 
 use crate::arguments::Output;
-use crate::output::answer_written;
+use crate::output::{answer_written, note};
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::Result;
-use cosmic_lab::report::{self, Animations};
+use cosmic::record::Summary;
+use cosmic_lab::report::{self, Animations, verdict_of};
 use std::path::PathBuf;
 
 /// Make a page, pictures and an animation of a finished run in its folder
@@ -38,6 +39,18 @@ impl Arguments {
             evolution: self.evolution,
         };
         let written = report::write(&self.run, &animations, registry)?;
+        if !self.output.quiet && !self.output.json {
+            self.note_verdict(registry);
+        }
         answer_written(&self.output, &written)
+    }
+
+    /// Prints the verdict on standard error, if this is a run.
+    fn note_verdict(&self, registry: &Registry) {
+        if let Ok(summary) = Summary::read(&self.run)
+            && let Ok(verdict) = verdict_of(&self.run, &summary, registry)
+        {
+            note(&format!("verdict: {}", verdict.to_text()));
+        }
     }
 }

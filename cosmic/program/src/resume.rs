@@ -28,7 +28,7 @@ impl Arguments {
             allow_unstable(&self.run, registry)?;
         }
         let is_finished = self.run.join(SUMMARY).exists();
-        let done = runs::carry_out(&self.run, &self.work, Vec::new(), |observer| {
+        let done = runs::carry_out(&self.run, registry, &self.work, Vec::new(), |observer| {
             resume(&self.run, registry, observer)
         });
         match done {

@@ -2,8 +2,9 @@
 
 use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
-use crate::output::{counted, metres, note, print, see_again, unreliable};
+use crate::output::{counted, in_colour, metres, note, print, see_again, unreliable};
 use crate::progress::Progress;
+use cosmic::Registry;
 use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::geometry::Range;
@@ -11,7 +12,8 @@ use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
 use cosmic::simulator::Energy;
-use cosmic_lab::report::departures;
+use cosmic::verdict::Verdict;
+use cosmic_lab::report::{departures, verdict_of};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
 use std::io::ErrorKind;
@@ -25,6 +27,7 @@ use std::path::Path;
 /// The errors of `work`; [`Error::NoFigure`] if the run is finished but its median displacement diverged.
 pub(super) fn carry_out(
     folder: &Path,
+    registry: &Registry,
     Work { threads, output }: &Work,
     introduction: Vec<String>,
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
@@ -44,7 +47,7 @@ pub(super) fn carry_out(
         ));
     }
     let summary = done?;
-    show(folder, &summary, output)?;
+    show(folder, &summary, registry, output)?;
     match summary.displacement_p50 {
         Some(_) => Ok(()),
         None => Err(Error::NoFigure(format!(
@@ -73,7 +76,7 @@ pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
     })
 }
 
-fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
+fn show(folder: &Path, summary: &Summary, registry: &Registry, output: &Output) -> Result<()> {
     if output.json {
         let path = folder.join(SUMMARY);
         let text = fs::read_to_string(&path).map_err(Error::reading(path))?;
@@ -82,7 +85,9 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
     if output.quiet {
         return Ok(());
     }
-    print(&describe(folder, summary))
+    // The run is done, so a scene that somebody has removed since is not an error.
+    let verdict = verdict_of(folder, summary, registry).ok();
+    print(&describe(folder, summary, verdict.as_ref()))
 }
 
 /// Describes the robot in a few lines: how its bars are connected, how they are loaded, whether it moves, and how far
@@ -111,12 +116,16 @@ fn robot(summary: &Summary) -> String {
         let Range { low, high } = loads.strains;
         text += &format!(
             "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at \
-             most; bars cross each other {:.0} % of the time\n",
+             most; bars cross each other {:.0} % of the time{}\n",
             loads.strain.p99,
             loads.force.peak,
             loads.speed.peak,
             loads.power.peak,
             100.0 * loads.tangled,
+            match loads.most_tangles {
+                Some(pairs @ 1..) => format!(", up to {}", counted(pairs, "pair")),
+                _ => String::new(),
+            },
         );
         if let Some(safety) = loads.euler_safety {
             text += &format!("skeleton: Euler safety {safety:.2} at least\n");
@@ -156,8 +165,9 @@ fn energy(energy: &Energy) -> String {
     )
 }
 
-/// Formats the summary of a run. The first line names its folder; the last line has displacement, volumes and time.
-fn describe(folder: &Path, summary: &Summary) -> String {
+/// Formats the summary of a run. The first line names its folder; the last two lines have the verdict, and displacement,
+/// volumes and time.
+fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> String {
     let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {
         let end = match start.dropped_at {
@@ -195,6 +205,9 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     }
     if let Some(reason) = summary.unreliable() {
         text += &format!("unreliable: {reason}\n");
+    }
+    if let Some(verdict) = verdict {
+        text += &format!("verdict: {}\n", verdict.line(in_colour));
     }
     let together = match summary.starts[..] {
         [] => "",

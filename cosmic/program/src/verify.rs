@@ -1,6 +1,6 @@
 //! `cosmic verify`.
 
-use crate::output::{note, print_as};
+use crate::output::{in_colour, note, print_as};
 use crate::source::SourceArguments;
 use clap::Args;
 use cosmic::Registry;
@@ -8,14 +8,18 @@ use cosmic::case::Case;
 use cosmic::error::Result;
 use cosmic::record::files::make_folder;
 use cosmic_lab::report::sheet::{Section, Sheet};
-use cosmic_lab::verify::{accuracy, gradients, stability, stiff};
+use cosmic_lab::verify::{accuracy, distance, gradients, stability, stiff};
 use std::path::PathBuf;
 
-/// Measure the errors of trajectories, gradients and time steps against more accurate methods
+/// Tell whether the distance depends on time step, integrator and precision; measure the errors of trajectories, gradients
+/// and time steps against more accurate methods
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     robot: SourceArguments,
+    /// Compare the distance with other time steps, integrators and precisions
+    #[arg(long)]
+    distance: bool,
     /// Check trajectories: error against run time for each integrator, time step and precision
     #[arg(long)]
     accuracy: bool,
@@ -31,6 +35,9 @@ pub(super) struct Arguments {
     /// Folder for verify.html, verify.json, a CSV file per table and an SVG file per figure
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Print all tables, not only the verdict
+    #[arg(long)]
+    rows: bool,
     /// Write JSON to standard output
     #[arg(long)]
     json: bool,
@@ -51,7 +58,11 @@ impl Arguments {
             subject: subject(&case),
             sections: sections.collect(),
         };
-        print_as(self.json, &sheet.to_json(), &sheet.to_text())?;
+        let text = match self.rows {
+            true => sheet.to_text(),
+            false => sheet.verdict_text(in_colour),
+        };
+        print_as(self.json, &sheet.to_json(), &text)?;
         if let Some(folder) = &self.out {
             for path in sheet.write(folder)? {
                 note(&path.display().to_string());
@@ -63,8 +74,10 @@ impl Arguments {
     /// Returns the parts that the user asks for. Without an option for a part, returns all parts but `stiff`, which takes
     /// minutes.
     fn parts(&self) -> Vec<Part> {
-        let all = !(self.accuracy || self.gradients || self.stability || self.stiff);
-        let parts: [(bool, Part); 4] = [
+        let all =
+            !(self.distance || self.accuracy || self.gradients || self.stability || self.stiff);
+        let parts: [(bool, Part); 5] = [
+            (self.distance || all, distance),
             (self.accuracy || all, accuracy),
             (self.gradients || all, gradients),
             (self.stability || all, stability),

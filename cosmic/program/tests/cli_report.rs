@@ -52,13 +52,25 @@ fn refused(bench: &Bench, name: &str, content: impl AsRef<[u8]>, says: &[&str]) 
 #[test]
 fn a_report_is_a_page_two_pictures_and_an_animation() {
     let bench = finished();
-    let told = report(&bench).ok().out;
+    let told = report(&bench).ok();
+    assert!(told.error.starts_with("verdict: "), "{told:?}");
+    let told = told.out;
     let names = ["report.html", "robot.svg", "convergence.svg", "gait.gif"];
     let written = names.map(|name| format!("run/{name}"));
     assert!(told.lines().eq(&written));
 
     let page = bench.read("run/report.html");
     assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
+    // The verdict comes first, then the poses, the tiles and the moving robot. Parts for authors are folded at the end.
+    let places = [
+        "class=\"verdict",
+        "s of walking",
+        "class=\"figures\"",
+        "id=\"stage\"",
+        "<details><summary>Convergence",
+    ];
+    let places = places.map(|part| page.find(part).unwrap_or_else(|| panic!("no {part}")));
+    assert!(places.is_sorted(), "{places:?}");
     fetches_nothing(&page);
     // The walk lasts 1.024 s. The animation has a frame at its start and one every 0.08 s.
     assert_eq!(pictures(&bench, "run/gait.gif"), 13);
@@ -395,8 +407,8 @@ fn the_euler_safety_of_parts_is_shown() {
     assert!(bench.read("made/report.html").contains("Euler safety"));
     report(&bench).ok();
     assert!(bench.read("run/report.html").contains("not known"));
-    assert!(!bench.ok("compare run").out.contains("Euler safety"));
-    let both = bench.ok("compare run made").out;
+    assert!(!bench.ok("compare run --all").out.contains("Euler safety"));
+    let both = bench.ok("compare run made --all").out;
     assert!(
         both.contains("Euler safety") && both.contains("not known"),
         "{both}"
@@ -408,12 +420,18 @@ fn compare_has_a_row_for_every_run() {
     let bench = finished();
     let told = bench.cosmic("compare run run --out compare.html").ok().out;
     let rows: Vec<&str> = told.lines().collect();
-    assert!(rows.len() == 3 && rows[1] == rows[2] && rows[1].starts_with("run "));
+    assert!(rows.len() == 6 && rows[1] == rows[2] && rows[1].starts_with("run "));
+    // Two or more spaces separate the columns.
+    let columns = rows[0].split("  ").filter(|name| !name.is_empty());
+    assert_eq!(columns.count(), 6, "{told}");
+    assert!(rows[4] == rows[5] && rows[4].starts_with("run: "), "{told}");
     let summary = bench.json("run/summary.json");
     let median = format!("{:.3}", summary["displacement_p50"].as_f64().unwrap());
     assert!(rows[1].replace('\u{2212}', "-").contains(&median));
     let html = bench.read("compare.html");
-    assert_eq!(html.matches("<tr>").count(), 3);
+    // Two tables, of six and of all columns, have a head and two rows each.
+    assert_eq!(html.matches("<tr>").count(), 6);
+    assert_eq!(html.matches("<dt>run</dt>").count(), 2);
     fetches_nothing(&html);
     assert_eq!(html.matches("\"name\":\"run\"").count(), 2);
     // `sweep prune` removes the trajectory of a run. Such a run is only in the table.
@@ -421,11 +439,16 @@ fn compare_has_a_row_for_every_run() {
     bench.remove("run/trajectory.json");
     bench.cosmic("compare run --out compare.html").ok();
     let html = bench.read("compare.html");
-    assert!(html.matches("<tr>").count() == 2 && !html.contains("<script"));
+    assert!(html.matches("<tr>").count() == 4 && !html.contains("<script"));
     bench.write("run/trajectory.json", trajectory);
 
     let json = bench.cosmic("compare run run --json").json();
     assert_eq!(json["runs"][1]["run"], "run");
+    let items = json["runs"][0]["verdict"].as_array().unwrap();
+    assert!(
+        rows[4].contains(items[0]["text"].as_str().unwrap()),
+        "{items:?}"
+    );
     let compared = &json["runs"][0]["summary"];
     assert_eq!(compared["displacement_p50"], summary["displacement_p50"]);
 
@@ -435,7 +458,11 @@ fn compare_has_a_row_for_every_run() {
     let text = bench.read("run/summary.json");
     let with_loss = text.replacen("\"seed\":", "\"loss_p50\": -1.25,\n\"seed\":", 1);
     bench.write("other/run/summary.json", with_loss);
-    let told = bench.cosmic("compare run other/run").ok().out;
+    let told = bench.cosmic("compare run other/run --all").ok().out;
+    assert!(
+        told.ends_with("other/run: no verdict, because its folder has no scene\n"),
+        "{told}"
+    );
     let ends = [("", "loss p50"), ("run ", " –"), ("other/run ", "1.2500")];
     for (row, (begins, ends)) in told.lines().zip(ends) {
         assert!(row.starts_with(begins) && row.ends_with(ends), "{told}");
@@ -443,6 +470,35 @@ fn compare_has_a_row_for_every_run() {
 
     bench.cosmic("compare run none").fails(4, &["none"]);
     bench.cosmic("compare").fails(2, &[]);
+}
+
+/// A summary of an earlier version has no energy. The page says so, and takes the loads from the other files.
+#[test]
+fn a_run_of_an_earlier_version_is_shown() {
+    let bench = finished();
+    let whole = bench.json("run/summary.json");
+    let mut old = whole.clone();
+    old.as_object_mut().unwrap().remove("energy").unwrap();
+    for key in ["skeleton_strain", "most_tangles"] {
+        let loads = old["loads"].as_object_mut().unwrap();
+        assert!(loads.remove(key).is_some(), "{key}");
+    }
+    bench.write("run/summary.json", old.to_string());
+    report(&bench).ok();
+    let page = bench.read("run/report.html");
+    assert!(page.contains("mass not known") && page.contains("<b>not known</b>"));
+    let pairs = whole["loads"]["most_tangles"].as_u64().unwrap();
+    let said = if pairs == 1 {
+        "1 pair".to_owned()
+    } else {
+        format!("{pairs} pairs")
+    };
+    assert!(page.contains(&format!("<b>{said}</b>")), "{said}");
+    let told = bench.ok("compare run").out;
+    assert!(
+        told.contains("not known") && told.contains("mass not known"),
+        "{told}"
+    );
 }
 
 /// Finds a browser of the Chromium family; `None` if none is installed.
@@ -513,8 +569,14 @@ fn a_browser_draws_the_page_without_errors() {
             "{name}: the script did not end"
         );
         assert!(!page.contains("data-error"), "{name}: the script failed");
-        let drawn = page.matches("<canvas").count();
-        assert_eq!(page.matches(" width=\"").count(), drawn, "{name}");
+        // A canvas that is not folded has the width that the script gave it. Folded ones are drawn when they are opened.
+        let folded =
+            ["volumes", "measures", "gradients", "ternary"].map(|id| format!("id=\"{id}\""));
+        for canvas in page.split("<canvas").skip(1) {
+            let (tag, _) = canvas.split_once('>').unwrap();
+            let is_folded = folded.iter().any(|id| tag.contains(id));
+            assert!(is_folded || tag.contains(" width=\""), "{name}: {tag}");
+        }
     }
     for name in ["robot.svg", "convergence.svg"] {
         let picture = document(name);

@@ -45,11 +45,16 @@ fn a_scene_is_verified_into_a_folder() {
     let said: Value = serde_json::from_str(&told.out).unwrap();
     assert_eq!(said["sections"], json["sections"]);
     let sections = json["sections"].as_array().unwrap();
-    let titles = ["Accuracy of trajectories", "Gradients", "Stability"];
+    let titles = [
+        "Distance",
+        "Accuracy of trajectories",
+        "Gradients",
+        "Stability",
+    ];
     assert!(sections.iter().map(|s| &s["title"]).eq(&titles));
 
     // The table has a row for the scene's own integrator, which is marked as the default.
-    let rows = sections[0]["tables"][0]["rows"].as_array().unwrap();
+    let rows = sections[1]["tables"][0]["rows"].as_array().unwrap();
     let marked = rows.iter().filter(|row| row["standing"] == "default");
     let [marked] = marked.collect::<Vec<_>>()[..] else {
         panic!("{rows:?}");
@@ -79,7 +84,18 @@ fn a_scene_is_verified_into_a_folder() {
         assert!(bench.path(line).is_file(), "{line}");
         assert!(!written[..k].contains(line), "{line} twice");
     }
-    stability(&sections[2]);
+    stability(&sections[3]);
+    // The first part answers three questions.
+    let answers = sections[0]["verdict"].as_array().unwrap();
+    let says = ["moves by", "the time step", "integrator", "the precision"];
+    assert_eq!(answers.len(), says.len(), "{answers:?}");
+    for (answer, says) in answers.iter().zip(says) {
+        assert!(answer["text"].as_str().unwrap().contains(says), "{answer}");
+    }
+    // Four time steps, other integrators, and single precision.
+    let rows = sections[0]["tables"][0]["rows"].as_array().unwrap();
+    let single = rows.iter().filter(|row| row["precision"] == "f32");
+    assert!(rows.len() > 5 && single.count() == 1, "{rows:?}");
 }
 
 /// Asserts that robots of every kind were tried, and that the report calls the right robots unstable.
@@ -105,7 +121,7 @@ fn stability(section: &Value) {
 #[test]
 fn stiff_bars_are_compared_on_demand() {
     let bench = Bench::with(SMALL);
-    let told = bench.ok("verify tiny.toml --stiff --out sheet");
+    let told = bench.ok("verify tiny.toml --stiff --rows --out sheet");
     has(
         &told.out,
         &[
@@ -135,7 +151,7 @@ fn stiff_bars_are_compared_on_demand() {
 #[test]
 fn one_part_can_be_verified_alone_and_a_failure_exits_with_1() {
     let stiff = format!("{SMALL}[materials]\nstiffness = [1e6, 1e6, 1e6]\n");
-    let told = Bench::with(&stiff).cosmic("verify tiny.toml --stability");
+    let told = Bench::with(&stiff).cosmic("verify tiny.toml --stability --rows");
     told.fails(1, &["error: 1 of ", " checks failed: the scene's"]);
     has(&told.out, &["STABILITY", "Robots at the extremes"]);
     assert!(!told.out.contains("GRADIENTS"));

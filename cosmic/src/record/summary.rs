@@ -9,8 +9,10 @@ use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
 use crate::keys::{Cell, Keyed, keys};
-use crate::scene::Departure;
+use crate::lattice::Lattice;
+use crate::scene::{Departure, Scene};
 use crate::simulator::{Energy, Loads};
+use crate::verdict::{Measured, bars};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -200,6 +202,21 @@ impl Summary {
     /// Why the robot is unreliable; `None` for a reliable robot, and in files of earlier versions.
     pub fn unreliable(&self) -> Option<&str> {
         self.reliability.as_ref()?.reason()
+    }
+
+    /// The numbers of the summary that a verdict judges. `scene` is the scene of the run.
+    pub fn measured(&self, scene: &Scene, lattice: &Lattice) -> Measured<'_> {
+        Measured {
+            displacement: self.displacement_p50,
+            reliability: self.reliability.as_ref(),
+            is_far: self.loss_p50.is_none(),
+            is_undecided: self.is_undecided(),
+            structure: self.structure,
+            loads: self.loads.as_ref(),
+            energy: self.energy,
+            bars: bars(self.volume, lattice),
+            ..Measured::unmeasured(scene, lattice)
+        }
     }
 
     /// Whether the robot is reliable, in one word; `None` in files of earlier versions.

@@ -127,6 +127,9 @@ keys! {
         speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] of |loads: &Loads| loads.speed.peak;
         /// Power of an actuator, which is its force times its rate: `peak` and `p99` like those of `strain`.
         power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
+        /// Largest strain of a skeleton bar: change of length divided by the rest length. `null` if there is no skeleton.
+        #[serde(default)]
+        skeleton_strain: Option<f64>, "number or `null`";
         /// The largest force that pushes on a bar.
         compression: f64, "number", unit "N", columns ["compression"];
         /// Smallest Euler safety of a skeleton bar: the force under which the bar buckles, divided by the largest force that
@@ -138,6 +141,10 @@ keys! {
         tangled: f64, "number", columns ["tangled"];
         /// Mean number of pairs of bars in a state that cross but do not cross at rest.
         tangles: f64, "number";
+        /// Largest number of pairs of bars in a state that cross but do not cross at rest. `null` in files of earlier
+        /// versions.
+        #[serde(default)]
+        most_tangles: Option<usize>, "whole number or `null`";
     }
 }
 
@@ -269,6 +276,10 @@ impl Simulator {
             let safety = bar.euler_safety(materials, material, self.lattice.rest_length[edge]);
             let both = loads.euler_safety.into_iter().chain(safety);
             loads.euler_safety = both.reduce(f64::min);
+            if material == Material::Skeleton {
+                let strain = bar.strain.peak.max(loads.skeleton_strain.unwrap_or(0.0));
+                loads.skeleton_strain = Some(strain);
+            }
             if material == Material::Actuator {
                 loads.strains = loads.strains.with(bar.strains.low).with(bar.strains.high);
                 loads.strain = loads.strain.max(bar.strain);
@@ -281,6 +292,7 @@ impl Simulator {
         let states = tangles.len().max(1) as f64;
         loads.tangled = tangles.iter().filter(|pairs| **pairs > 0).count() as f64 / states;
         loads.tangles = tangles.iter().sum::<usize>() as f64 / states;
+        loads.most_tangles = tangles.into_iter().max();
         loads
     }
 }

@@ -8,11 +8,12 @@ use std::thread;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Range, Vector};
 use cosmic::record::TrajectoryFile;
+use cosmic::verdict::SKELETON_STRAINS;
 use gif::{Encoder, Frame, Repeat};
 use tiny_skia::{Pixmap, PremultipliedColorU8};
 
 use super::files::RobotFiles;
-use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained};
+use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained, strained_skeleton};
 use super::picture::{Colour, PAPER, Picture};
 use super::view::{EARTH, GOAL, MARK, View, label};
 use crate::child;
@@ -227,7 +228,11 @@ struct Palette {
 impl Palette {
     fn new() -> Self {
         let strains = (-6..=6).map(|k| strained(f64::from(k) / 6.0));
-        let colours = strains.chain([SKELETON, PAYLOAD, MARK, BEYOND, GOAL]);
+        let [sound, doubtful] = SKELETON_STRAINS;
+        let between = |k: i32| sound + f64::from(k) / 4.0 * (doubtful - sound);
+        let skeleton = (1..4).map(|k| strained_skeleton(between(k)));
+        let colours = strains.chain(skeleton);
+        let colours = colours.chain([SKELETON, PAYLOAD, MARK, BEYOND, GOAL]);
         let shade = |colour: Colour, k: u16| PAPER.mixed(colour, f64::from(k) / f64::from(SHADES));
         let shades = colours.flat_map(|colour| (1..=SHADES).map(move |k| shade(colour, k)));
         let shades = shades.chain([PAPER, EARTH]);

@@ -2,14 +2,18 @@
 
 use super::files::{RobotFiles, read_trajectory};
 use super::motion::Motion;
-use super::numbers::{departures, with_numbers};
+use super::numbers::{Shown, departures, with_numbers, with_six};
+use super::verdict::{complete, line};
 use super::{data, page};
-use crate::table::{Table, TableOf};
+use crate::table::{Table, TableOf, escape};
 use cosmic::Registry;
 use cosmic::error::Result;
+use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
+use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
+use cosmic::verdict::{Item, Verdict};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -27,11 +31,23 @@ struct ComparedRun {
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
+    /// `None` if the run's folder has no scene.
+    verdict: Option<Verdict>,
+    /// The duration of the rollout, s; `None` if the run's folder has no scene.
+    #[serde(skip)]
+    seconds: Option<f64>,
     #[serde(skip)]
     folder: PathBuf,
 }
 
 impl ComparedRun {
+    fn shown(&self) -> Shown<'_> {
+        Shown {
+            summary: &self.summary,
+            seconds: self.seconds,
+        }
+    }
+
     /// Returns the data from which the page draws one run: the robot and its motion.
     fn lane(&self, registry: &Registry) -> Result<Value> {
         let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
@@ -43,14 +59,32 @@ impl ComparedRun {
     }
 }
 
-/// Reads the summary of a run. Fails if the scene file in its folder has another scene than the one that the run began
-/// with.
-fn read(folder: &Path, registry: &Registry) -> Result<Summary> {
-    let summary = Summary::read(folder)?;
-    if folder.join(SCENE).exists() {
-        read_scene_to_show(folder, registry)?;
+/// Reads a run. Fails if the scene file in its folder has another scene than the one that the run began with.
+fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun> {
+    let mut run = ComparedRun {
+        name,
+        summary: Summary::read(folder)?,
+        verdict: None,
+        seconds: None,
+        folder: folder.to_owned(),
+    };
+    if [SCENE, SNAPSHOT]
+        .iter()
+        .any(|name| folder.join(name).exists())
+    {
+        let scene = read_scene_to_show(folder, registry)?.scene;
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        // Runs of earlier versions may lack these files. Their verdict then lacks the loads that only the files have.
+        if let Ok(robot) = RobotFiles::read(&folder.join(DESIGN), registry)
+            && let Ok(trajectory) = read_trajectory(folder, &robot)
+        {
+            complete(&mut run.summary, &robot, &trajectory, folder);
+        }
+        let measured = run.summary.measured(&scene, &lattice);
+        run.seconds = Some(measured.seconds);
+        run.verdict = Some(measured.verdict());
     }
-    Ok(summary)
+    Ok(run)
 }
 
 impl Comparison {
@@ -64,38 +98,62 @@ impl Comparison {
             let mut others = folders.iter().zip(&names);
             let has_namesake = others.any(|(other, of)| of == name && other != folder);
             let path = || folder.display().to_string();
-            Ok(ComparedRun {
-                name: if has_namesake { path() } else { name.clone() },
-                summary: read(folder, registry)?,
-                folder: folder.clone(),
-            })
+            let name = if has_namesake { path() } else { name.clone() };
+            read(folder, name, registry)
         };
         let runs = folders.iter().zip(&names).map(run).collect::<Result<_>>()?;
         Ok(Self { runs })
     }
 
-    /// Starts the table with a row for each run and the columns that every comparison has. The caller may add columns
-    /// before it finishes the table.
-    fn columns(&self) -> TableOf<'_, ComparedRun> {
-        let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
-        with_numbers(names, |run| &run.summary)
+    /// Starts a table with a row and the name of each run.
+    fn names(&self) -> TableOf<'_, ComparedRun> {
+        Table::of("", "", &self.runs).column("run", "", |run| &run.name[..])
     }
 
-    /// Returns the table as aligned text for a terminal.
-    pub fn to_text(&self) -> String {
-        self.columns().done().to_text()
+    /// Returns a table of six columns.
+    fn short(&self) -> Table {
+        with_six(self.names(), ComparedRun::shown).done()
     }
 
-    /// Returns a page on which the robots walk side by side, above the table. A run without a trajectory is only in the
-    /// table.
+    /// Returns text for a terminal: a table of six columns, or of all with `all`, and then the verdict on each run.
+    /// `shown` converts an item of a verdict to text, for example with a colour.
+    pub fn to_text(&self, all: bool, shown: impl Fn(&Item) -> String) -> String {
+        let table = match all {
+            true => with_numbers(self.names(), |run| &run.summary).done(),
+            false => self.short(),
+        };
+        let verdict = |run: &ComparedRun| match &run.verdict {
+            Some(verdict) => format!("{}: {}\n", run.name, verdict.line(&shown)),
+            None => format!(
+                "{}: no verdict, because its folder has no scene\n",
+                run.name
+            ),
+        };
+        let verdicts: String = self.runs.iter().map(verdict).collect();
+        format!("{}\n{verdicts}", table.to_text())
+    }
+
+    /// Returns the verdicts as a list of HTML.
+    fn verdicts(&self) -> String {
+        let line = |run: &ComparedRun| {
+            let verdict = run.verdict.as_ref().map_or(String::new(), line);
+            format!("<dt>{}</dt><dd>{verdict}</dd>\n", escape(&run.name))
+        };
+        let lines: String = self.runs.iter().map(line).collect();
+        format!("<dl class=\"verdicts\">\n{lines}</dl>\n")
+    }
+
+    /// Returns a page: the verdicts, the robots walking side by side, a table of six columns, and the table of all numbers,
+    /// folded. A run without a trajectory does not walk.
     ///
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
     pub fn to_html(&self, registry: &Registry) -> Result<String> {
         let departures = |run: &ComparedRun| departures(&run.summary);
-        let table = self.columns();
+        let table = with_numbers(self.names(), |run| &run.summary);
         let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
+        let (verdicts, short) = (self.verdicts(), self.short().to_html());
         let with_lane = self
             .runs
             .iter()
@@ -110,7 +168,9 @@ impl Comparison {
                 + &page::script(&lanes.into(), include_str!("page/race.js"))
         };
         let body = format!(
-            "<h1>{title}</h1>\n{race}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Numbers\">{table}</div>\n"
+            "<h1>{title}</h1>\n{verdicts}{race}<div class=\"six\">{short}</div>\n<details><summary>All \
+             numbers</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" \
+             aria-label=\"Numbers\">{table}</div></details>\n"
         );
         Ok(page::html(title, &body))
     }

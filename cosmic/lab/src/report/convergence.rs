@@ -80,7 +80,7 @@ fn displacements(run: &RunFiles) -> Vec<Series> {
 }
 
 /// Creates the charts of a run, from top to bottom.
-pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
+pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
     let bounds = &run.robot.scene.volume;
     let mut bounds = [bounds.solid, bounds.actuator].concat();
     bounds.dedup();
@@ -91,10 +91,15 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
         "skeleton\u{2013}actuator",
     ];
     let measures = [0, 1, 2, 3].map(|k| series(run, pairs[k], k, |r| Some(r.measures[k])));
-    [
+    let objective = objective(run);
+    let title = match &objective {
+        Some(_) => "Displacement along the ground, m",
+        None => "Objective: displacement along the ground, m",
+    };
+    let others = [
         Chart {
             id: "displacement",
-            title: "Displacement along the ground, m",
+            title,
             note: " (dashed: median of the final robot)",
             series: displacements(run),
             levels: run.summary.displacement_p50.into_iter().collect(),
@@ -131,7 +136,25 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
             levels: Vec::new(),
             log: true,
         },
-    ]
+    ];
+    objective.into_iter().chain(others).collect()
+}
+
+/// Creates the chart of the loss; `None` if the objective is the displacement.
+fn objective(run: &RunFiles) -> Option<Chart> {
+    run.summary.loss_p50?;
+    let loss = |r: &Record| match r.pass {
+        Some(_) => Some(r.loss_horizon.unwrap_or(f64::NAN)),
+        None => None,
+    };
+    Some(Chart {
+        id: "objective",
+        title: "Objective: loss, less is better",
+        note: " (dashed: median of the final robot)",
+        series: vec![series(run, "gradient's horizon", 1, loss)],
+        levels: run.summary.loss_p50.into_iter().collect(),
+        log: false,
+    })
 }
 
 /// Draws the charts of displacement, volumes, binarisation measures and gradients. Behind them, bands show the phases.
@@ -140,7 +163,9 @@ pub(super) fn draw(run: &RunFiles) -> String {
     let mut picture = Picture::default();
     let before = history.first().map_or(0, |record| record.iteration - 1);
     let along = Range::new(before as f64, (before + history.len().max(1)) as f64);
-    for (k, chart) in charts(run).iter().enumerate() {
+    let charts = charts(run);
+    let last = charts.len() - 1;
+    for (k, chart) in charts.iter().enumerate() {
         let lines = chart.lines(before);
         let axes = Axes {
             origin: Vector::new([LEFT, TOP + k as f64 * PITCH]),
@@ -158,12 +183,12 @@ pub(super) fn draw(run: &RunFiles) -> String {
             picture.line(ends, Pen::dashed(MUTED, 1.0, "4 4"));
         }
         axes.draw_lines(&mut picture, &lines);
-        if k == 3 {
+        if k == last {
             axes.draw_along(&mut picture, "iteration");
         }
     }
     picture.to_svg(
-        [WIDTH, TOP + 4.0 * PITCH + 14.0],
+        [WIDTH, TOP + charts.len() as f64 * PITCH + 14.0],
         "Displacement, volumes, binarisation measures and gradients over the iterations",
     )
 }
@@ -186,16 +211,36 @@ impl Chart {
     }
 
     /// Returns the range of the vertical axis. A linear axis begins at zero, or at the least number if that is
-    /// negative. On a logarithmic axis, zeros are drawn at the lower edge.
+    /// negative. On a logarithmic axis, zeros are drawn at the lower edge. A few extreme numbers do not widen a linear
+    /// axis: they are drawn at its ends.
     fn range(&self, lines: &[Line]) -> Range {
         let numbers = lines.iter().flat_map(|line| &line.points).map(|p| p.up());
         if self.log {
             return range(numbers.filter(|v| *v > 0.0), Range::new(0.1, 10.0));
         }
-        let range = range(numbers.chain(self.levels.iter().copied()), Range::default());
+        let numbers: Vec<f64> = numbers.chain(self.levels.iter().copied()).collect();
+        let most = robust(&numbers);
+        let numbers = numbers.into_iter().filter(|x| most.contains(*x));
+        let range = range(numbers, Range::default());
         let wide = range.widened(0.06 * range.size());
         let low = if range.low < 0.0 { wide.low } else { range.low };
         Range::new(low, wide.high)
+    }
+}
+
+/// Returns a range that contains most of the numbers: from the 2 % quantile to the 98 % quantile, widened on either side by
+/// its size. Infinite if these quantiles are equal. `page/drawing.js` computes the same range.
+fn robust(numbers: &[f64]) -> Range {
+    let finite = numbers.iter().copied().filter(|x| x.is_finite());
+    let mut sorted: Vec<f64> = finite.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let last = sorted.len().saturating_sub(1) as f64;
+    let at = |share: f64| sorted.get((share * last).round() as usize).copied();
+    let ends = at(0.02).zip(at(0.98)).filter(|(low, high)| low < high);
+    let ends = ends.map(|(low, high)| Range::new(low, high));
+    match ends {
+        Some(middle) => middle.widened(middle.size()),
+        None => Range::new(f64::NEG_INFINITY, f64::INFINITY),
     }
 }
 

@@ -9,6 +9,7 @@ use super::motion::{Flag, Motion};
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Walk};
+use cosmic::verdict::SKELETON_STRAINS;
 
 /// Seconds between two frames on a page with one robot.
 const FRAME: f64 = 0.04;
@@ -87,7 +88,8 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
         "name": name,
         "robot": of_robot(robot, &states[0].x),
         "world": {
-            "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit, "origin": 0.0,
+            "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit,
+            "skeleton": SKELETON_STRAINS, "origin": 0.0,
         },
         "walk": Walk::of(states.iter(), seconds, unit),
     })
@@ -130,6 +132,7 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
         "cos": cos,
         "sin": sin,
         "limit": motion.limit,
+        "skeleton": SKELETON_STRAINS,
         "origin": start,
     })
 }

@@ -1,5 +1,6 @@
 //! Reads the files of a run, or of a design alone, for reports.
 
+use super::verdict::complete;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::codesign::Record;
@@ -14,6 +15,7 @@ use cosmic::record::{
     DesignFile, Summary, TrajectoryFile, check_numbers, check_one_run, run, trajectory_file,
 };
 use cosmic::scene::{Lacks, Scene, ShownScene};
+use cosmic::verdict::Verdict;
 use std::path::{Path, PathBuf};
 
 /// A scene, with the names of the laws and of the loss that this program does not have.
@@ -180,6 +182,7 @@ impl RunFiles {
             check_numbers
         };
         check(folder, &robot.scene, &robot.design, &summary, &trajectory)?;
+        complete(&mut summary, &robot, &trajectory, folder);
         Ok(Self {
             history: read_history(folder, &summary)?,
             designs: read_designs(&folder.join(history::DESIGNS), &robot.lattice)?,
@@ -188,6 +191,12 @@ impl RunFiles {
             robot,
             summary,
         })
+    }
+
+    /// Returns the verdict on the run's robot.
+    pub fn verdict(&self) -> Verdict {
+        let RobotFiles { scene, lattice, .. } = &self.robot;
+        self.summary.measured(scene, lattice).verdict()
     }
 
     /// Returns the title of the run in documents.

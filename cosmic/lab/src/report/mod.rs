@@ -26,6 +26,8 @@ mod robot;
 pub mod sheet;
 mod svg;
 mod ternary;
+mod tiles;
+mod verdict;
 mod view;
 mod ways;
 mod work;
@@ -37,6 +39,7 @@ pub use files::{ForeignScene, RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub use numbers::departures;
 pub use page::player_page;
+pub use verdict::verdict_of;
 pub use work::{Animations, write, write_walk};
 
 /// A kind of picture of a run: the name of its files, and the function that draws it as SVG.

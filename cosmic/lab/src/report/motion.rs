@@ -10,8 +10,9 @@ use cosmic::lattice::State;
 use cosmic::policy::{Goal, Goals};
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::{GoalKind, Scene};
+use cosmic::verdict::SKELETON_STRAINS;
 
-/// The colour of skeleton bars.
+/// The colour of skeleton bars without strain.
 pub const SKELETON: Colour = Colour::hex(0x262b33);
 /// The colour of the payload and its path.
 pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
@@ -21,7 +22,7 @@ pub const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
 pub const AT_REST: Colour = Colour::hex(0xb4aeba);
 /// The colour of an actuator at the largest extension.
 pub const EXTENDED: Colour = Colour::hex(0xd61f1f);
-/// The colour of an actuator beyond the largest strains.
+/// The colour of a bar beyond its largest strain.
 pub const BEYOND: Colour = Colour::hex(0xb800b8);
 
 /// The largest number of frames of an animation.
@@ -185,7 +186,7 @@ impl<'r> Motion<'r> {
             let strain = line.length() / lattice.rest_length[e] - 1.0;
             let colour = match material {
                 Material::Void => return None,
-                Material::Skeleton => SKELETON,
+                Material::Skeleton => strained_skeleton(strain),
                 Material::Actuator => self.colour(strain),
             };
             Some(DrawnEdge {
@@ -303,6 +304,14 @@ pub(super) fn strained(share: f64) -> Colour {
     }
     let end = if share < 0.0 { CONTRACTED } else { EXTENDED };
     AT_REST.mixed(end, share.abs())
+}
+
+/// Returns the colour of a skeleton bar with this strain: that of the skeleton up to the strain at which it is doubtful, and
+/// then more and more that of bars beyond their limits.
+pub fn strained_skeleton(strain: f64) -> Colour {
+    let [sound, doubtful] = SKELETON_STRAINS;
+    let share = ((strain.abs() - sound) / (doubtful - sound)).clamp(0.0, 1.0);
+    SKELETON.mixed(BEYOND, share)
 }
 
 fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {

@@ -3,6 +3,62 @@
 use crate::table::{Cell, Column, TableOf};
 use cosmic::record::Summary;
 
+/// A run whose numbers a table shows.
+#[derive(Clone, Copy)]
+pub(super) struct Shown<'r> {
+    pub(super) summary: &'r Summary,
+    /// The duration of its rollout, s; `None` if it is not known.
+    pub(super) seconds: Option<f64>,
+}
+
+/// Adds five columns to a table with the names of runs: the objective, the speed, the mass, the energy and the bars that
+/// pass through each other. If one of the runs has a loss, the loss is the objective, and the displacement replaces the
+/// energy.
+pub(super) fn with_six<'r, S>(
+    table: TableOf<'r, S>,
+    of: impl Fn(&'r S) -> Shown<'r> + Copy,
+) -> TableOf<'r, S> {
+    let has_loss = |run| of(run).summary.loss_p50.is_some();
+    let has_loss = table.subjects().iter().any(has_loss);
+    let far = Column::new("distance", "displacement: median over perturbed starts").unit("m");
+    let far = far.decimals(3, "diverged");
+    let loss = Column::new("loss", "loss: median over perturbed starts").decimals(4, "–");
+    let says = "the distance divided by the duration of the rollout";
+    let speed = Column::new("speed", says)
+        .unit("m/s")
+        .decimals(3, "not known");
+    let mass = Column::new("mass", "of the robot with its payload");
+    let mass = mass.unit("kg").decimals(3, "not known");
+    let says = "energy per metre, without the losses of actuators";
+    let energy = Column::new("energy", says)
+        .unit("J/m")
+        .decimals(1, "not known");
+    let says = "the largest number of pairs of bars that pass through each other at a time";
+    let pairs = Column::new("crossing pairs", says).decimals(0, "not known");
+    let distance = move |run: &'r S| of(run).summary.displacement_p50;
+    let table = match has_loss {
+        true => table
+            .add(loss, move |run| of(run).summary.loss_p50)
+            .add(far, distance),
+        false => table.add(far, distance),
+    };
+    let table = table
+        .add(speed, move |run| {
+            let Shown { summary, seconds } = of(run);
+            Some(summary.displacement_p50? / seconds?)
+        })
+        .add(mass, move |run| Some(of(run).summary.energy?.mass));
+    let table = match has_loss {
+        true => table,
+        false => table.add(energy, move |run| of(run).summary.energy?.per_metre),
+    };
+    table.add(pairs, move |run| {
+        decided(of(run).summary, |s| {
+            Some(s.loads.as_ref()?.most_tangles? as f64)
+        })
+    })
+}
+
 /// A column of a table of runs, and the function that returns the cell of a run.
 type Number = (Column, fn(&Summary) -> Cell);
 
@@ -20,7 +76,7 @@ pub(super) fn with_numbers<'r, S>(
 }
 
 /// Returns the columns that every table has.
-fn numbers() -> [Number; 16] {
+fn numbers() -> [Number; 20] {
     let share = |name, says| Column::new(name, says).decimals(3, "diverged");
     let metres = |name, says| share(name, says).unit("m");
     let p50 = metres("p50", "displacement: median over perturbed starts");
@@ -43,7 +99,15 @@ fn numbers() -> [Number; 16] {
     let pieces = count("pieces", "connected pieces of bars");
     let nodes = count("nodes", "nodes with a bar");
     let ends = count("free ends", "ends of bars without another bar");
-    let crossings = count("crossings", "pairs of bars that cross");
+    let crossings = count("crossings", "pairs of bars that cross at rest");
+    let says = "the largest number of pairs of bars that pass through each other in motion";
+    let tangles = Column::new("tangles", says).decimals(0, "not known");
+    let energy = |name, says| Column::new(name, says).decimals(3, "not known");
+    let mass = energy("mass", "mass of the robot with its payload").unit("kg");
+    let says = "mean power of all actuators, without their losses";
+    let power = energy("power", says).unit("W");
+    let says = "cost of transport: energy per distance and weight, without losses";
+    let cost = energy("cost", says).decimals(2, "not known");
     [
         (p50, |s| s.displacement_p50.into()),
         (verdict, |s| s.verdict().into()),
@@ -65,6 +129,12 @@ fn numbers() -> [Number; 16] {
         (strain, |s| {
             decided(s, |s| Some(s.loads.as_ref()?.strain.peak))
         }),
+        (tangles, |s| {
+            decided(s, |s| Some(s.loads.as_ref()?.most_tangles? as f64))
+        }),
+        (mass, |s| decided(s, |s| Some(s.energy?.mass))),
+        (power, |s| decided(s, |s| Some(s.energy?.power))),
+        (cost, |s| decided(s, |s| s.energy?.cost_of_transport)),
         (seed, |s| Cell::Count(s.seed)),
         (seconds, |s| s.seconds.into()),
     ]

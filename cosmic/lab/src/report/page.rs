@@ -6,7 +6,7 @@ use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
 use super::numbers::with_numbers;
-use super::{data, loads, ways};
+use super::{data, loads, robot, tiles, verdict, ways};
 use crate::table::{Table, decimals, escape};
 use crate::walk::{self, Walk, Way};
 use cosmic::design::Material;
@@ -33,8 +33,9 @@ pub(super) fn html(title: &str, body: &str) -> String {
     )
 }
 
-/// Returns the page of a run: the robot in motion, its design, gait and energies, and the convergence if the run has a
-/// history. A robot that takes goals also has its `ways` to several goals.
+/// Returns the page of a run: the verdict, the robot in several poses and in motion, its design, gait and energies.
+/// Folded at the end are the parts for authors: the convergence if the run has a history, all numbers, and the scene. A
+/// robot that takes goals also has its `ways` to several goals.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
     let summary = &run.summary;
     let about = format!(
@@ -59,20 +60,28 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
         )
     });
     let convergence = if run.history.is_empty() {
-        "<h2>Convergence</h2>\n<p>No history was kept.</p>\n"
+        "<p>No history was kept.</p>\n"
     } else {
         include_str!("page/convergence.html")
     };
+    let verdict = run.verdict();
     let body = [
         &head(&run.robot, &run.title(), &about),
-        &figures(summary),
+        &verdict::to_html(&verdict),
+        "<div class=\"strip\" tabindex=\"0\" role=\"region\" aria-label=\"The robot at several moments\">\n",
+        &robot::draw(motion),
+        "</div>\n",
+        &tiles::of_run(run, motion),
+        &warning(summary),
         include_str!("page/player.html"),
         "<div>\n",
         include_str!("page/design.html"),
         &walks,
         "</div>\n",
         &ways::section(ways),
-        convergence,
+        "<h2>For authors</h2>\n",
+        &fold("Convergence", convergence),
+        &fold("Mixtures of the edges", include_str!("page/ternary.html")),
         &numbers(summary, motion.deepest_cut()),
         &scene(&run.robot),
         &script(&data::of_run(run, motion, gait.as_ref()), ONE_ROBOT),
@@ -93,10 +102,12 @@ pub(super) fn of_walk(walk: &Walk, motion: &Motion, title: &str) -> String {
     html(title, &body.concat())
 }
 
-/// Returns the page that a notebook shows: the four most important numbers of a run and the robot in motion.
+/// Returns the page that a notebook shows: the verdict, the four most important numbers of a run and the robot in
+/// motion.
 pub fn player_page(run: &RunFiles) -> String {
     let motion = Motion::new(&run.robot, &run.trajectory);
     let body = [
+        &verdict::to_html(&run.verdict()),
         &figures(&run.summary),
         include_str!("page/player.html"),
         &script(&data::of_motion(&motion), ONE_ROBOT),
@@ -116,6 +127,7 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     let body = [
         &head(robot, title, ""),
         include_str!("page/design.html"),
+        include_str!("page/ternary.html"),
         &scene(robot),
         &script(&data::of_motion(&motion), ONE_ROBOT),
     ];
@@ -147,12 +159,12 @@ fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
 
 fn scene(robot: &RobotFiles) -> String {
     format!(
-        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
+        "<details><summary>Scene: scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
         escape(&robot.scene_text())
     )
 }
 
-/// Returns the four most important numbers of a run, and a warning if the robot is unreliable.
+/// Returns the four most important numbers of a run for a notebook, and a warning if the robot is unreliable.
 fn figures(summary: &Summary) -> String {
     let ends = summary.displacement_p10.zip(summary.displacement_p90);
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
@@ -160,15 +172,9 @@ fn figures(summary: &Summary) -> String {
     });
     let far = summary.displacement_p50;
     let median = far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
-    let (verdict, warning) = match summary.unreliable() {
-        Some(reason) => (
-            "displacement, median: unreliable",
-            format!(
-                "<p><b class=\"beyond\">Unreliable robot:</b> {}.</p>\n",
-                escape(reason)
-            ),
-        ),
-        None => ("displacement, median", String::new()),
+    let verdict = match summary.is_unreliable() {
+        true => "displacement, median: unreliable",
+        false => "displacement, median",
     };
     let kept = summary.clock_keeps();
     let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
@@ -189,12 +195,23 @@ fn figures(summary: &Summary) -> String {
             },
         ),
     ];
-    let cell = |(number, says)| format!("<div><b>{number}</b><span>{says}</span></div>");
-    let cells = cells.map(cell).concat();
-    format!("<div class=\"figures\">{cells}</div>\n{warning}")
+    tiles::draw(&cells.map(|(number, says)| [number, says.to_owned()])) + &warning(summary)
 }
 
-/// Returns two sections: all numbers, and the departures from the paper. `deepest_cut` is the largest depth in metres
+/// Returns a paragraph that says why the robot is unreliable; empty for other robots.
+fn warning(summary: &Summary) -> String {
+    summary.unreliable().map_or(String::new(), |reason| {
+        let reason = escape(reason);
+        format!("<p><b class=\"beyond\">Unreliable robot:</b> {reason}.</p>\n")
+    })
+}
+
+/// Returns a section that is folded until the reader opens it by a click on `title`.
+fn fold(title: &str, body: &str) -> String {
+    format!("<details><summary>{title}</summary>\n{body}</details>\n")
+}
+
+/// Returns two folded sections: all numbers, and the departures from the paper. `deepest_cut` is the largest depth in metres
 /// to which a bar cuts into the ground; `None` if the ground has no corners.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
@@ -216,7 +233,7 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
         true => "<p>None.</p>\n".to_owned(),
         false => pairs(&departures.collect::<Vec<_>>()),
     };
-    format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
+    fold("All numbers", &numbers) + &fold("Departures from the paper", &departures)
 }
 
 /// Returns an HTML table of two columns, without headings.

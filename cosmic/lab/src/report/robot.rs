@@ -157,7 +157,7 @@ fn draw_legend(picture: &mut Picture, motion: &Motion) {
         picture.text([left + x + 26.0, y + 4.0], name, Font::PLAIN);
     };
     key(0.0, SKELETON, "skeleton");
-    key(416.0, BEYOND, "beyond these");
+    key(416.0, BEYOND, "beyond limits");
     draw_payload(picture, [left + 98.0, y], 5.0);
     picture.text([left + 108.0, y + 4.0], "payload", Font::PLAIN);
     picture.text([left + 168.0, y + 4.0], "actuator", Font::PLAIN);

@@ -6,6 +6,7 @@ use crate::files::write_texts;
 use crate::table::{Standing, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
 use cosmic::record::files::{Format, make_folder, write_json};
+use cosmic::verdict::{Item as Answer, Level};
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,8 @@ pub const FORMAT: Format = Format {
 pub struct Section {
     /// The heading.
     pub title: String,
+    /// Answers in plain words, each with its level. They come before everything else.
+    pub verdict: Vec<Answer>,
     /// Explanations that come before the tables. Each is a sentence or two.
     pub notes: Vec<String>,
     /// The tables. Each is also written as a file `name.csv`.
@@ -47,6 +50,7 @@ impl Section {
         let table = |table: &Table| table.with_standings().to_json();
         json!({
             "title": self.title,
+            "verdict": self.verdict,
             "notes": self.notes,
             "checks": self.checks,
             "failures": self.failures,
@@ -82,7 +86,9 @@ impl Section {
         }
         for table in &self.tables {
             let (title, rows) = (prose(&table.title), table.to_html());
-            html += &format!("<p><b>{title}</b></p>\n<div class=\"wide\">{rows}</div>\n");
+            html += &format!(
+                "<details><summary>{title}</summary>\n<div class=\"wide\">{rows}</div></details>\n"
+            );
         }
         html
     }
@@ -141,19 +147,47 @@ impl Sheet {
         })
     }
 
-    /// Returns the notes and tables as text for a terminal. A row with the scene's own settings begins with `*`, a
+    /// The verdict of all sections: their answers, and for each section whether its checks hold.
+    fn verdict(&self) -> Vec<Answer> {
+        let answers = self.sections.iter().flat_map(|section| &section.verdict);
+        let checks = |section: &Section| {
+            let (title, checks, failed) = (&section.title, section.checks, section.failures.len());
+            let level = if failed == 0 { Level::Good } else { Level::Bad };
+            Answer::limit(format!("{title}: {checks} checks, {failed} failed"), level)
+        };
+        let checks = self.sections.iter().map(checks);
+        answers.cloned().chain(checks).collect()
+    }
+
+    /// Returns the verdict as text for a terminal, a line for each answer. `shown` converts an answer to text, for example
+    /// with a colour.
+    pub fn verdict_text(&self, shown: impl Fn(&Answer) -> String) -> String {
+        let lines = self.verdict();
+        let lines = lines.iter().map(|answer| format!("{}\n", shown(answer)));
+        let failures = self.sections.iter().flat_map(|section| &section.failures);
+        let failures = failures.map(|failure| format!("! {failure}\n"));
+        let lines: String = lines.chain(failures).collect();
+        format!("{}: {}\n\n{lines}", self.title, self.subject)
+    }
+
+    /// Returns the verdict, the notes and the tables as text for a terminal. A row with the scene's own settings begins with `*`, a
     /// failed row with `!`.
     pub fn to_text(&self) -> String {
         let sections: String = self.sections.iter().map(Section::to_text).collect();
-        format!("{}: {}\n{sections}", self.title, self.subject)
+        self.verdict_text(|answer| answer.text.clone()) + &sections
     }
 
     /// Returns one HTML page that loads nothing from elsewhere.
     pub fn to_html(&self) -> String {
         let (title, subject) = (escape(&self.title), escape(&self.subject));
         let sections: String = self.sections.iter().map(Section::to_html).collect();
+        let answer = |Answer { text, level, .. }: &Answer| {
+            format!("<li class=\"{}\">{}</li>\n", level.name(), escape(text))
+        };
+        let answers: String = self.verdict().iter().map(answer).collect();
+        let verdict = format!("<ul class=\"answers\">\n{answers}</ul>\n");
         let body = format!(
-            "{STYLE}<h1>{title}</h1>\n<p class=\"muted\">{subject}</p>\n{sections}<p \
+            "{STYLE}<h1>{title}</h1>\n<p class=\"muted\">{subject}</p>\n{verdict}{sections}<p \
              class=\"muted\">Blue rows have the scene's own settings. Red rows failed. Hover over a \
              column's heading for its meaning.</p>\n"
         );
@@ -188,4 +222,6 @@ impl Sheet {
 /// The styles of the page: scrolling for wide tables, and colours for marked rows.
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
-    tr.failed td { background: #fdecea; color: #a3260b; }</style>\n";
+    tr.failed td { background: #fdecea; color: #a3260b; }\n\
+    @media (prefers-color-scheme: dark) { tr.default td { background: #14304a; } tr.failed td { background: #45201b; color: #ffb4a8; } }\n\
+    .answers { margin: 16px 0; padding: 12px 16px 12px 34px; background: var(--panel); border-radius: 8px; font-size: 17px; }</style>\n";

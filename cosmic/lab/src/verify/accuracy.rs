@@ -93,7 +93,7 @@ impl Method {
     }
 
     /// All methods to compare: explicit ones, and the method of the case itself.
-    fn all(case: &Case) -> Vec<Self> {
+    pub(super) fn all(case: &Case) -> Vec<Self> {
         let mut methods = vec![];
         for substeps in [1, 4] {
             let explicit = [Integrator::SymplecticEuler, Integrator::Leapfrog];

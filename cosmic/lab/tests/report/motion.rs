@@ -3,8 +3,11 @@ use cosmic::design::Material;
 use cosmic::geometry::{Bounds, Profile, Range, Vector};
 use cosmic::policy::{Goal, Goals};
 use cosmic::scene::GroundSettings;
+use cosmic::verdict::SKELETON_STRAINS;
 use cosmic_lab::report::RunFiles;
-use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
+use cosmic_lab::report::motion::{
+    AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON, strained_skeleton,
+};
 
 fn results_on(ground: GroundSettings) -> RunFiles {
     short_run(|scene| (scene.physics.steps, scene.physics.ground) = (64, ground))
@@ -38,9 +41,23 @@ fn bars_are_the_solid_edges_coloured_by_strain() {
             let of = bars.iter().filter(move |bar| bar.actuator == active);
             of.map(|bar| bar.colour).collect::<Vec<_>>()
         });
-        assert_eq!(passive, vec![SKELETON; count(Material::Skeleton)]);
+        // Far beyond the strain at which a skeleton breaks, if there is any.
+        let skeleton = if strain == 0.0 { SKELETON } else { BEYOND };
+        assert_eq!(passive, vec![skeleton; count(Material::Skeleton)]);
         assert_eq!(active, vec![colour; count(Material::Actuator)]);
     }
+}
+
+#[test]
+fn skeleton_bars_change_colour_between_two_strains() {
+    let [sound, doubtful] = SKELETON_STRAINS;
+    assert_eq!([0.0, sound, -sound].map(strained_skeleton), [SKELETON; 3]);
+    assert_eq!(
+        [doubtful, -doubtful, 1.0].map(strained_skeleton),
+        [BEYOND; 3]
+    );
+    let middle = strained_skeleton(0.5 * (sound + doubtful));
+    assert!(middle != SKELETON && middle != BEYOND);
 }
 
 /// Nodes stand between ridges of 1 and 3 cm, so the bars between these nodes cut into the ridges.

@@ -65,6 +65,16 @@ class Drawing {
     return this.#colours.get(name);
   }
 
+  // The colour for a number from 0 to 1, in 9 shades: `--skeleton` at 0, `--beyond` at 1.
+  strained(share) {
+    const k = Math.round(8 * Math.min(1, Math.max(0, share)));
+    return this.#kept(`strained ${k}`, () => {
+      const rgb = name => [1, 3, 5].map(i => parseInt(this.colour(name).slice(i, i + 2), 16));
+      const end = rgb("beyond");
+      return `rgb(${rgb("skeleton").map((from, i) => Math.round(from + k / 8 * (end[i] - from)))})`;
+    });
+  }
+
   // The colour for a number from -1 to 1, in 33 shades: `--shorter` at -1, `--rest` at 0, `--longer` at 1.
   shade(share) {
     const k = Math.round(16 * share);
@@ -193,7 +203,8 @@ class Stage extends Drawing {
   // `world` has: `width`, how much of the world a canvas shows that is 2.4 times as wide as high; `ground`, its corners
   // [[x, y], …] from left to right; `cos`, the cosine of its incline; `limit`, the strain at which actuators have their
   // full colour. Optional: `payloads`, the nodes that carry one (default [0]); `origin`, the x at which marks along the
-  // ground begin (default 0).
+  // ground begin (default 0); `skeleton`, the strains at which skeleton bars begin to change their colour and have their
+  // full colour (default: they do not change it); `finish`, the x of a finish line.
   constructor(canvas, world) {
     super(canvas);
     this.world = world;
@@ -215,6 +226,7 @@ class Stage extends Drawing {
     const { payloads } = this.#world;
     this.#paintGround(place, camera[0], width / scale / 2, scale, height);
     if (goal) this.#paintFlag(place(...goal), width, height);
+    if (this.#world.finish !== undefined) this.#paintFinish(place(this.#world.finish, levelAt(this.#world.ground, this.#world.finish)), width, height);
     this.pen.globalAlpha = 0.7;
     const path = [];
     for (let k = 0; k < trail.length; k += 2) path.push(place(trail[k], trail[k + 1]));
@@ -249,12 +261,25 @@ class Stage extends Drawing {
     this.fill([[x, top], [x + wide, top], [x + wide, top + deep], [x, top + deep]], colour);
   }
 
+  // Paints a finish line: a chequered strip from the ground to the upper edge.
+  #paintFinish([x, y], width, height) {
+    const side = Math.max(4, height / 30);
+    if (x < -2 * side || x > width + 2 * side) return;
+    for (let k = 0; y - k * side > -side; k++) {
+      for (const column of [0, 1]) {
+        this.pen.fillStyle = this.colour((k + column) % 2 ? "rule" : "muted");
+        this.pen.fillRect(x + (column - 1) * side, y - (k + 1) * side, side, side);
+      }
+    }
+  }
+
   #paintBar([i, j, rest, material, e, weight], [from, to], { shape, colours }, thick) {
     this.pen.globalAlpha = material === 0 ? 0.8 : 0.1 + 0.9 * weight;
     let colour = colours?.[e] ?? this.colour(MATERIALS[material]);
-    if (material === 2 && !colours) {
-      const length = Math.hypot(shape[2 * i] - shape[2 * j], shape[2 * i + 1] - shape[2 * j + 1]);
-      colour = this.strainColour(length / rest - 1);
+    const { skeleton } = this.#world;
+    if (!colours && (material === 2 || (material === 1 && skeleton))) {
+      const strain = Math.hypot(shape[2 * i] - shape[2 * j], shape[2 * i + 1] - shape[2 * j + 1]) / rest - 1;
+      colour = material === 2 ? this.strainColour(strain) : this.strained((Math.abs(strain) - skeleton[0]) / (skeleton[1] - skeleton[0]));
     }
     this.line([from, to], colour, thick * [0.5, 1, 1.45][material] * (0.4 + 0.6 * weight));
   }
@@ -420,11 +445,13 @@ class Curve extends Drawing {
   // number, the line has a gap there; if it is a string, that is shown instead of a number. `x`: the range of the
   // horizontal axis. `unit`: the unit of x. Optional: `title`; `cursor`; `digits`, the decimals of numbers at the
   // cursor (default 2); `levels`, numbers at which dashed lines are drawn; `phases`, bands {name, from, to}; `log`,
-  // true for a logarithmic vertical axis.
-  paint({ series, x, unit, title = "", cursor = null, digits = 2, levels = [], phases = [], log = false }, width, height) {
+  // true for a logarithmic vertical axis; `robust`, true if a few extreme numbers do not widen the vertical axis, but are
+  // drawn at its ends.
+  paint({ series, x, unit, title = "", cursor = null, digits = 2, levels = [], phases = [], log = false, robust = false }, width, height) {
     const up = log ? Math.log10 : y => y;
     const seen = series.flatMap(line => line.points.map(point => point[1])).filter(y => Number.isFinite(y) && (!log || y > 0));
-    const [low, high] = this.#range([...seen, ...levels], log).map(up);
+    const numbers = [...seen, ...levels];
+    const [low, high] = this.#range(robust && !log ? this.#most(numbers) : numbers, log).map(up);
     const readings = this.#readings(series, cursor, digits, log, width);
     const below = 18 * Math.max(0, ...readings.map(({ line }) => line));
     const [left, top, wide, deep] = [48, 46 + below, width - 56, height - 72 - below];
@@ -432,7 +459,8 @@ class Curve extends Drawing {
     this.#axes = { x, left, wide, cursor };
     this.#paintAxes({ place, low, high, log, phases, x, unit, left, top, wide, deep });
     for (const level of levels) this.#dashed([place([x[0], level]), place([x[1], level])], "muted");
-    for (const { points, colour } of series) this.#paintLine(points, place, this.colour(colour), log);
+    const within = point => (robust ? place([point[0], Math.max(low, Math.min(high, point[1]))]) : place(point));
+    for (const { points, colour } of series) this.#paintLine(points, log ? place : within, this.colour(colour), log);
     if (cursor !== null) this.#dashed([[place([cursor, 0])[0], top], [place([cursor, 0])[0], top + deep]], "ink");
     this.text(title, 0, 13, "ink", "left", "600 13px");
     for (const { text, colour, line, left: at } of readings) {
@@ -441,9 +469,17 @@ class Curve extends Drawing {
     }
     for (const { colour, points } of cursor === null ? [] : series) {
       const point = this.#at(points, cursor);
-      if (point && Number.isFinite(point[1])) this.disc(...place(point), 3.5, this.colour(colour), this.colour("paper"));
+      if (point && Number.isFinite(point[1])) this.disc(...(log ? place : within)(point), 3.5, this.colour(colour), this.colour("paper"));
     }
     if (cursor !== null) this.#tell(series, cursor, digits, unit, log);
+  }
+
+  // The numbers without a few extreme ones: those in the range from the 2 % quantile to the 98 % quantile, widened on
+  // either side by its size.
+  #most(numbers) {
+    const sorted = [...numbers].sort((a, b) => a - b);
+    const [low, high] = [0.02, 0.98].map(share => sorted[Math.round(share * (sorted.length - 1))]);
+    return low < high ? numbers.filter(y => y >= 2 * low - high && y <= 2 * high - low) : numbers;
   }
 
   // The range of the vertical axis. It begins at zero, or below the least number if that is negative.

@@ -48,10 +48,11 @@ class Feet extends OverTime {
   }
 }
 
-// A row for each actuator and a column for each sample, in the colours of the bars.
+// A row for each actuator and a column for each sample, in the colours of the bars. A line is drawn above each of the rows
+// `breaks`.
 class Heat extends OverTime {
   paint(scene, width, height) {
-    const { rows, times, colour, chosen } = scene;
+    const { rows, times, colour, chosen, breaks } = scene;
     const { wide, place } = this.along(times, 0, width);
     const row = height / Math.max(1, rows.length);
     rows.forEach((values, k) => {
@@ -60,6 +61,7 @@ class Heat extends OverTime {
         this.pen.fillRect(column * wide, k * row + 2, wide + 0.5, row - 4);
       });
     });
+    for (const first of breaks) this.line([[0, first * row], [width, first * row]], this.colour("ink"), 1.5);
     this.lines(scene, place, 0, height);
     this.pen.strokeStyle = this.colour("accent");
     this.pen.lineWidth = 2;
@@ -74,14 +76,15 @@ class Heat extends OverTime {
   }
 }
 
-// The largest push and pull in every bar, with a mark at the current force.
+// The largest push and pull in every bar, with the number of its edge and a mark at the current force.
 class Peaks extends Drawing {
   // `bars` is a list of {edge, push, pull, now}: the largest push and pull (N, both positive) and the current force.
   paint({ bars, highlight }, width, height) {
     const most = side => Math.max(1e-9, ...bars.map(bar => bar[side]));
     const [left, top] = [48, 10];
     const [push, pull] = [most("push"), most("pull")];
-    const place = force => top + (height - top - 26) * (pull - force) / (pull + push);
+    const below = 44;
+    const place = force => top + (height - top - below) * (pull - force) / (pull + push);
     const step = roundStep((pull + push) / 5);
     for (let k = Math.ceil(-push / step); k * step <= pull; k++) {
       this.line([[left, place(k * step)], [width, place(k * step)]], this.colour(k === 0 ? "muted" : "rule"), 1);
@@ -89,6 +92,8 @@ class Peaks extends Drawing {
     }
     const wide = (width - left) / Math.max(1, bars.length);
     this.span = { left, wide, bars };
+    // Numbers are written upwards, and only as many as there is room for.
+    const every = Math.max(1, Math.ceil(11 / wide));
     bars.forEach((bar, k) => {
       const x = left + (k + 0.5) * wide;
       const thick = Math.max(1, Math.min(10, 0.6 * wide));
@@ -98,13 +103,23 @@ class Peaks extends Drawing {
       };
       if (bar.edge === highlight) {
         this.pen.fillStyle = this.colour("rule");
-        this.pen.fillRect(x - wide / 2 - 1, top, wide + 2, height - top - 26);
+        this.pen.fillRect(x - wide / 2 - 1, top, wide + 2, height - top - below);
         this.text(`edge ${bar.edge}`, Math.min(width - 30, Math.max(left + 26, x)), height - 6, "ink", "center");
       }
+      if (k % every === 0) this.upwards(bar.edge, x + 4, height - below + 30, bar.edge === highlight ? "ink" : "muted");
       column(bar.pull, "longer");
       column(-bar.push, "shorter");
       if (bar.now !== null) this.disc(x, place(bar.now), Math.max(1.5, Math.min(3, wide / 3)), this.colour("ink"));
     });
+  }
+
+  // Writes a number upwards from a point.
+  upwards(number, x, y, colour) {
+    this.pen.save();
+    this.pen.translate(x, y);
+    this.pen.rotate(-Math.PI / 2);
+    this.text(String(number), 0, 0, colour, "left", "11px");
+    this.pen.restore();
   }
 
   // The edge at a point of the window, or null.

@@ -72,12 +72,13 @@ function player() {
   part("limit").textContent = `\u00b1${decimals(100 * world.limit, 0)} %`;
   const strongest = forces ? Math.max(0, ...gait.peaks.flatMap(peak => peak.slice(2))) : 0;
   part("strongest").textContent = newton(strongest);
+  part("sound").textContent = world.skeleton.map(strain => decimals(100 * strain, 0)).join(" to ");
   part("by").hidden = !forces;
   part("of-goal").hidden = goals.length === 0;
   const byForce = () => Boolean(forces) && view.shown === last && part("colours").value === "force";
   part("colours").onchange = drawStill;
   still.push(() => {
-    for (const id of ["of-strain", "of-beyond"]) part(id).hidden = byForce();
+    for (const id of ["of-strain", "of-beyond", "of-skeleton"]) part(id).hidden = byForce();
     part("of-force").hidden = !byForce();
     part("colours").disabled = view.shown !== last;
     time.max = walker().duration;
@@ -167,11 +168,72 @@ function told(edge, { shape, frame }) {
   return words.join(" \u00b7 ");
 }
 
+// The phase of a number over the last periods, from 0 to 1: the place of its first harmonic.
+function phaseOf(values) {
+  const { times, period } = gait;
+  const turn = time => 2 * Math.PI * time / period;
+  const sum = of => values.reduce((sum, value, k) => sum + value * of(turn(times[k])), 0);
+  return (Math.atan2(sum(Math.sin), sum(Math.cos)) / (2 * Math.PI) + 1) % 1;
+}
+
+// Sorts the actuators by the phase of their target strains, and returns groups of them. Actuators with a similar phase
+// are in one group; the first group follows the largest gap between phases.
+function groups() {
+  const rows = gait.actuators.map((_, k) => ({ k, phase: phaseOf(gait.commands[k]) })).sort((a, b) => a.phase - b.phase);
+  const gap = at => (rows[at].phase - rows[(at + rows.length - 1) % rows.length].phase + 1) % 1;
+  const first = rows.length > 1 ? rows.reduce((best, _, at) => (gap(at) > gap(best) ? at : best), 0) : 0;
+  const sorted = rows.map((_, at) => rows[(first + at) % rows.length]);
+  const from = sorted[0].phase;
+  const groups = [];
+  for (const { k, phase } of sorted) {
+    const quarter = Math.min(3, Math.floor(4 * ((phase - from + 1) % 1)));
+    if (groups.at(-1)?.quarter !== quarter) groups.push({ quarter, rows: [], phases: [] });
+    groups.at(-1).rows.push(k);
+    groups.at(-1).phases.push(phase);
+  }
+  const order = groups.flatMap(group => group.rows);
+  for (const key of ["actuators", "commands", "strains"]) gait[key] = order.map(k => gait[key][k]);
+  let row = 0;
+  return groups.map(({ rows: { length }, phases }) => {
+    row += length;
+    return { first: row - length, actuators: gait.actuators.slice(row - length, row), phases };
+  });
+}
+
+// A small robot for each group of actuators, in which their bars are coloured.
+function drawGroups(groups) {
+  const along = [0, 1].map(axis => robot.start.filter((_, k) => k % 2 === axis));
+  const camera = [(Math.min(...along[0]) + Math.max(...along[0])) / 2, Math.min(...along[1])];
+  groups.forEach(({ actuators, phases }, k) => {
+    const figure = document.createElement("figure");
+    const canvas = document.createElement("canvas");
+    const caption = document.createElement("figcaption");
+    const ends = [phases[0], phases[phases.length - 1]].map(phase => decimals(100 * phase, 0));
+    caption.textContent = `${"ABCD"[k]}: phase ${ends[0] === ends[1] ? ends[0] : ends.join(" to ")} %, ${actuators.length} ${actuators.length > 1 ? "actuators" : "actuator"}`;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `The actuators of group ${"ABCD"[k]}: edges ${actuators.join(", ")}`);
+    figure.append(canvas, caption);
+    part("groups").append(figure);
+    const small = new Stage(canvas, { ...world, width: 3.1 * robot.side, payloads: robot.payloads });
+    const chosen = new Set(actuators);
+    const bars = walkers[last].bars;
+    const draw = () => small.draw({ positions: robot.start, edges: bars, camera, highlight: highlight(), colours: robot.edges.map((_, edge) => small.colour(chosen.has(edge) ? "actuator" : "void")) });
+    link(canvas, (x, y) => small.edgeAt(x, y), true);
+    still.push(draw);
+  });
+}
+
 function actuators(stage) {
+  const phases = groups();
+  drawGroups(phases);
+  const breaks = phases.slice(1).map(({ first }) => first);
+  const letterOf = row => "ABCD"[breaks.filter(first => first <= row).length];
   const rows = gait.actuators.map(edge => gait.bars.indexOf(edge));
   const buttons = gait.actuators.map(edge => {
     const button = Object.assign(document.createElement("button"), { type: "button", textContent: edge, onclick: () => choose(edge) });
-    button.setAttribute("aria-label", `actuator of edge ${edge}`);
+    button.setAttribute("aria-label", `actuator of edge ${edge}, group ${letterOf(gait.actuators.indexOf(edge))}`);
+    button.title = `group ${letterOf(gait.actuators.indexOf(edge))}`;
+    if (breaks.includes(gait.actuators.indexOf(edge))) button.classList.add("break");
     button.onfocus = () => { if (button.matches(":focus-visible")) choose(edge); };
     button.onpointerenter = () => hover(edge);
     button.onpointerleave = () => hover(null);
@@ -193,7 +255,7 @@ function actuators(stage) {
     const heat = new Heat(part(id));
     link(heat.canvas, (_, y) => edgeOf(heat.rowAt(y)), true);
     heat.canvas.addEventListener("click", event => goTo(heat.timeAt(event.clientX)));
-    moving.push(() => heat.draw({ ...gait, rows: gait[id], cursor: cursor(), chosen: gait.actuators.indexOf(highlight()), colour: strain => stage.strainColour(strain) }));
+    moving.push(() => heat.draw({ ...gait, rows: gait[id], breaks, cursor: cursor(), chosen: gait.actuators.indexOf(highlight()), colour: strain => stage.strainColour(strain) }));
   }
   still.push(() => buttons.forEach((button, k) => button.setAttribute("aria-pressed", gait.actuators[k] === highlight())));
 }
@@ -247,7 +309,7 @@ function convergence() {
   };
   for (const { id, title, series, levels, log } of charts) {
     const curve = new Curve(part(id), toIteration, 10);
-    still.push(() => curve.draw({ title, series: series.map(line), x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), levels, log }));
+    still.push(() => curve.draw({ title, series: series.map(line), x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), levels, log, robust: true }));
   }
   const names = phases.map(({ name, from, to }) => `${name.replace("_", "-")} ${from + 1 < to ? `${from + 1}\u2013` : ""}${to}`);
   part("phases").textContent = `Phases: ${names.join(", ")}. Dashed: the median of the final robot, and the bounds before they widen.`;
@@ -264,8 +326,9 @@ if (gait && part("feet")) {
     bars();
   } else part("of-bars").remove();
 }
+if (!history?.charts.some(({ id }) => id === "objective")) part("objective")?.remove();
 if (history && part("volumes")) convergence();
-else part("displacement")?.remove();
+else for (const id of ["objective", "displacement"]) part(id)?.remove();
 drawStill();
 everyFrame(seconds => {
   if (view.playing) view.now += seconds * Number(part("speed")?.value ?? 1);

@@ -17,6 +17,15 @@ const lanes = JSON.parse(part("data").textContent).map(({ name, robot, world, wa
 });
 const duration = Math.max(...lanes.map(({ walker }) => walker.duration));
 const tallest = Math.max(...lanes.map(({ walker }) => walker.robot.side));
+// The finish line is a round number of metres before the place where the best robot ends.
+const best = Math.max(...lanes.map(({ walker }) => walker.at(walker.duration).metres));
+const finish = best > 0 ? Math.floor(0.9 * best / roundStep(best / 20) + 1e-9) * roundStep(best / 20) : null;
+// The time at which each robot first reaches the finish line; null if it does not.
+for (const lane of lanes) {
+  const { walk, duration } = lane.walker;
+  const times = walk ? walk.counts.map((_, k) => Math.min(duration, k * walk.every)) : [];
+  lane.finished = finish === null ? null : times.find(time => lane.walker.at(time).metres >= finish) ?? null;
+}
 const race = { now: 0, playing: startsPlaying() };
 const [play, time] = ["play", "time"].map(part);
 
@@ -41,10 +50,12 @@ everyFrame(seconds => {
   const { clientWidth: width, clientHeight: height } = lanes[0].canvas;
   const scale = Math.min(0.62 * height / tallest, width / (first - last + 2.5 * tallest));
   lanes.forEach(({ walker, metres, stage }, k) => {
-    stage.world = { ...walker.world, payloads: walker.robot.payloads, width: Math.min(2.4 * height, 2 * width) / scale };
+    stage.world = { ...walker.world, payloads: walker.robot.payloads, width: Math.min(2.4 * height, 2 * width) / scale, finish: finish ?? undefined };
     const camera = [(first + last) / 2, moments[k].camera[1]];
     stage.draw({ ...moments[k], camera });
-    metres.textContent = `${decimals(moments[k].metres, 2)} m`;
+    const { finished } = lanes[k];
+    const at = finished !== null && race.now >= finished ? `finish ${decimals(finish, digitsOf(roundStep(best / 20)))} m after ${decimals(finished, 1)} s \u00b7 ` : "";
+    metres.textContent = `${at}${decimals(moments[k].metres, 2)} m`;
   });
   time.value = race.now;
   part("clock").textContent = `${decimals(race.now, 1)} s`;

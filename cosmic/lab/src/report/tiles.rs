@@ -1,0 +1,159 @@
+//! The tiles at the top of a run's page: its most important numbers.
+
+use super::files::RunFiles;
+use super::motion::Motion;
+use crate::table::{decimals, escape};
+use cosmic::design::Material;
+use cosmic::scene::Named;
+use cosmic::simulator::Energy;
+use cosmic::verdict::{mass, plain};
+
+/// The text for a number that files of earlier versions do not have.
+const NOT_KNOWN: &str = "not known";
+
+/// Returns tiles of a number and its meaning, as HTML.
+pub(super) fn draw(tiles: &[[String; 2]]) -> String {
+    let tile = |[number, says]: &[String; 2]| {
+        format!("<div><b>{number}</b><span>{}</span></div>", escape(says))
+    };
+    let tiles: String = tiles.iter().map(tile).collect();
+    format!("<div class=\"figures\">{tiles}</div>\n")
+}
+
+/// Returns the tiles of a run: world, size, mass, speed, objective, energy, and the bars that pass through each other.
+pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
+    let world = escape(&run.robot.scene.world());
+    let tiles = [
+        speed(run),
+        objective(run),
+        size(run, motion),
+        weight(run),
+        energy(run),
+        stores(run),
+        crossings(run),
+        open_loop(run),
+    ];
+    format!(
+        "<p class=\"muted\">World: {world}</p>\n{}",
+        draw(&tiles.map(|[number, says]| [escape(&number), says]))
+    )
+}
+
+fn speed(run: &RunFiles) -> [String; 2] {
+    let (scene, summary) = (&run.robot.scene, &run.summary);
+    let seconds = scene.physics.steps as f64 * scene.physics.dt;
+    let speed = summary.displacement_p50.map(|x| x / seconds);
+    let number = speed.map_or("diverged".to_owned(), |speed| decimals(speed, 2) + " m/s");
+    let far = summary.displacement_p50.map_or(String::new(), |x| {
+        format!("speed: {} m in {} s", decimals(x, 3), decimals(seconds, 1))
+    });
+    [number, far]
+}
+
+fn objective(run: &RunFiles) -> [String; 2] {
+    let summary = &run.summary;
+    let task = run.robot.scene.objective.task.name();
+    if let Some(loss) = summary.loss_p50 {
+        let says = format!("objective: loss of the task {task}, median");
+        return [decimals(loss, 4), says];
+    }
+    let far = summary.displacement_p50;
+    let ends = summary.displacement_p10.zip(summary.displacement_p90);
+    let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
+        format!("{} to {} m", decimals(low, 3), decimals(high, 3))
+    });
+    [
+        far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m"),
+        format!("objective: distance, median; 10 % to 90 %: {spread}"),
+    ]
+}
+
+/// The size of the robot at the start, and its bars.
+fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
+    let [width, height] = motion.bounds(&motion.states()[0]).size().array();
+    let count = |material| {
+        let materials = run.robot.design.materials.iter();
+        materials.filter(|m| **m == material).count()
+    };
+    let bars = match run.summary.is_undecided() {
+        true => "size; its materials are undecided".to_owned(),
+        false => format!(
+            "size; {} skeleton bars, {} muscles",
+            count(Material::Skeleton),
+            count(Material::Actuator)
+        ),
+    };
+    let size = format!("{} \u{d7} {} m", decimals(width, 2), decimals(height, 2));
+    [size, bars]
+}
+
+fn weight(run: &RunFiles) -> [String; 2] {
+    let RunFiles { robot, summary, .. } = run;
+    let payload = summary.measured(&robot.scene, &robot.lattice).payload;
+    [
+        summary
+            .energy
+            .map_or(NOT_KNOWN.to_owned(), |energy| mass(energy.mass)),
+        format!("mass, of which {} payload", mass(payload)),
+    ]
+}
+
+fn energy(run: &RunFiles) -> [String; 2] {
+    let Some(Energy {
+        power,
+        per_metre,
+        cost_of_transport,
+        ..
+    }) = run.summary.energy
+    else {
+        return [NOT_KNOWN.to_owned(), "mean power".to_owned()];
+    };
+    let mut says = "mean power, without losses".to_owned();
+    if let Some(joule) = per_metre {
+        says += &format!("; {} J/m", plain(joule));
+    }
+    if let Some(cost) = cost_of_transport {
+        says += &format!("; cost of transport {}", plain(cost));
+    }
+    [plain(power) + " W", says]
+}
+
+/// What ten minutes take from a battery or an air tank.
+fn stores(run: &RunFiles) -> [String; 2] {
+    let says = "for ten minutes, without losses";
+    let Some(energy) = run.summary.energy else {
+        return [NOT_KNOWN.to_owned(), format!("energy {says}")];
+    };
+    let joule = 600.0 * energy.power;
+    // Air that expands from 6 bar to 1 bar at its temperature does this work.
+    let litres = 1e3 * joule / (6e5 * 6.0_f64.ln());
+    [
+        plain(joule / 3600.0) + " Wh",
+        format!("or {} l of air at 6 bar, {says}", plain(litres)),
+    ]
+}
+
+fn crossings(run: &RunFiles) -> [String; 2] {
+    let says = "of bars pass through each other in motion";
+    let Some(loads) = run.summary.loads.as_ref() else {
+        return [NOT_KNOWN.to_owned(), format!("how many pairs {says}")];
+    };
+    let number = match loads.most_tangles {
+        Some(1) => "1 pair".to_owned(),
+        Some(pairs) => format!("{pairs} pairs"),
+        None => NOT_KNOWN.to_owned(),
+    };
+    let share = decimals(100.0 * loads.tangled, 0);
+    [number, format!("at most {says}, in {share} % of the time")]
+}
+
+fn open_loop(run: &RunFiles) -> [String; 2] {
+    let kept = run.summary.clock_keeps();
+    let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
+        decimals(100.0 * kept, 0) + " %"
+    });
+    [
+        kept,
+        "of the distance in open loop, without feedback".to_owned(),
+    ]
+}

@@ -1,0 +1,386 @@
+//! The verdict on a robot: what an engineer wants to know first, in plain words. Each item has a level, which follows
+//! from stated thresholds: whether a robot of real bars and muscles could do what the simulation shows.
+//!
+//! `docs/files.md` has the thresholds in a table.
+
+use serde::Serialize;
+
+use crate::codesign::{Delivery, Reliability};
+use crate::design::{Material, Structure};
+use crate::lattice::Lattice;
+use crate::scene::Scene;
+use crate::simulator::{Energy, Loads};
+
+/// A robot whose displacement is less than this stays in place, m. It is the distance below which a robot has no energy
+/// per metre.
+pub const STAYS: f64 = 0.01;
+/// The share of time in which bars may pass through each other until a robot counts as impossible. In flat robots, a
+/// short brush can be avoided by a little play; longer contact cannot.
+pub const BRUSHES: f64 = 0.01;
+/// Strains of the skeleton up to which it is sound, and up to which it is doubtful. Hard plastics yield at 1 to 2 %,
+/// tough ones such as nylon at about 5 %, metals earlier.
+pub const SKELETON_STRAINS: [f64; 2] = [0.01, 0.05];
+/// Strains of a muscle as multiples of its largest target strain, up to which it is sound, and up to which it is
+/// doubtful. Real muscles have a hard end, which gives way a little.
+pub const STROKES: [f64; 2] = [1.05, 1.25];
+/// Peak powers of a muscle divided by the mean mass of a bar, up to which it is sound, and up to which it is doubtful,
+/// W/kg. Servos and the muscles of animals reach about 300 W/kg; only pneumatic muscles and catapults reach 3000 W/kg.
+pub const MUSCLE_POWERS: [f64; 2] = [300.0, 3000.0];
+/// Euler safeties of a skeleton bar from which it is sound, and from which it is doubtful. Columns are designed with a
+/// safety of about 2; below 1, a straight bar buckles.
+pub const EULER_SAFETIES: [f64; 2] = [2.0, 1.0];
+/// How long the robot walks on its battery: from the first time on it is sound, from the second time on doubtful, s.
+pub const ENDURANCES: [f64; 2] = [600.0, 60.0];
+/// The energy of a battery that is a fifth of the robot's mass, J per kg of the robot: 150 Wh per kg of battery.
+pub const BATTERY: f64 = 0.2 * 150.0 * 3600.0;
+
+/// How good an item of a verdict is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Level {
+    /// Nothing speaks against it.
+    Good,
+    /// It may be a problem, or it is not known.
+    Doubtful,
+    /// A robot that is built like this does not work.
+    Bad,
+}
+
+impl Level {
+    /// The level of a number that is good up to `limits[0]` and doubtful up to `limits[1]`.
+    pub fn up_to(limits: [f64; 2], number: f64) -> Self {
+        if number <= limits[0] {
+            Self::Good
+        } else if number <= limits[1] {
+            Self::Doubtful
+        } else {
+            // NaN is bad too.
+            Self::Bad
+        }
+    }
+
+    /// The level of a number that is good from `limits[0]` on and doubtful from `limits[1]` on.
+    pub fn from_on(limits: [f64; 2], number: f64) -> Self {
+        Self::up_to(limits.map(|limit| -limit), -number)
+    }
+
+    /// The name of the level in files and style sheets.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Doubtful => "doubtful",
+            Self::Bad => "bad",
+        }
+    }
+}
+
+/// A statement about a robot.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Item {
+    /// The statement, in a few words.
+    pub text: String,
+    /// How good it is.
+    pub level: Level,
+    /// True for what the robot is and does, such as its speed; false for a limit of what can be built.
+    #[serde(skip)]
+    pub is_figure: bool,
+}
+
+impl Item {
+    /// A limit of what can be built, and whether the robot respects it.
+    pub fn limit(text: impl Into<String>, level: Level) -> Self {
+        Self {
+            text: text.into(),
+            level,
+            is_figure: false,
+        }
+    }
+
+    /// A number that says what the robot is or does.
+    pub fn figure(text: impl Into<String>, level: Level) -> Self {
+        Self {
+            is_figure: true,
+            ..Self::limit(text, level)
+        }
+    }
+}
+
+/// The verdict on a robot. In JSON it is the list of its items.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Verdict {
+    /// First the figures, then the limits.
+    pub items: Vec<Item>,
+}
+
+/// A part of the sentence that a verdict is: a word or two before its items, and the items.
+pub type Clause<'v> = (&'static str, Vec<&'v Item>);
+
+impl Verdict {
+    /// The worst level of all items.
+    pub fn level(&self) -> Level {
+        let levels = self.items.iter().map(|item| item.level);
+        levels.max().unwrap_or(Level::Good)
+    }
+
+    /// The verdict as the parts of a line: the figures, then the limits that are exceeded, then those that are doubtful. If
+    /// there are no bad or doubtful limits, the last part has no items and says so.
+    pub fn clauses(&self) -> Vec<Clause<'_>> {
+        let of = |is_figure: bool, level: Option<Level>| -> Vec<&Item> {
+            let items = self.items.iter();
+            let fits = |item: &&Item| {
+                item.is_figure == is_figure && level.is_none_or(|level| level == item.level)
+            };
+            items.filter(fits).collect()
+        };
+        let limits = [
+            ("Would not work as built: ", of(false, Some(Level::Bad))),
+            ("Doubtful: ", of(false, Some(Level::Doubtful))),
+        ];
+        let limits = limits.into_iter().filter(|(_, items)| !items.is_empty());
+        let mut clauses = vec![("", of(true, None))];
+        clauses.extend(limits);
+        if clauses.len() == 1 && self.items.iter().any(|item| !item.is_figure) {
+            clauses.push(("Nothing measured here speaks against building it", vec![]));
+        }
+        clauses.retain(|(says, items)| !says.is_empty() || !items.is_empty());
+        clauses
+    }
+
+    /// The verdict in one line. `shown` converts an item to text, for example with a colour.
+    pub fn line(&self, shown: impl Fn(&Item) -> String) -> String {
+        let clause = |(says, items): &Clause| {
+            let items: Vec<String> = items.iter().map(|item| shown(item)).collect();
+            format!("{says}{}.", items.join(", "))
+        };
+        let clauses: Vec<String> = self.clauses().iter().map(clause).collect();
+        clauses.join(" ")
+    }
+
+    /// The verdict in one line without colours.
+    pub fn to_text(&self) -> String {
+        self.line(|item| item.text.clone())
+    }
+}
+
+/// The measurements that a verdict judges.
+#[derive(Clone, Debug)]
+pub struct Measured<'m> {
+    /// The duration of the rollout, s.
+    pub seconds: f64,
+    /// The displacement along the ground in this time, m; `None` if rollouts diverged.
+    pub displacement: Option<f64>,
+    /// Whether the displacement describes the robot; `None` if it is not known.
+    pub reliability: Option<&'m Reliability>,
+    /// True if the robot is designed to walk far.
+    pub is_far: bool,
+    /// True for a design that is not a layout.
+    pub is_undecided: bool,
+    /// How the bars are connected.
+    pub structure: Option<Structure>,
+    /// The loads of the bars.
+    pub loads: Option<&'m Loads>,
+    /// The mass and the energy.
+    pub energy: Option<Energy>,
+    /// The number of bars.
+    pub bars: usize,
+    /// The mass of all payloads, kg.
+    pub payload: f64,
+    /// The largest target strain of a muscle.
+    pub stroke: f64,
+}
+
+impl<'m> Measured<'m> {
+    /// The measurements of a delivered robot on its lattice.
+    pub fn of_delivery(delivery: &'m Delivery, scene: &Scene, lattice: &Lattice) -> Self {
+        Self {
+            displacement: finite(delivery.spread.p50),
+            reliability: Some(&delivery.reliability),
+            is_far: delivery.merit.is_none(),
+            is_undecided: delivery.structure.is_none(),
+            structure: delivery.structure,
+            loads: delivery.loads.as_ref(),
+            energy: delivery.energy,
+            bars: bars(delivery.volume, lattice),
+            ..Self::unmeasured(scene, lattice)
+        }
+    }
+
+    /// What is known of a robot before any measurement: the numbers of its scene.
+    pub fn unmeasured(scene: &Scene, lattice: &Lattice) -> Self {
+        let payload = |mass: Option<f64>| mass.unwrap_or(scene.physics.payload_mass);
+        Self {
+            seconds: scene.physics.steps as f64 * scene.physics.dt,
+            displacement: None,
+            reliability: None,
+            is_far: true,
+            is_undecided: false,
+            structure: None,
+            loads: None,
+            energy: None,
+            bars: 0,
+            payload: lattice.payload.iter().map(|p| payload(p.mass)).sum(),
+            stroke: Material::Actuator.of(&scene.materials.max_strain),
+        }
+    }
+
+    /// Judges the measurements.
+    pub fn verdict(&self) -> Verdict {
+        let figures = [self.speed(), self.mass(), self.carries(), self.power()];
+        let limits = [
+            self.decided(),
+            self.pieces(),
+            self.crossings(),
+            self.skeleton(),
+            self.muscle_strain(),
+            self.muscle_power(),
+            self.buckling(),
+        ];
+        let items = figures.into_iter().chain(limits);
+        Verdict {
+            items: items.flatten().collect(),
+        }
+    }
+
+    fn speed(&self) -> Option<Item> {
+        let Some(displacement) = self.displacement else {
+            return Some(Item::figure("its rollouts diverge", Level::Bad));
+        };
+        let speed = format!("{} m/s", plain(displacement.abs() / self.seconds));
+        let is_unreliable = matches!(self.reliability, Some(Reliability::Unreliable { .. }));
+        Some(match displacement {
+            // For other tasks, robots may have good reasons to stay or to go back.
+            x if !self.is_far => {
+                let back = if x < 0.0 { " backwards" } else { "" };
+                Item::figure(format!("{speed}{back}"), Level::Good)
+            }
+            x if x.abs() < STAYS => Item::figure("stays in place", Level::Bad),
+            x if x < 0.0 => Item::figure(format!("{speed} backwards"), Level::Bad),
+            _ if is_unreliable => Item::figure(format!("{speed}, unreliable"), Level::Doubtful),
+            _ => Item::figure(speed, Level::Good),
+        })
+    }
+
+    fn mass(&self) -> Option<Item> {
+        if self.is_undecided {
+            return None;
+        }
+        Some(match self.energy {
+            Some(energy) => Item::figure(mass(energy.mass), Level::Good),
+            None => Item::figure("mass not known", Level::Doubtful),
+        })
+    }
+
+    fn carries(&self) -> Option<Item> {
+        let says = || Item::figure(format!("carries {}", mass(self.payload)), Level::Good);
+        (self.payload > 0.0).then(says)
+    }
+
+    fn power(&self) -> Option<Item> {
+        let Energy { mass, power, .. } = self.energy?;
+        let endurance = BATTERY * mass / power;
+        let says = format!("needs {} W", plain(power));
+        // A robot that needs no power has an infinite endurance.
+        Some(Item::figure(says, Level::from_on(ENDURANCES, endurance)))
+    }
+
+    fn decided(&self) -> Option<Item> {
+        let says = "the materials of its edges are undecided";
+        self.is_undecided.then(|| Item::limit(says, Level::Bad))
+    }
+
+    fn pieces(&self) -> Option<Item> {
+        let pieces = self.structure?.pieces;
+        Some(match pieces {
+            1 => Item::limit("in one piece", Level::Good),
+            0 => Item::limit("there are no bars", Level::Bad),
+            _ => Item::limit(format!("it is in {pieces} pieces"), Level::Bad),
+        })
+    }
+
+    fn crossings(&self) -> Option<Item> {
+        let Loads {
+            tangled,
+            most_tangles,
+            ..
+        } = *self.loads?;
+        if tangled == 0.0 {
+            return Some(Item::limit("no bars pass through each other", Level::Good));
+        }
+        let pairs = match most_tangles {
+            Some(1) => " (one pair at a time)".to_owned(),
+            Some(pairs) => format!(" (up to {pairs} pairs)"),
+            None => String::new(),
+        };
+        let level = Level::up_to([0.0, BRUSHES], tangled);
+        Some(Item::limit(
+            format!("bars pass through each other{pairs}"),
+            level,
+        ))
+    }
+
+    fn skeleton(&self) -> Option<Item> {
+        let strain = self.loads?.skeleton_strain?;
+        let says = format!("the skeleton stretches or shrinks by {}", percent(strain));
+        Some(Item::limit(says, Level::up_to(SKELETON_STRAINS, strain)))
+    }
+
+    fn muscle_strain(&self) -> Option<Item> {
+        let strain = self.loads?.strain.peak;
+        let says = format!(
+            "muscles move by {} (their stroke is {})",
+            percent(strain),
+            percent(self.stroke)
+        );
+        let level = Level::up_to(STROKES.map(|limit| limit * self.stroke), strain);
+        (strain > 0.0).then(|| Item::limit(says, level))
+    }
+
+    fn muscle_power(&self) -> Option<Item> {
+        let power = self.loads?.power.peak;
+        let says = format!("one muscle peaks at {} W", plain(power));
+        let mean_mass = self.energy?.mass / self.bars.max(1) as f64;
+        let level = Level::up_to(MUSCLE_POWERS, power / mean_mass);
+        (power > 0.0).then(|| Item::limit(says, level))
+    }
+
+    fn buckling(&self) -> Option<Item> {
+        let safety = self.loads?.euler_safety?;
+        let says = match Level::from_on(EULER_SAFETIES, safety) {
+            Level::Bad => format!("a bar buckles at {} of its load", percent(safety)),
+            _ => format!("bars buckle at {} times their load", plain(safety)),
+        };
+        Some(Item::limit(says, Level::from_on(EULER_SAFETIES, safety)))
+    }
+}
+
+/// The number of bars of a layout whose mean share of solid material is `volume`.
+pub fn bars(volume: f64, lattice: &Lattice) -> usize {
+    (volume * lattice.edges.len() as f64).round() as usize
+}
+
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+/// Formats a positive number with two digits, or as a whole number from 10 on.
+pub fn plain(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    // From 9.95 on, one decimal would round to 10.0.
+    let digits = 1 - (x.abs() * 1.005).log10().floor() as i32;
+    format!("{x:.*}", digits.clamp(0, 12) as usize)
+}
+
+/// Formats a mass: in grams below 100 g.
+pub fn mass(kg: f64) -> String {
+    match kg {
+        kg if kg < 0.0995 => format!("{} g", plain(1e3 * kg)),
+        kg => format!("{} kg", plain(kg)),
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{} %", plain(100.0 * share))
+}

@@ -1,0 +1,260 @@
+//! The thresholds of a verdict, each from both sides, and its line.
+
+use cosmic::codesign::Reliability;
+use cosmic::design::Structure;
+use cosmic::lattice::Lattice;
+use cosmic::scene::Scene;
+use cosmic::simulator::{Energy, Loads, Magnitude};
+use cosmic::verdict::{
+    BATTERY, BRUSHES, ENDURANCES, EULER_SAFETIES, MUSCLE_POWERS, SKELETON_STRAINS, STAYS, STROKES,
+};
+use cosmic::verdict::{Item, Level, Measured, Verdict, mass, plain};
+
+/// A number just below and just above a threshold.
+fn around(threshold: f64) -> [f64; 2] {
+    [threshold * (1.0 - 1e-9), threshold * (1.0 + 1e-9)]
+}
+
+/// The loads of a robot that could be built.
+fn sound() -> Loads {
+    Loads {
+        skeleton_strain: Some(0.001),
+        strain: Magnitude {
+            peak: 0.2,
+            p99: 0.1,
+        },
+        power: Magnitude {
+            peak: 0.5,
+            p99: 0.1,
+        },
+        most_tangles: Some(0),
+        ..Loads::default()
+    }
+}
+
+/// A robot of half a kilogram and ten bars that walks 8 m in 16 s.
+fn robot(loads: &Loads) -> Measured<'_> {
+    let scene = Scene::default();
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    Measured {
+        seconds: 16.0,
+        displacement: Some(8.0),
+        reliability: Some(&Reliability::Reliable),
+        structure: Some(Structure {
+            pieces: 1,
+            ..Structure::default()
+        }),
+        loads: Some(loads),
+        energy: Some(Energy {
+            mass: 0.5,
+            power: 1.0,
+            ..Energy::default()
+        }),
+        bars: 10,
+        payload: 0.03,
+        stroke: 0.35,
+        ..Measured::unmeasured(&scene, &lattice)
+    }
+}
+
+fn judged(change: impl Fn(&mut Loads)) -> Verdict {
+    let mut loads = sound();
+    change(&mut loads);
+    robot(&loads).verdict()
+}
+
+/// The level of the only item that contains `word`.
+#[track_caller]
+fn level(verdict: &Verdict, word: &str) -> Level {
+    let mut found = verdict.items.iter().filter(|item| item.text.contains(word));
+    let item = found
+        .next()
+        .unwrap_or_else(|| panic!("no {word:?} in {verdict:?}"));
+    assert!(found.next().is_none(), "two items with {word:?}");
+    item.level
+}
+
+/// Asserts that a load is good up to `limits[0]`, doubtful up to `limits[1]`, and bad above.
+#[track_caller]
+fn has_limits(word: &str, limits: [f64; 2], set: impl Fn(&mut Loads, f64)) {
+    let level = |x: f64| level(&judged(|loads| set(loads, x)), word);
+    let [[a, b], [c, d]] = limits.map(around);
+    assert_eq!(
+        [a, b, c, d].map(level),
+        [Level::Good, Level::Doubtful, Level::Doubtful, Level::Bad]
+    );
+}
+
+#[test]
+fn each_load_has_two_thresholds() {
+    has_limits("skeleton", SKELETON_STRAINS, |loads, x| {
+        loads.skeleton_strain = Some(x);
+    });
+    has_limits(
+        "their stroke",
+        STROKES.map(|limit| 0.35 * limit),
+        |loads, x| {
+            loads.strain.peak = x;
+        },
+    );
+    // A bar weighs 50 g on average.
+    has_limits(
+        "one muscle",
+        MUSCLE_POWERS.map(|limit| 0.05 * limit),
+        |loads, x| {
+            loads.power.peak = x;
+        },
+    );
+    // Safeties are good above their thresholds, so their reciprocals are tested.
+    has_limits(
+        "buckle",
+        EULER_SAFETIES.map(|limit| 1.0 / limit),
+        |loads, x| {
+            loads.euler_safety = Some(1.0 / x);
+        },
+    );
+}
+
+#[test]
+fn bars_may_brush_but_not_pass_through_each_other() {
+    let tangled = |share: f64, pairs: usize| {
+        judged(|loads| (loads.tangled, loads.most_tangles) = (share, Some(pairs)))
+    };
+    assert_eq!(level(&tangled(0.0, 0), "pass through"), Level::Good);
+    assert_eq!(
+        level(&tangled(BRUSHES, 1), "(one pair at a time)"),
+        Level::Doubtful
+    );
+    assert_eq!(
+        level(&tangled(around(BRUSHES)[1], 41), "(up to 41 pairs)"),
+        Level::Bad
+    );
+    // Summaries of earlier versions do not have the largest number of pairs.
+    let old = judged(|loads| (loads.tangled, loads.most_tangles) = (0.5, None));
+    assert_eq!(level(&old, "bars pass through each other"), Level::Bad);
+    assert!(!old.to_text().contains('('), "{}", old.to_text());
+}
+
+#[test]
+fn a_robot_must_move_reliably_and_forwards() {
+    let loads = sound();
+    let moved = |displacement: f64| Measured {
+        displacement: Some(displacement),
+        ..robot(&loads)
+    };
+    let speed = |measured: Measured| {
+        let item = measured.verdict().items.remove(0);
+        (item.text, item.level)
+    };
+    let said = |text: &str, level| (text.to_owned(), level);
+    let [below, above] = around(STAYS);
+    assert_eq!(speed(moved(below)), said("stays in place", Level::Bad));
+    assert_eq!(speed(moved(above)), said("0.00063 m/s", Level::Good));
+    assert_eq!(speed(moved(-1.6)), said("0.10 m/s backwards", Level::Bad));
+    let reason = "rollouts diverge".to_owned();
+    let unreliable = Measured {
+        reliability: Some(&Reliability::Unreliable { reason }),
+        ..moved(8.0)
+    };
+    assert_eq!(
+        speed(unreliable),
+        said("0.50 m/s, unreliable", Level::Doubtful)
+    );
+    let lost = Measured {
+        displacement: None,
+        ..robot(&loads)
+    };
+    assert_eq!(speed(lost), said("its rollouts diverge", Level::Bad));
+    // A robot with another task may stay or go back.
+    let other = |displacement: f64| Measured {
+        is_far: false,
+        ..moved(displacement)
+    };
+    assert_eq!(speed(other(0.0)).1, Level::Good);
+    assert_eq!(speed(other(-1.6)), said("0.10 m/s backwards", Level::Good));
+}
+
+#[test]
+fn a_battery_of_a_fifth_of_the_mass_lasts_long_enough() {
+    let loads = sound();
+    let level = |seconds: f64| {
+        let energy = Energy {
+            mass: 0.5,
+            power: 0.5 * BATTERY / seconds,
+            ..Energy::default()
+        };
+        let robot = Measured {
+            energy: Some(energy),
+            ..robot(&loads)
+        };
+        level(&robot.verdict(), "needs ")
+    };
+    let [[b, a], [d, c]] = ENDURANCES.map(around);
+    assert_eq!(
+        [a, b, c, d].map(level),
+        [Level::Good, Level::Doubtful, Level::Doubtful, Level::Bad]
+    );
+}
+
+#[test]
+fn the_line_names_what_is_bad_and_what_is_doubtful() {
+    let sound = judged(|_| {}).to_text();
+    assert_eq!(
+        sound,
+        "0.50 m/s, 0.50 kg, carries 30 g, needs 1.0 W. Nothing measured here speaks against building it."
+    );
+    let verdict = judged(|loads| {
+        (loads.tangled, loads.most_tangles) = (0.9, Some(41));
+        (loads.skeleton_strain, loads.power.peak) = (Some(0.17), 149.7);
+    });
+    assert_eq!(
+        verdict.to_text(),
+        "0.50 m/s, 0.50 kg, carries 30 g, needs 1.0 W. Would not work as built: bars pass through each other (up to \
+         41 pairs), the skeleton stretches or shrinks by 17 %. Doubtful: one muscle peaks at 150 W."
+    );
+    assert_eq!(verdict.level(), Level::Bad);
+    let json = serde_json::to_value(&verdict).unwrap();
+    assert_eq!(
+        json[0],
+        serde_json::json!({ "text": "0.50 m/s", "level": "good" })
+    );
+}
+
+/// Summaries of earlier versions have neither energy nor loads, and an undecided design has no bars.
+#[test]
+fn what_is_not_known_is_said() {
+    let scene = Scene::default();
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let old = Measured {
+        displacement: Some(1.0),
+        ..Measured::unmeasured(&scene, &lattice)
+    };
+    let items = old.verdict().items;
+    let mass = Item::figure("mass not known", Level::Doubtful);
+    assert!(
+        items.contains(&mass) && items.iter().all(|item| item.is_figure),
+        "{items:?}"
+    );
+    let undecided = Measured {
+        is_undecided: true,
+        ..old
+    };
+    let says = undecided.verdict().to_text();
+    assert!(
+        says.ends_with("Would not work as built: the materials of its edges are undecided."),
+        "{says}"
+    );
+}
+
+#[test]
+fn numbers_have_two_digits() {
+    let shown = [0.0, 0.00633, 0.994, 0.996, 9.94, 9.96, 99.6, 1234.0].map(plain);
+    assert_eq!(
+        shown,
+        ["0", "0.0063", "0.99", "1.0", "9.9", "10", "100", "1234"]
+    );
+    assert_eq!(
+        [0.03, 0.0994, 0.0996, 1.26].map(mass),
+        ["30 g", "99 g", "0.10 kg", "1.3 kg"]
+    );
+}
