@@ -21,6 +21,10 @@ export class Player {
   highlight = null;
   /** The foot [x, y] of the flag at the robot's goal; null if there is none. */
   goal = null;
+  /** The text beside the flag. */
+  goalLabel = "";
+  /** Another robot's walk, which is drawn faintly; null if there is none. */
+  ghost = null;
   /** Whether the walk stops at its end, and does not begin again. */
   #stops = false;
   /** For tests: the number of frames, and the total and the longest time of their scripts in milliseconds. */
@@ -105,8 +109,13 @@ export class Player {
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
     const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
-    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal });
+    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal, goalLabel: this.goalLabel, ghost: this.#ghostNow });
     this.ontime(this.time);
+  }
+
+  get #ghostNow() {
+    if (this.ghost === null || this.#stops || this.ghost === this.#walk) return null;
+    return { positions: this.ghost.at(this.time).positions, edges: this.ghost.bars };
   }
 
   #tick(passed) {

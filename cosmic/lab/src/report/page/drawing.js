@@ -208,13 +208,15 @@ class Stage extends Drawing {
   // bar thinner and fainter. `camera`: the point [x, y] that is in the middle of the drawing, above its lower edge.
   // Optional: `trail`, the path of the payload [x, y, …]; `highlight`, an edge; `label`, a text for the upper left
   // corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
-  // materials and strains; `goal`, the foot [x, y] of a flag.
-  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null }, width, height) {
+  // materials and strains; `goal`, the foot [x, y] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
+  // and edges of another robot, which is drawn faintly.
+  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null }, width, height) {
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
     const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - camera[1]) * scale];
     const { payloads } = this.#world;
     this.#paintGround(place, camera[0], width / scale / 2, scale, height);
-    if (goal) this.#paintFlag(place(...goal), width, height);
+    if (goal) this.#paintFlag(place(...goal), goalLabel, width, height);
+    if (ghost) this.#paintGhost(ghost, place, height);
     this.pen.globalAlpha = 0.7;
     const path = [];
     for (let k = 0; k < trail.length; k += 2) path.push(place(trail[k], trail[k + 1]));
@@ -237,16 +239,25 @@ class Stage extends Drawing {
   }
 
   // Paints a flag, or an arrow at the edge of the drawing if the flag is beyond that edge.
-  #paintFlag([x, y], width, height) {
+  #paintFlag([x, y], label, width, height) {
     const [top, colour] = [y - 0.33 * height, this.colour("third")];
     if (x < 0 || x > width) {
       const [tip, back] = x < 0 ? [12, 12] : [width - 12, -12];
       this.line([[tip + back, top - 12], [tip, top], [tip + back, top + 12]], colour, 4);
+      this.text(label, tip + 1.8 * back, top + 5, "muted", x < 0 ? "left" : "right", "600 13px");
       return;
     }
     this.line([[x, y], [x, top]], this.colour("muted"), 2);
     const [wide, deep] = [0.08 * height, 0.05 * height];
     this.fill([[x, top], [x + wide, top], [x + wide, top + deep], [x, top + deep]], colour);
+    this.text(label, x + 2, top - 8, "muted", "left", "600 13px");
+  }
+
+  #paintGhost({ positions, edges }, place, height) {
+    this.pen.globalAlpha = 0.16;
+    const node = i => place(positions[2 * i], positions[2 * i + 1]);
+    for (const [i, j, , , , weight] of edges) this.line([node(i), node(j)], this.colour("ink"), Math.max(1.4, height / 130) * weight);
+    this.pen.globalAlpha = 1;
   }
 
   #paintBar([i, j, rest, material, e, weight], [from, to], { shape, colours }, thick) {
