@@ -25,6 +25,8 @@ export class Player {
   goalLabel = "";
   /** Another robot's walk, which is drawn faintly; null if there is none. */
   ghost = null;
+  /** How far the user has dragged the robot, [x, y] in pixels; null if it is not dragged. */
+  arrow = null;
   /** Whether the walk stops at its end, and does not begin again. */
   #stops = false;
   /** For tests: the number of frames, and the total and the longest time of their scripts in milliseconds. */
@@ -109,7 +111,7 @@ export class Player {
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
     const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
-    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal, goalLabel: this.goalLabel, ghost: this.#ghostNow });
+    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal, goalLabel: this.goalLabel, ghost: this.#ghostNow, arrow: this.arrow });
     this.ontime(this.time);
   }
 

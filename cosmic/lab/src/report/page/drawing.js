@@ -209,8 +209,8 @@ class Stage extends Drawing {
   // Optional: `trail`, the path of the payload [x, y, …]; `highlight`, an edge; `label`, a text for the upper left
   // corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
   // materials and strains; `goal`, the foot [x, y] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
-  // and edges of another robot, which is drawn faintly.
-  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null }, width, height) {
+  // and edges of another robot, which is drawn faintly; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
+  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
     const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - camera[1]) * scale];
     const { payloads } = this.#world;
@@ -235,6 +235,7 @@ class Stage extends Drawing {
     }
     this.pen.globalAlpha = 1;
     for (const i of payloads) this.disc(...node(i), 1.2 + 1.7 * thick, this.colour("payload"), this.colour("paper"));
+    if (arrow) this.#paintArrow(node(payloads[0] ?? 0), arrow);
     if (label) this.text(label, 14, 26, "ink", "left", "600 15px");
   }
 
@@ -251,6 +252,13 @@ class Stage extends Drawing {
     const [wide, deep] = [0.08 * height, 0.05 * height];
     this.fill([[x, top], [x + wide, top], [x + wide, top + deep], [x, top + deep]], colour);
     this.text(label, x + 2, top - 8, "muted", "left", "600 13px");
+  }
+
+  #paintArrow([x, y], [across, down]) {
+    const [tip, angle] = [[x + across, y + down], Math.atan2(down, across)];
+    const barb = turn => [tip[0] - 16 * Math.cos(angle + turn), tip[1] - 16 * Math.sin(angle + turn)];
+    this.line([[x, y], tip], this.colour("accent"), 4);
+    this.line([barb(0.5), tip, barb(-0.5)], this.colour("accent"), 4);
   }
 
   #paintGhost({ positions, edges }, place, height) {
@@ -294,6 +302,14 @@ class Stage extends Drawing {
       if (k % parts === 0) this.text(`${decimals(k * between, digitsOf(named))} m`, x, y + 23, "muted", "center");
     }
     this.line(line, this.colour("muted"), 1.5);
+  }
+
+  // Whether a point of the window is within the box around the bars, or near it.
+  isNear(clientX, clientY, margin = 16) {
+    const box = this.canvas.getBoundingClientRect();
+    const within = (at, places) => at > Math.min(...places) - margin && at < Math.max(...places) + margin;
+    const ends = this.#drawn.flatMap(([from, to]) => [from, to]);
+    return within(clientX - box.left, ends.map(([x]) => x)) && within(clientY - box.top, ends.map(([, y]) => y));
   }
 
   // The edge at a point of the window, or null.
