@@ -291,6 +291,7 @@ function show(how = {}) {
   $("along").textContent = walk.along === null ? "diverged" : `${decimals(walk.along, 2)} m`;
   const number = looked ?? design.iteration;
   const came = design.delivered?.measured === null;
+  $("strip").classList.toggle("empty", came);
   $("attempt-title").textContent = came ? "from the link" : "attempt";
   $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
   $("back").disabled = number === 0;

@@ -3,6 +3,8 @@
 
 /** A void bar longer than this many rest lengths is not shown: one of its nodes was left behind. */
 const LEFT_BEHIND = 2;
+/** The stage shows this fraction of a world's width, so that the robot takes a third of it. */
+export const CLOSE = 0.86;
 /** The seconds after which most of the change from one robot to the next is done. */
 const BLEND = 0.12;
 
@@ -65,7 +67,7 @@ export class Player {
    */
   show(walk, { withVoid = false, restart = false, goesOn = false } = {}) {
     const same = this.#walk?.world === walk.world;
-    if (!same) this.#stage.world = { ...walk.world, payloads: walk.robot.payloads };
+    if (!same) this.#stage.world = { ...walk.world, width: CLOSE * walk.world.width, payloads: walk.robot.payloads };
     if (!same || restart || goesOn) this.time = 0;
     this.#stops = goesOn;
     // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk.

@@ -5,6 +5,8 @@
 const PLACE = 84;
 /** The height of a small robot as a fraction of the strip. */
 const TALL = 0.36;
+/** The free space at both ends, pixels. */
+const EDGE = 8;
 
 export class Strip extends Drawing {
   #onlook;
@@ -32,19 +34,19 @@ export class Strip extends Drawing {
     const far = robots.map(({ walk }) => walk.along ?? 0);
     const most = Math.max(0.5, ...far);
     const [foot, head] = [height - 5, height * (1 - TALL) - 14];
-    const place = k => [width * k / attempts, foot - head * Math.max(0, far[k]) / most];
+    const place = k => [EDGE + (width - 2 * EDGE) * k / attempts, foot - head * Math.max(0, far[k]) / most];
     this.#last = robots.length - 1;
     this.#shown = shown;
     this.canvas.dataset.attempts = attempts;
     if (robots.length > 1) {
       const line = robots.map((_, k) => place(k));
-      this.fill([[0, height], ...line, [line.at(-1)[0], height]], this.colour("phase"));
+      this.fill([[EDGE, height], ...line, [line.at(-1)[0], height]], this.colour("phase"));
       this.line(line, this.colour("accent"), 2);
     }
     this.line([[0, height - 1], [width, height - 1]], this.colour("rule"), 1.5);
     if (robots.length > 0) {
       this.pen.globalAlpha = 0.5;
-      this.line([[place(shown)[0], 0], [place(shown)[0], height]], this.colour("muted"), 1.5);
+      this.line([[place(shown)[0], 4], [place(shown)[0], height]], this.colour("muted"), 1.5);
       this.pen.globalAlpha = 1;
     }
     const count = Math.max(2, Math.floor(width / PLACE));
@@ -64,7 +66,7 @@ export class Strip extends Drawing {
     const scale = tall / Math.max(0.1, Math.max(...ys) - low);
     const half = scale * (Math.max(...xs) - left) / 2;
     const node = i => [x - half + scale * (start[2 * i] - left), y - 4 - scale * (start[2 * i + 1] - low)];
-    for (const [i, j, , material, , weight] of walk.bars) {
+    for (const [i, j, , material, , weight] of walk.bars.filter(([i]) => walk.body.has(i))) {
       this.pen.globalAlpha = 0.1 + 0.9 * weight;
       this.line([node(i), node(j)], this.colour(material === 2 ? "actuator" : "skeleton"), 1.2 + weight);
     }
@@ -74,7 +76,7 @@ export class Strip extends Drawing {
 
   #point({ clientX }) {
     const { left, width } = this.canvas.getBoundingClientRect();
-    this.#look(Math.round((clientX - left) / width * this.canvas.dataset.attempts));
+    this.#look(Math.round((clientX - left - EDGE) / (width - 2 * EDGE) * this.canvas.dataset.attempts));
   }
 
   #key(event) {

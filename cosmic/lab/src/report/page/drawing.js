@@ -251,7 +251,8 @@ class Stage extends Drawing {
     this.line([[x, y], [x, top]], this.colour("muted"), 2);
     const [wide, deep] = [0.08 * height, 0.05 * height];
     this.fill([[x, top], [x + wide, top], [x + wide, top + deep], [x, top + deep]], colour);
-    this.text(label, x + 2, top - 8, "muted", "left", "600 13px");
+    const fits = x + this.measure(label) + 24 < width;
+    this.text(label, fits ? x + 2 : x, top - 8, "muted", fits ? "left" : "right", "600 13px");
   }
 
   #paintArrow([x, y], [across, down]) {
