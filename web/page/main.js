@@ -109,6 +109,7 @@ async function begin() {
 async function openInstead(name, reason) {
   scene.robot = null;
   await scene.choose(name);
+  placeRefusal(null);
   $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
 }
 
@@ -185,11 +186,17 @@ function fail(error) {
   if (!(error instanceof Refused)) throw error;
   const field = scene.fieldOf(error.message);
   const shownField = $("details").open ? field : undefined;
-  (shownField?.closest("form") ?? $("robot")).append($("refusal"));
+  placeRefusal(shownField?.closest("form"));
   shownField?.setAttribute("aria-invalid", "true");
   shownField?.setAttribute("aria-describedby", "refusal");
   $("refusal").textContent = error.message;
   $("status").textContent = "This setting cannot be used.";
+}
+
+/** Puts the error into a form, or, without a form, under the main button. */
+function placeRefusal(form) {
+  if (form) form.append($("refusal"));
+  else $("robot").insertBefore($("refusal"), $("status"));
 }
 
 function forgetRefusal() {
