@@ -320,7 +320,7 @@ async function hostileLinks(browser, address) {
     creature("A".repeat(100_000)), creature("%00%ff"), creature("<img src=x onerror=alert(1)>"), creature("\u{1f916}"), creature(robot, "&set=lattice.columns%3D5"),
     creature(robot, "&set=controller.goals%3D%22given%22"), `#scene=errand&robot=${robot}`, `#scene=large&robot=${robot}`, `AQD${robot.slice(3)}`.replace(/^/, "#scene=creature&robot="),
     "#scene=", "#scene=<script>alert(1)</script>", "#scene=../../etc/passwd", `#scene=${"x".repeat(50_000)}`, "#seed=-1", "#seed=1e400", "#%E0%A4%A",
-    set("lattice.columns=1e9"), set("lattice.columns=-3"), set("physics.gravity=nan"), set("physics.steps=0"), set("__proto__.x=1"), set("base=\"earth\""), set("x".repeat(20_000)),
+    set("lattice.columns=1e9"), set("lattice.columns=-3"), set("physics.gravity=nan"), set("physics.steps=0"), set("__proto__.x=1"), set("base=\"earth\""), set(`${"x".repeat(20_000)}=1`),
   ];
   let bad = [];
   for (const link of hostile) {
