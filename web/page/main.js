@@ -73,7 +73,8 @@ async function greet() {
   $("time").max = greeting.duration;
   $("attempt-title").textContent = "a finished robot";
   $("iteration").textContent = "";
-  $("status").textContent = "This robot is finished. The next one is designed while you watch.";
+  const next = mayBegin() ? "The next one is designed while you watch." : "Press “Design a robot” for another one.";
+  $("status").textContent = designs ? `This robot is finished. ${next}` : "This robot is finished.";
   if (mayBegin()) setTimeout(endGreeting, GREETING);
 }
 
@@ -154,7 +155,9 @@ async function mayChange() {
 /** Makes a change. If a robot was being designed or finished, the next design begins at once. */
 async function changeAndDesign(change) {
   const goesOn = !["empty", "preparing", "ready", "cancelled", "stopped"].includes(design.state);
-  if (await change() && goesOn && design.state === "ready") await work();
+  const changed = await change();
+  if (scene.checked) chips.show(scene.checked.settings);
+  if (changed && goesOn && design.state === "ready") await work();
 }
 
 /** Prepares the robot of the scene, or opens the robot of the link. */
@@ -501,8 +504,10 @@ function connect() {
 connect();
 tellPlay();
 greet();
+// honest.js says that nothing can be designed.
+const designs = typeof WebAssembly === "object";
 if (filmKind() === null) $("saved").textContent = "This browser cannot record animations.";
-begin();
+if (designs) begin();
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
 /** Pushes the robot, for tests. */

@@ -6,7 +6,7 @@ import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, statSync
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
-import { fileURLToPath } from "node:url";
+import { fileURLToPath, pathToFileURL } from "node:url";
 import { Engine } from "../page/engine.js";
 import { installed, launch, open as openPage, ready, says, text } from "./browsers.mjs";
 import { serve } from "./serve.mjs";
@@ -540,6 +540,32 @@ async function asks(browser, address) {
   await close(page, faults);
 }
 
+/** The page says why it cannot work without scripts, without WebAssembly and from a file. It works without a network. */
+async function without(browser, address) {
+  const page = await browser.newPage();
+  await page.setJavaScriptEnabled(false);
+  await page.goto(address);
+  check((await page.evaluate(() => document.querySelector("noscript").innerText)).includes("needs JavaScript"), "without scripts the page says what it needs");
+  await page.setJavaScriptEnabled(true);
+  await page.goto(pathToFileURL(here("../dist/index.html")).href);
+  check((await text(page, "honest")).includes("http.server") && await page.$eval("#honest", place => place.clientHeight > 0), "from a file it says how to open it");
+  await page.close();
+  const old = await browser.newPage();
+  await old.evaluateOnNewDocument(() => { delete globalThis.WebAssembly; });
+  await old.goto(address);
+  await until(old, "without WebAssembly the finished robot walks", () => Number.parseFloat(document.getElementById("along").textContent) > 0.3);
+  check((await text(old, "honest")).includes("WebAssembly") && !(await old.$("#stopped[open]")), "and the page says why no robot can be designed");
+  await old.close();
+  const { page: kept } = await open(browser, address + SMALL);
+  await kept.evaluate(() => navigator.serviceWorker.ready);
+  await wait(500);
+  await kept.setOfflineMode(true);
+  await kept.reload();
+  await ready(kept);
+  check(true, "without a network it opens again");
+  await kept.close();
+}
+
 async function shots(browser, address, folder) {
   mkdirSync(folder, { recursive: true });
   for (const scheme of ["light", "dark"]) {
@@ -596,6 +622,7 @@ async function inChromium(address) {
     await stranger(browser, address);
     await links(browser, address);
     await asks(browser, address);
+    await without(browser, address);
     if (given.shots) await shots(browser, address, given.shots);
   } finally {
     await browser.close();
