@@ -12,6 +12,7 @@ import { GREETING, hello, mayBegin } from "./hello.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
 import { Push } from "./push.js";
+import { Race } from "./race.js";
 import { DEFAULT, OWN, Scene } from "./scene.js";
 import { Strip } from "./strip.js";
 import { sentence, showVerdict } from "./words.js";
@@ -53,6 +54,7 @@ const errand = new Errand({
   canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: fail,
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
+const race = new Race($("lanes"));
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
 let recording = null;
@@ -164,6 +166,7 @@ async function changeAndDesign(change) {
 async function prepare() {
   looked = null;
   recording?.abort();
+  race.end();
   editor.open(null);
   linkedWalk = null;
   try {
@@ -238,7 +241,7 @@ function changed(state) {
   const busy = state === "working" || state === "measuring";
   tellButton(state);
   $("save-design").disabled = state !== "finished";
-  $("save-scene").disabled = scene.checked === null;
+  $("save-scene").disabled = $("race").disabled = scene.checked === null;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
   if (greeting !== null) {
     strip.draw({ robots: design.robots, attempts: design.world?.iterations ?? 1, shown: Math.max(0, design.iteration) });
@@ -412,6 +415,27 @@ function cancel() {
 /** Sets the seed. If a robot is being designed or is finished, a design with the new seed begins at once. */
 const newSeed = seed => changeAndDesign(() => scene.setSeed(seed));
 
+/** Lets several seeds race, and opens the best robot. A second press ends the race. */
+async function startRace() {
+  if (race.runs) return race.end();
+  if (!(await mayChange())) return;
+  if (design.state === "working") design.pause();
+  $("race").textContent = "End the race";
+  try {
+    const best = await race.run(scene.asked, scene.seed);
+    if (best === null) return;
+    scene.robot = toText(best.bytes);
+    scene.seed = best.seed;
+    history.pushState(null, "", scene.link);
+    await scene.check();
+    $("saved").textContent = `Seed ${best.seed} won the race: ${decimals(best.along, 2)} m.`;
+  } catch (error) {
+    fail(error);
+  } finally {
+    $("race").textContent = "Race of seeds";
+  }
+}
+
 async function saveFilm() {
   const style = getComputedStyle(document.documentElement);
   const colour = name => style.getPropertyValue(`--${name}`).trim();
@@ -471,6 +495,7 @@ function connect() {
     $("seed").value = scene.seed;
   }, "change");
   on("other", () => newSeed(scene.seed + 1));
+  on("race", startRace);
   on("back", () => step(-1));
   on("ahead", () => step(1));
   on("latest", () => { looked = null; show(); });

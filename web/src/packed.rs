@@ -110,7 +110,7 @@ pub(crate) fn unpack(
         None => refused("the robot in this link is not complete; copy the whole link"),
     };
     let tempo = f32::from_le_bytes(take(4)?.try_into().expect("four bytes"));
-    if !(tempo.abs() < 3.0) {
+    if tempo.is_nan() || tempo.abs() > 3.0 {
         return refused("the robot in this link has no valid tempo");
     }
     let packed = take(edges.div_ceil(4))?;

@@ -531,6 +531,15 @@ async function asks(browser, address) {
   await press(page, "go");
   await until(page, "or the change is made", () => location.hash.includes("gravity%3D3.7") && document.getElementById("design").textContent === "Pause");
   await says(page, "Design another");
+  await press(page, "race");
+  await until(page, "a race of seeds", () => document.querySelectorAll("#lanes progress").length > 1);
+  await page.waitForFunction(() => document.getElementById("saved").textContent.includes("won the race"), { timeout: 60_000 });
+  check(page.url().includes("robot="), await text(page, "saved"));
+  await page.evaluate(() => history.back());
+  await ready(page);
+  await unfold(page);
+  await press(page, "other");
+  await says(page, "Design another");
   await page.focus("#strip");
   await page.keyboard.press("Home");
   check((await text(page, "iteration")).startsWith("0 /"), "the strip shows the first attempt by a key");
