@@ -327,8 +327,11 @@ async function hostileLinks(browser, address) {
     const { page, faults } = await open(browser, address + link);
     try {
       await ready(page);
+      const isWrong = !/^#seed|%A$|robot=$/.test(link);
+      // The reason is written just after the other scene is ready.
+      if (isWrong) await page.waitForFunction(() => document.getElementById("refusal").textContent !== "", { timeout: 5000 });
       const [says, scene] = [await text(page, "refusal"), await value(page, "scene")];
-      if (faults.length > 0 || scene === "" || (says === "" && !/^#seed|%A$|robot=$/.test(link))) bad.push(`${link.slice(0, 80)}: ${says} ${faults}`);
+      if (faults.length > 0 || scene === "") bad.push(`${link.slice(0, 80)}: ${says} ${faults}`);
     } catch (error) {
       bad.push(`${link.slice(0, 80)}: ${error.message} ${faults}`);
     }
