@@ -24,9 +24,12 @@ const { values: given, positionals } = parseArgs({
   },
 });
 
+/** The files of the page whose names `fit`. */
+const built = fit => readdirSync(here("dist"), { recursive: true }).filter(fit).map(name => join(here("dist"), name));
+
 /** Designs a robot with the WebAssembly library in this process, and prints the result. */
 function inWebAssembly(scene, seed) {
-  const engine = new Engine(new WebAssembly.Module(readFileSync(here("dist/cosmic.wasm"))));
+  const engine = new Engine(new WebAssembly.Module(readFileSync(built(name => name.endsWith("cosmic.wasm"))[0])));
   engine.ask({ do: "begin", scene: { scene, settings: [] }, seed });
   while (!engine.ask({ do: "iterate", shown: false }).done);
   const { spread } = engine.ask({ do: "deliver" });
@@ -101,7 +104,7 @@ function table(all) {
 }
 
 function size() {
-  const files = readdirSync(here("dist")).map(name => readFileSync(join(here("dist"), name)));
+  const files = built(name => /\.[a-z]+$/.test(name) && !/\.(gz|br)$/.test(name)).map(file => readFileSync(file));
   const sum = pack => Math.round(files.reduce((sum, file) => sum + pack(file).length, 0) / 1000);
   return `The page has ${sum(file => file)} kB, ${sum(file => gzipSync(file, { level: 9 }))} kB compressed by gzip, ${sum(file => brotliCompressSync(file))} kB by brotli.`;
 }

@@ -16,17 +16,38 @@ flags='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
 RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
 
 rm -rf dist
-mkdir dist
-cp page/* ../cosmic/lab/src/report/page/{theme.css,drawing.js} dist
+mkdir -p dist/new
+cp page/* ../cosmic/lab/src/report/page/{theme.css,drawing.js} dist/new
 folder=$(cargo metadata --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
-cp "$folder/$target/release/cosmic_web.wasm" dist/cosmic.wasm
-chmod 644 dist/*
+cp "$folder/$target/release/cosmic_web.wasm" dist/new/cosmic.wasm
+mv dist/new/{index.html,sw.js,preview.png} dist
+
+# The name of the folder is a hash of its files, so that servers may let browsers keep them forever.
+version=v-$(cat dist/new/* | sha256sum | cut -c1-12)
+mv dist/new "dist/$version"
+sed -i -E "s#(href|src)=\"([a-z]+\.[a-z]+)\"#\1=\"$version/\2\"#" dist/index.html
+# Previews need a full address: SITE=https://example.org/robot ./build.sh
+sed -i "s#SITE/#${SITE:+$SITE/}#" dist/index.html
+modules=$(cd dist && printf '<link rel="modulepreload" href="%s">' "$version"/{main,client,design,player,scene,strip,hello}.js)
+sed -i "s#</head>#$modules\n</head>#" dist/index.html
+files=$(cd dist && printf '"%s", ' "$version"/*)
+sed -i "s#VERSION\"#$version\"#; s#/\* FILES \*/#$files#" dist/sw.js
+chmod -R u=rwX,go=rX dist
 
 kilobytes() { echo $(($(wc -c) / 1000)); }
-all=$(cat dist/* | kilobytes)
-packed=$(for file in dist/*; do gzip -9 -c "$file"; done | kilobytes)
+all=$(cat dist/*.* dist/v-*/* | kilobytes)
+packed=$(for file in dist/*.* dist/v-*/*; do gzip -9 -c "$file"; done | kilobytes)
 echo "web/dist: $all kB, $packed kB compressed by gzip"
 if [ "$packed" -gt 3000 ]; then
   echo "the page has $packed kB compressed; at most 3000 are allowed" >&2
   exit 1
+fi
+# Servers can send these instead of compressing the files themselves.
+for file in dist/*.{html,js} dist/v-*/*; do
+  gzip -9 -k -n "$file"
+done
+if command -v node >/dev/null; then
+  node compress.mjs dist
+else
+  echo "SKIPPED: no node: no files compressed by brotli"
 fi

@@ -34,6 +34,11 @@ export class Client {
     this.#worker.onerror = event => this.#stop(event.message || "the worker cannot be loaded");
   }
 
+  /** Ends the worker for good. */
+  end() {
+    this.#end("the worker was ended");
+  }
+
   /** Sends a request. The promise resolves to the answer. */
   ask(request) {
     return new Promise((resolve, reject) => {

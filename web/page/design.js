@@ -1,10 +1,10 @@
 // Designs a robot: runs the iterations, and keeps the robot after each iteration and the delivered robot.
 /* global Walker: of drawing.js */
 
-import { Stopped } from "./client.js";
+import { Refused, Stopped } from "./client.js";
 
 /** A robot with its walk, from an answer of the library. */
-class Walk extends Walker {
+export class Walk extends Walker {
   constructor({ robot, world }, { materials, mixtures, walk, along, diverged }) {
     super(robot, world, mixtures, walk);
     Object.assign(this, { materials, along, diverged });
@@ -64,6 +64,37 @@ export class Design {
     this.delivered = this.told = null;
     this.seconds = 0;
     this.#change("ready");
+  }
+
+  /** Opens a finished robot. `bytes` are those of a link. */
+  async open(scene, bytes) {
+    const run = ++this.#run;
+    this.#change("preparing");
+    const { world, robot } = await this.#client.ask({ do: "open", scene, bytes });
+    if (run !== this.#run) return;
+    this.world = world;
+    const walk = new Walk(world, robot);
+    this.robots = [{ walk, record: null }];
+    this.delivered = { walk, asDesigned: walk, measured: null };
+    this.told = null;
+    this.seconds = 0;
+    this.#change("finished");
+  }
+
+  /** The delivered robot, with its edits, in bytes for a link; null if it does not fit into a link. */
+  async pack() {
+    try {
+      return (await this.#client.ask({ do: "share" })).bytes;
+    } catch (error) {
+      if (error instanceof Refused) return null;
+      throw error;
+    }
+  }
+
+  /** The robot of the best attempt so far; null before the first attempt. */
+  get best() {
+    const far = ({ walk }) => walk.along ?? -Infinity;
+    return this.robots.slice(1).reduce((best, robot) => (best === null || far(robot) > far(best) ? robot : best), null);
   }
 
   /** Does iterations until a pause or the end. */
@@ -142,6 +173,16 @@ export class Design {
     if (run !== this.#run) return;
     this.told = { walk: new Walk(this.world, robot), along, left };
     ontold();
+    this.onchange(this.state);
+  }
+
+  /** Lets the latest robot walk on after a push, from a frame of its walk. `velocity` is [x, y] in m/s. */
+  async push(velocity, frame, onpushed) {
+    const run = this.#run;
+    const { robot } = await this.#client.ask({ do: "push", velocity, frame });
+    if (run !== this.#run) return;
+    this.told = { walk: new Walk(this.world, robot), along: null, left: null };
+    onpushed();
     this.onchange(this.state);
   }
 

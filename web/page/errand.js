@@ -1,4 +1,5 @@
 // Tells the robot where to go: by a click on the ground of the stage, or by the slider below it.
+import { CLOSE } from "./player.js";
 /* global decimals, levelAt: of drawing.js */
 
 /** Goals may be this many times as far away as those that the robot is trained for. */
@@ -71,7 +72,7 @@ export class Errand {
   #alongAt(clientX) {
     const { left, width, height } = this.#canvas.getBoundingClientRect();
     const { world } = this.#design.world;
-    const scale = Math.min(2.4 * height, 2 * width) / world.width;
+    const scale = Math.min(2.4 * height, 2 * width) / (CLOSE * world.width);
     const along = (this.#player.middle + (clientX - left - width / 2) / scale - world.origin) / world.cos;
     const { min, max } = this.#parts.slider;
     return Math.min(Number(max), Math.max(Number(min), along));

@@ -11,10 +11,11 @@ export function filmKind() {
 /**
  * Records one walk from its beginning to its end, at the player's speed.
  * @param label returns the text in the corner at a time.
+ * @param title is two lines: the title of the film and the address of the page.
  * @param onprogress is called with the fraction that is recorded, from 0 to 1.
  * @returns the film and its file extension.
  */
-export async function film({ canvas, player, label, colours, onprogress, signal }) {
+export async function film({ canvas, player, label, colours, onprogress, title, signal }) {
   const [type, ending] = filmKind();
   const copy = Object.assign(document.createElement("canvas"), evenSize(canvas));
   const pen = copy.getContext("2d", { alpha: false });
@@ -29,7 +30,7 @@ export async function film({ canvas, player, label, colours, onprogress, signal 
     await new Promise(requestAnimationFrame);
     // Stop if the walk has begun again or is at its end, or another robot is shown.
     if (player.time < last || player.time >= player.walk.duration || signal.aborted) break;
-    copyFrame(pen, canvas, colours, label(player.time));
+    copyFrame(pen, canvas, colours, label(player.time), title);
     onprogress(player.time / player.walk.duration);
   }
   recorder.stop();
@@ -45,14 +46,17 @@ function evenSize({ width, height }) {
   return { width: 2 * Math.round(width * scale / 2), height: 2 * Math.round(height * scale / 2) };
 }
 
-function copyFrame(pen, canvas, { paper, ink }, label) {
+function copyFrame(pen, canvas, { paper, ink }, label, [title, address]) {
   const { width, height } = pen.canvas;
   pen.fillStyle = paper;
   pen.fillRect(0, 0, width, height);
   pen.drawImage(canvas, 0, 0, width, height);
   pen.fillStyle = ink;
   pen.font = `600 ${Math.round(height / 20)}px system-ui, sans-serif`;
-  pen.fillText(label, height / 24, height / 12);
+  pen.fillText(label, height / 24, height / 4.6);
+  pen.fillText(title, height / 24, height / 12);
+  pen.font = `${Math.round(height / 30)}px system-ui, sans-serif`;
+  pen.fillText(address, height / 24, height / 7.6);
 }
 
 /** Lets the browser save a file. */

@@ -1,14 +1,21 @@
 // Connects the controls of the page with what they do.
-/* global Stage, Ternary, Curve, decimals: of drawing.js */
+/* global Stage, Ternary, Curve, decimals, levelAt: of drawing.js */
 
+import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
 import { Editor } from "./editor.js";
 import { Errand } from "./errand.js";
 import { film, filmKind, save } from "./film.js";
 import { GroundEditor } from "./ground.js";
+import { GREETING, hello, mayBegin } from "./hello.js";
+import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
-import { DEFAULT, Scene } from "./scene.js";
+import { Push } from "./push.js";
+import { Race } from "./race.js";
+import { DEFAULT, OWN, Scene } from "./scene.js";
+import { Strip } from "./strip.js";
+import { sentence, showVerdict } from "./words.js";
 
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
@@ -16,16 +23,26 @@ const LONG = 2000;
 const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
+/** Whether the address names what to show. */
+const linked = location.hash.length > 1;
 
 // The world that is shown before there is a robot.
 const stage = new Stage($("stage"), { width: 2, ground: [[-9, 0], [9, 0]], cos: 1, limit: 1 });
 const ternary = new Ternary($("ternary"));
 const curve = new Curve($("curve"), x => look(Math.round(x)));
+const strip = new Strip($("strip"), look);
 const player = new Player(stage, tellTime, tellPlay);
 const client = new Client(stopped);
 const design = new Design(client, changed, panicAfter === null ? null : Number(panicAfter));
-const scene = new Scene(client, $("settings"), sceneKnown);
+const scene = new Scene(client, $("settings"), mayChange, sceneKnown);
 const ground = new GroundEditor($("ground"), points => scene.setGround(points));
+const chips = new Chips(
+  { ground: $("chip-ground"), gravity: $("chip-gravity"), size: $("chip-size") },
+  settings => changeAndDesign(() => scene.set(...settings)),
+);
+const push = new Push({
+  canvas: $("stage"), stage, player, design, onpush: () => { looked = null; }, onerror: fail,
+});
 const editor = new Editor({
   canvas: $("stage"), stage, player, onerror: fail,
   parts: {
@@ -37,15 +54,47 @@ const errand = new Errand({
   canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: fail,
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
+const race = new Race($("lanes"));
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
 let recording = null;
 /** The timer for the next update of the main button. */
 let waiting;
+/** The finished robot that is on the stage until the page's own design takes it; null afterwards. */
+let greeting = null;
+/** The walk whose robot the link contains. */
+let linkedWalk = null;
+
+async function greet() {
+  if (linked || new URLSearchParams(location.search).has("wait")) return;
+  const finished = await hello();
+  if (finished === null || design.iteration > 0) return;
+  greeting = finished.walk;
+  player.show(greeting, { restart: true });
+  tellPlay();
+  $("time").max = greeting.duration;
+  $("attempt-title").textContent = "a finished robot";
+  $("iteration").textContent = "";
+  const next = mayBegin() ? "The next one is designed while you watch." : "Press “Design a robot” for another one.";
+  $("status").textContent = designs ? `This robot is finished. ${next}` : "This robot is finished.";
+  if (mayBegin()) setTimeout(endGreeting, GREETING);
+}
+
+/** Gives the stage to the page's own design. */
+function endGreeting() {
+  if (greeting === null) return;
+  // A lattice that does not walk yet is less to see than the finished robot.
+  const walks = design.iteration > 0;
+  if (!walks) return setTimeout(endGreeting, 250);
+  greeting = null;
+  changed(design.state);
+  if (design.world !== null) show({ restart: true });
+}
 
 async function begin() {
   try {
     const scenes = await client.ask({ do: "scenes" });
+    scenes.unshift(...Object.entries(OWN).map(([name, { about }]) => ({ name, about })));
     $("scene").replaceChildren(...scenes.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
     const names = scenes.map(({ name }) => name);
     if (!names.includes(scene.name)) {
@@ -53,6 +102,7 @@ async function begin() {
     }
     await scene.check();
     if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
+    if (design.state === "ready" && mayBegin()) await work();
   } catch (error) {
     fail(error);
   }
@@ -60,7 +110,9 @@ async function begin() {
 
 /** Opens a built-in scene with its own settings, because the link cannot be opened. */
 async function openInstead(name, reason) {
+  scene.robot = null;
   await scene.choose(name);
+  placeRefusal(null);
   $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
 }
 
@@ -68,25 +120,63 @@ async function openInstead(name, reason) {
 async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
-  $("refusal").textContent = "";
+  forgetRefusal();
   if (error) {
     design.abandon("empty");
     return fail(error);
   }
-  history.replaceState(null, "", scene.link);
+  keepAddress();
   const { settings, profile } = scene.checked;
+  chips.show(settings);
   errand.open(settings);
   const columns = settings["lattice.columns"] - 1;
   ground.show(profile, settings["lattice.origin_x"] + columns * settings["lattice.spacing"]);
   await prepare();
 }
 
+/** Writes the link into the address. The page's own scene needs none. Back returns to a finished robot. */
+function keepAddress() {
+  const isOwn = !linked && scene.link === `#scene=${DEFAULT}&seed=1`;
+  if (isOwn && location.hash === "") return;
+  const before = new URLSearchParams(location.hash.slice(1));
+  const leaves = before.has("robot") && scene.robot === null;
+  history[leaves ? "pushState" : "replaceState"](null, "", scene.link);
+}
+
+/** Asks before a change that would discard a design in progress. */
+async function mayChange() {
+  const busy = ["working", "paused", "measuring"].includes(design.state) && design.iteration > 0;
+  // A computation that hangs can be left without a question.
+  if (!busy || client.busyFor >= LONG) return true;
+  $("leave").returnValue = "";
+  $("leave").showModal();
+  await new Promise(resolve => $("leave").addEventListener("close", resolve, { once: true }));
+  return $("leave").returnValue === "go";
+}
+
+/** Makes a change. If a robot was being designed or finished, the next design begins at once. */
+async function changeAndDesign(change) {
+  const goesOn = !["empty", "preparing", "ready", "cancelled", "stopped"].includes(design.state);
+  const changed = await change();
+  if (scene.checked) chips.show(scene.checked.settings);
+  if (changed && goesOn && design.state === "ready") await work();
+}
+
+/** Prepares the robot of the scene, or opens the robot of the link. */
 async function prepare() {
   looked = null;
   recording?.abort();
+  race.end();
   editor.open(null);
+  linkedWalk = null;
   try {
-    await design.prepare(scene.asked, scene.seed);
+    if (scene.robot === null) {
+      await design.prepare(scene.asked, scene.seed);
+    } else {
+      const bytes = toBytes(scene.robot);
+      if (bytes === null) throw new Refused("The robot in this link is not complete; copy the whole link.");
+      await design.open(scene.asked, bytes);
+    }
     return true;
   } catch (error) {
     // If the worker was stopped, the code that stopped it sets the next state.
@@ -100,9 +190,27 @@ async function prepare() {
 function fail(error) {
   if (error instanceof Stopped) return;
   if (!(error instanceof Refused)) throw error;
-  (document.activeElement?.closest("section") ?? $("robot")).append($("refusal"));
+  const field = scene.fieldOf(error.message);
+  const shownField = $("details").open ? field : undefined;
+  placeRefusal(shownField?.closest("form"));
+  shownField?.setAttribute("aria-invalid", "true");
+  shownField?.setAttribute("aria-describedby", "refusal");
   $("refusal").textContent = error.message;
-  $("status").textContent = "The scene has an error.";
+  $("status").textContent = "This setting cannot be used.";
+}
+
+/** Puts the error into a form, or, without a form, under the main button. */
+function placeRefusal(form) {
+  if (form) form.append($("refusal"));
+  else $("robot").insertBefore($("refusal"), $("status"));
+}
+
+function forgetRefusal() {
+  $("refusal").textContent = "";
+  for (const field of document.querySelectorAll("[aria-invalid]")) {
+    field.removeAttribute("aria-invalid");
+    field.removeAttribute("aria-describedby");
+  }
 }
 
 function stopped(message) {
@@ -121,9 +229,9 @@ function shown() {
 const waits = state => state === "preparing" || state === "measuring" || (state === "paused" && design.iterates);
 
 function tellButton(state) {
-  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: "Design again" };
+  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: "Design another" };
   const long = waits(state) && client.busyFor >= LONG;
-  $("design").textContent = long ? "Cancel" : words[state] ?? "Design";
+  $("design").textContent = long ? "Cancel" : words[state] ?? "Design a robot";
   $("design").disabled = !long && ["empty", "stopped", "preparing", "measuring"].includes(state);
   clearTimeout(waiting);
   if (waits(state) && !long) waiting = setTimeout(() => tellButton(design.state), LONG / 4);
@@ -133,10 +241,14 @@ function changed(state) {
   const busy = state === "working" || state === "measuring";
   tellButton(state);
   $("save-design").disabled = state !== "finished";
-  $("save-scene").disabled = scene.checked === null;
+  $("save-scene").disabled = $("race").disabled = scene.checked === null;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
+  if (greeting !== null) {
+    strip.draw({ robots: design.robots, attempts: design.world?.iterations ?? 1, shown: Math.max(0, design.iteration) });
+    return;
+  }
   tellStatus(state);
-  player.goal = errand.show();
+  flag();
   if (design.world === null || ["stopped", "empty", "preparing", "cancelled"].includes(state)) return;
   if (state === "finished" && !$("stage").classList.contains("editable")) {
     looked = null;
@@ -144,9 +256,45 @@ function changed(state) {
   }
   if (looked === null || !busy) show({ restart: state === "ready" });
   else drawCurve();
+  if (state === "finished") keepRobot();
+}
+
+/** Puts the finished robot into the address, so that the link, a refresh and Back show it again. */
+async function keepRobot() {
+  const { walk, measured } = design.delivered;
+  if (linkedWalk === walk || design.told !== null) return;
+  const isFirst = linkedWalk === null;
+  linkedWalk = walk;
+  // The address already has a robot that came with it.
+  if (isFirst && measured === null) return;
+  try {
+    const bytes = await design.pack();
+    if (design.delivered?.walk !== walk) return;
+    scene.robot = bytes && toText(bytes);
+    keepAddress();
+  } catch (error) {
+    fail(error);
+  }
+}
+
+/** Sets the flag: at the goal, at the distance of the finished robot, or at the best distance so far. The best robot so
+ * far is shown as a ghost; after an edit, it is the robot before the edit. */
+function flag() {
+  const { best, delivered, world } = design;
+  player.goal = errand.show();
+  player.goalLabel = "";
+  player.ghost = delivered ? (delivered.walk === delivered.asDesigned ? null : delivered.asDesigned) : best?.walk ?? null;
+  if (player.goal !== null || world === null || design.told !== null) return;
+  const far = (delivered?.asDesigned ?? best?.walk)?.along;
+  if (!(far > 0.05)) return;
+  const foot = world.world.origin + far * world.world.cos;
+  player.goal = [foot, levelAt(world.world.ground, foot)];
+  player.goalLabel = `${delivered ? "" : "best "}${decimals(far, 2)} m`;
 }
 
 function show(how = {}) {
+  greeting = null;
+  flag();
   const { walk } = shown();
   const isDelivered = looked === null && design.delivered !== null;
   const goesOn = walk === design.told?.walk;
@@ -155,7 +303,10 @@ function show(how = {}) {
   $("time").max = walk.duration;
   $("along").textContent = walk.along === null ? "diverged" : `${decimals(walk.along, 2)} m`;
   const number = looked ?? design.iteration;
-  $("iteration").textContent = `${number} / ${design.world.iterations}`;
+  const came = design.delivered?.measured === null;
+  $("strip").classList.toggle("empty", came);
+  $("attempt-title").textContent = came ? "from the link" : "attempt";
+  $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
   $("back").disabled = number === 0;
   $("ahead").disabled = $("latest").disabled = looked === null;
   drawTernary(walk);
@@ -182,6 +333,7 @@ function drawTernary(walk) {
 }
 
 function drawCurve() {
+  strip.draw({ robots: design.robots, attempts: design.world.iterations, shown: looked ?? design.iteration });
   const points = design.robots.map(({ walk }, k) => [k, walk.along ?? NaN]);
   curve.draw({
     title: "Displacement after each iteration, m",
@@ -207,56 +359,22 @@ function phases() {
 
 function describe(walk) {
   const far = walk.along === null ? "its walk diverges" : `it walks ${decimals(walk.along, 2)} m`;
-  $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bars of skeleton and ${walk.count(2)} actuators; ${far} in ${walk.duration.toFixed(1)} s`);
+  $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bones and ${walk.count(2)} muscles; ${far} in ${walk.duration.toFixed(1)} s`);
   const solid = walk.materials.length - walk.count(0);
   $("ternary").setAttribute("aria-label", `Mixtures of ${walk.materials.length} bars: ${solid} are mostly solid, ${walk.count(2)} of them actuators`);
 }
 
 function tellStatus(state) {
-  const about = {
-    empty: "",
-    preparing: "Preparing the robot …",
-    cancelled: "Cancelled. Press Design to start again.",
-    ready: "The bars are undecided. Press Design.",
-    paused: `Paused after iteration ${design.iteration}.`,
-    measuring: "Measuring the robot from other starts …",
-    stopped: "The computation stopped.",
-  };
-  if (design.told !== null && ["ready", "paused", "finished"].includes(state)) about[state] = told();
   // Screen readers do not read texts that change with every iteration.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
-  $("status").textContent = about[state] ?? (state === "finished" ? finished() : working());
-}
-
-function working() {
-  const { record } = design.robots.at(-1);
-  if (record === null) return "Designing …";
-  const left = (design.world.iterations - design.iteration) * design.seconds / design.iteration;
-  return `Designing: ${PHASES[record.phase]}. About ${Math.max(1, Math.round(left))} s left.`;
-}
-
-function finished() {
-  const { walk, asDesigned, measured } = design.delivered;
-  const { p10, p50, p90 } = measured.spread;
-  const { verdict, reason } = measured.reliability;
-  const far = [p50, p10, p90].every(Number.isFinite)
-    ? `${decimals(p50, 2)} m from perturbed starts (10 to 90 %: ${decimals(p10, 2)} to ${decimals(p90, 2)} m)`
-    : "some perturbed starts diverge";
-  const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
-  if (walk === asDesigned) return `Designed in ${Math.round(design.seconds)} s: ${far}.${doubt}`;
-  if (walk.along === null) return `Edited: ${walk.diverged}.`;
-  return `Edited: ${decimals(walk.along, 2)} m; as designed ${decimals(asDesigned.along, 2)} m.`;
-}
-
-function told() {
-  const { walk, along, left } = design.told;
-  if (left === null) return `Told to go to ${decimals(along, 2)} m: ${walk.diverged}.`;
-  return `Told to go to ${decimals(along, 2)} m. After ${walk.duration.toFixed(1)} s the robot is ${decimals(left, 2)} m away from it.`;
+  $("status").textContent = sentence(state, design);
+  showVerdict($("verdict"), state === "finished" ? design.delivered.measured?.verdict : null);
 }
 
 function tellTime(time) {
   $("time").value = time;
   $("clock").textContent = `${time.toFixed(1)} s`;
+  if (greeting !== null) $("along").textContent = `${decimals(greeting.at(time).metres, 2)} m`;
 }
 
 // Controls.
@@ -272,8 +390,14 @@ function togglePlay() {
 
 async function pressDesign() {
   if ($("design").textContent === "Cancel") return cancel();
+  greeting = null;
   if (design.state === "working") return design.pause();
-  if (["finished", "cancelled"].includes(design.state) && !(await prepare())) return;
+  if (design.state === "finished") return newSeed(scene.seed + 1);
+  if (design.state === "cancelled" && !(await prepare())) return;
+  await work();
+}
+
+async function work() {
   looked = null;
   try {
     await design.work();
@@ -289,12 +413,27 @@ function cancel() {
 }
 
 /** Sets the seed. If a robot is being designed or is finished, a design with the new seed begins at once. */
-async function newSeed(seed) {
-  const goesOn = !["empty", "preparing", "ready", "cancelled", "stopped"].includes(design.state);
-  scene.seed = seed;
-  design.abandon("empty");
-  await scene.check();
-  if (goesOn && design.state === "ready") await pressDesign();
+const newSeed = seed => changeAndDesign(() => scene.setSeed(seed));
+
+/** Lets several seeds race, and opens the best robot. A second press ends the race. */
+async function startRace() {
+  if (race.runs) return race.end();
+  if (!(await mayChange())) return;
+  if (design.state === "working") design.pause();
+  $("race").textContent = "End the race";
+  try {
+    const best = await race.run(scene.asked, scene.seed);
+    if (best === null) return;
+    scene.robot = toText(best.bytes);
+    scene.seed = best.seed;
+    history.pushState(null, "", scene.link);
+    await scene.check();
+    $("saved").textContent = `Seed ${best.seed} won the race: ${decimals(best.along, 2)} m.`;
+  } catch (error) {
+    fail(error);
+  } finally {
+    $("race").textContent = "Race of seeds";
+  }
 }
 
 async function saveFilm() {
@@ -307,6 +446,7 @@ async function saveFilm() {
     const { blob, ending } = await film({
       canvas: $("stage"), player, signal: recording.signal,
       label: time => `${time.toFixed(1)} s   ${decimals(walk.at(time).metres, 2)} m`,
+      title: [document.title, `${location.host}${location.pathname}`],
       colours: { paper: colour("panel"), ink: colour("ink") },
       onprogress: share => { $("saved").textContent = `Recording the walk: ${Math.round(100 * share)} %`; },
     });
@@ -322,12 +462,20 @@ async function saveFilm() {
   }
 }
 
-async function copyLink() {
-  history.replaceState(null, "", scene.link);
+/** Shares the link: with the system's dialog on telephones, otherwise by copying it. */
+async function share() {
+  keepAddress();
+  if (location.hash === "") history.replaceState(null, "", scene.link);
+  const what = scene.robot === null ? "The link designs this robot again." : `The link has ${location.href.length} characters and holds this robot.`;
   try {
-    await navigator.clipboard.writeText(location.href);
-    $("saved").textContent = "The link is copied.";
-  } catch {
+    if (navigator.share && matchMedia("(pointer: coarse)").matches) {
+      await navigator.share({ title: document.title, url: location.href });
+    } else {
+      await navigator.clipboard.writeText(location.href);
+      $("saved").textContent = `The link is copied. ${what}`;
+    }
+  } catch (error) {
+    if (error.name === "AbortError") return;
     $("saved").textContent = "The browser does not allow the page to copy. The link is in the address bar.";
   }
 }
@@ -338,9 +486,16 @@ function connect() {
   on("play", togglePlay);
   on("time", () => player.seek(Number($("time").value)), "input");
   on("speed", () => { player.speed = Number($("speed").value); }, "change");
-  on("scene", () => scene.choose($("scene").value), "change");
-  on("seed", () => newSeed(Math.max(0, Math.floor(Number($("seed").value)) || 0)), "change");
+  on("scene", async () => {
+    await scene.choose($("scene").value);
+    $("scene").value = scene.name;
+  }, "change");
+  on("seed", async () => {
+    await newSeed(Math.max(0, Math.floor(Number($("seed").value)) || 0));
+    $("seed").value = scene.seed;
+  }, "change");
   on("other", () => newSeed(scene.seed + 1));
+  on("race", startRace);
   on("back", () => step(-1));
   on("ahead", () => step(1));
   on("latest", () => { looked = null; show(); });
@@ -351,7 +506,9 @@ function connect() {
   on("save-design", async () => save("design.json", new Blob([await design.file()], { type: "application/json" })));
   on("save-scene", () => save("scene.toml", new Blob([scene.checked.toml], { type: "text/plain" })));
   on("save-film", saveFilm);
-  on("link", copyLink);
+  on("link", share);
+  on("stay", () => $("leave").close("stay"));
+  on("go", () => $("leave").close("go"));
   on("restart", () => {
     $("stopped").close();
     client.start();
@@ -361,7 +518,7 @@ function connect() {
   on("ternary", event => { if (design.state === "finished") player.highlight = ternary.edgeAt(event.clientX, event.clientY); }, "pointermove");
   // The space bar plays or pauses the walk, unless the focus is on a control that uses the space bar.
   addEventListener("keydown", event => {
-    if (event.key !== " " || event.target.closest("button, select, input:not([type=range]), dialog")) return;
+    if (event.key !== " " || event.target.closest("button, select, summary, input:not([type=range]), dialog")) return;
     event.preventDefault();
     togglePlay();
   });
@@ -371,7 +528,13 @@ function connect() {
 
 connect();
 tellPlay();
+greet();
+// honest.js says that nothing can be designed.
+const designs = typeof WebAssembly === "object";
 if (filmKind() === null) $("saved").textContent = "This browser cannot record animations.";
-begin();
+if (designs) begin();
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
+/** Pushes the robot, for tests. */
+globalThis.push = velocity => push.push(velocity);
+if ("serviceWorker" in navigator && isSecureContext) navigator.serviceWorker.register("sw.js").catch(() => {});

@@ -3,6 +3,8 @@
 
 /** A void bar longer than this many rest lengths is not shown: one of its nodes was left behind. */
 const LEFT_BEHIND = 2;
+/** The stage shows this fraction of a world's width, so that the robot takes a third of it. */
+export const CLOSE = 0.86;
 /** The seconds after which most of the change from one robot to the next is done. */
 const BLEND = 0.12;
 
@@ -21,6 +23,12 @@ export class Player {
   highlight = null;
   /** The foot [x, y] of the flag at the robot's goal; null if there is none. */
   goal = null;
+  /** The text beside the flag. */
+  goalLabel = "";
+  /** Another robot's walk, which is drawn faintly; null if there is none. */
+  ghost = null;
+  /** How far the user has dragged the robot, [x, y] in pixels; null if it is not dragged. */
+  arrow = null;
   /** Whether the walk stops at its end, and does not begin again. */
   #stops = false;
   /** For tests: the number of frames, and the total and the longest time of their scripts in milliseconds. */
@@ -59,7 +67,7 @@ export class Player {
    */
   show(walk, { withVoid = false, restart = false, goesOn = false } = {}) {
     const same = this.#walk?.world === walk.world;
-    if (!same) this.#stage.world = { ...walk.world, payloads: walk.robot.payloads };
+    if (!same) this.#stage.world = { ...walk.world, width: CLOSE * walk.world.width, payloads: walk.robot.payloads };
     if (!same || restart || goesOn) this.time = 0;
     this.#stops = goesOn;
     // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk.
@@ -105,8 +113,13 @@ export class Player {
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
     const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
-    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal });
+    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal, goalLabel: this.goalLabel, ghost: this.#ghostNow, arrow: this.arrow });
     this.ontime(this.time);
+  }
+
+  get #ghostNow() {
+    if (this.ghost === null || this.#stops || this.ghost === this.#walk) return null;
+    return { positions: this.ghost.at(this.time).positions, edges: this.ghost.bars };
   }
 
   #tick(passed) {

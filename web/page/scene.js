@@ -1,19 +1,42 @@
 // The scene of the page: a built-in scene, and settings that replace its own. The page's link contains them and the
 // seed.
 
+/** The page's own scenes, as texts in TOML. */
+export const OWN = {
+  creature: {
+    about: "a small robot in a world like ours, designed in half a minute",
+    toml: `base = "earth"
+[lattice]
+columns = 4
+rows = 3
+[physics]
+steps = 4096
+[controller]
+hidden = 16
+[adam]
+rate = 0.008
+[robust]
+samples = 1
+[schedule]
+iterations = 120
+`,
+  },
+};
+
 /** The fields of the form: a key of the scene, the label of the field, and the allowed numbers or words. */
 const FIELDS = [
   { key: "lattice.columns", name: "Columns of nodes", min: 2, max: 16, step: 1 },
   { key: "lattice.rows", name: "Rows of nodes", min: 2, max: 16, step: 1 },
-  { key: "physics.payload_mass", name: "Payload, kg", min: 0, max: 1, step: 0.005 },
+  { key: "physics.payload_mass", name: "Cargo, kg", min: 0, max: 1, step: 0.005 },
   { key: "physics.gravity", name: "Gravity, m/s²", min: 0, max: 30, step: 0.1 },
   { key: "physics.incline_deg", name: "Incline, degrees", min: -45, max: 45, step: 1 },
   { key: "physics.contact", name: "Feet", words: { infinite: "never slip", coulomb: "slip (Coulomb)" } },
   { key: "physics.friction", name: "Friction coefficient", min: 0, max: 10, step: 0.1 },
 ];
 
-/** The scene if the link does not name one. It is the program's default. */
-export const DEFAULT = "earth";
+/** The scene if the link does not name one. */
+export const DEFAULT = "creature";
+const DEFAULT_SEED = 1;
 /** If the worker is busy with an earlier scene, how long to wait before it is restarted, milliseconds. */
 const PATIENCE = 1000;
 const POINTS = "ground.points";
@@ -24,17 +47,25 @@ export class Scene {
   #form;
   #own = {};
   #asked = 0;
+  /** Asks whether the scene may be changed. Resolves to false if the user wants to keep the robot. */
+  #mayChange;
   name = DEFAULT;
-  seed = 0;
+  seed = DEFAULT_SEED;
+  /** A finished robot in the form that links have; null without a robot. */
+  robot = null;
   /** The settings that replace the scene's own: a map from keys to values in TOML. */
   changed = new Map();
   /** All settings, and the text of `scene.toml`; null until the library has checked the scene. */
   checked = null;
 
-  /** @param onchange is called after a change: with null if the scene is valid, otherwise with the error. */
-  constructor(client, form, onchange) {
+  /**
+   * @param mayChange is asked before a change, and resolves to whether the change may be made.
+   * @param onchange is called after a change: with null if the scene is valid, otherwise with the error.
+   */
+  constructor(client, form, mayChange, onchange) {
     this.#client = client;
     this.#form = form;
+    this.#mayChange = mayChange;
     this.onchange = onchange;
     this.#build();
     this.#readLink();
@@ -42,35 +73,60 @@ export class Scene {
 
   /** The scene in the form that requests have. */
   get asked() {
-    return { scene: this.name, settings: [...this.changed].map(([key, value]) => `${key}=${value}`) };
+    return { scene: this.#text, settings: [...this.changed].map(([key, value]) => `${key}=${value}`) };
+  }
+
+  /** The name of a built-in scene, or the text of a scene of the page. */
+  get #text() {
+    return OWN[this.name]?.toml ?? this.name;
   }
 
   /** The part of the link after `#`. */
   get link() {
     const link = new URLSearchParams({ scene: this.name, seed: String(this.seed) });
     for (const setting of this.asked.settings) link.append("set", setting);
+    if (this.robot !== null) link.set("robot", this.robot);
     return `#${link}`;
   }
 
   /** Chooses a built-in scene with its own settings. */
   async choose(name) {
-    this.name = name;
-    this.changed.clear();
-    await this.check();
+    await this.#change(() => {
+      this.name = name;
+      this.changed.clear();
+    });
   }
 
-  set(key, value) {
-    this.changed.set(key, value);
-    return this.check();
+  /** Replaces settings: a list of [key, value]. */
+  set(...settings) {
+    return this.#change(() => settings.forEach(([key, value]) => this.changed.set(key, value)));
+  }
+
+  async setSeed(seed) {
+    return this.#change(() => { this.seed = seed; });
+  }
+
+  /** Makes a change if the user agrees. Resolves to whether it was made. */
+  async #change(make) {
+    const agreed = await this.#mayChange();
+    if (agreed) {
+      this.robot = null;
+      make();
+      await this.check();
+    } else {
+      this.#show();
+    }
+    return agreed;
   }
 
   /** Sets the ground to a profile with these points [along, height]. Without points, the ground is level. */
   setGround(points) {
-    this.changed.delete(POINTS);
-    this.changed.set(PROFILE, points.length > 0 ? "points" : "flat");
-    if (points.length > 0) this.changed.set(POINTS, `[${points.map(([x, y]) => `[${x}, ${y}]`).join(", ")}]`);
-    if (points.length === 0 && this.#own[PROFILE] === "flat") this.changed.delete(PROFILE);
-    return this.check();
+    return this.#change(() => {
+      this.changed.delete(POINTS);
+      this.changed.set(PROFILE, points.length > 0 ? "points" : "flat");
+      if (points.length > 0) this.changed.set(POINTS, `[${points.map(([x, y]) => `[${x}, ${y}]`).join(", ")}]`);
+      if (points.length === 0 && this.#own[PROFILE] === "flat") this.changed.delete(PROFILE);
+    });
   }
 
   /** Lets the library check the scene. If it is called again before the answer, only the last answer counts. */
@@ -78,7 +134,7 @@ export class Scene {
     const asked = ++this.#asked;
     if (this.#client.busyFor > PATIENCE) this.#client.start();
     try {
-      const own = await this.#client.ask({ do: "check", scene: this.name, settings: [] });
+      const own = await this.#client.ask({ do: "check", scene: this.#text, settings: [] });
       const { toml, profile, settings } = await this.#client.ask({ do: "check", ...this.asked });
       if (asked !== this.#asked) return;
       this.#own = flat(own.settings);
@@ -91,7 +147,7 @@ export class Scene {
     } catch (error) {
       if (asked !== this.#asked) return;
       this.checked = null;
-      this.onchange(error);
+      await this.onchange(error);
     }
   }
 
@@ -106,7 +162,7 @@ export class Scene {
         Object.assign(field, { type: "number", required: true, ...limits });
       }
       field.name = key;
-      field.addEventListener("change", () => field.value === "" ? this.#show() : this.set(key, field.value));
+      field.addEventListener("change", () => field.value === "" ? this.#show() : this.set([key, field.value]));
       label.append(field);
       this.#form.append(label);
     }
@@ -114,6 +170,7 @@ export class Scene {
   }
 
   #show() {
+    if (this.checked === null) return;
     for (const { key, words } of FIELDS) {
       const [field, value] = [this.#form.elements[key], String(this.checked.settings[key])];
       // A scene may have a value that the form does not offer, so it is added.
@@ -123,10 +180,17 @@ export class Scene {
     this.#form.elements["physics.friction"].disabled = this.checked.settings["physics.contact"] !== "coulomb";
   }
 
+  /** The field of the setting that an error is about; undefined if the form does not have it. */
+  fieldOf(message) {
+    const about = FIELDS.find(({ key }) => message.includes(`\`${key}\``) || message.includes(key));
+    return about && this.#form.elements[about.key];
+  }
+
   #readLink() {
     const link = new URLSearchParams(location.hash.slice(1));
     this.name = link.get("scene") ?? this.name;
-    const seed = Number(link.get("seed") ?? 0);
+    this.robot = link.get("robot");
+    const seed = Number(link.get("seed") ?? (link.has("scene") ? 0 : DEFAULT_SEED));
     if (Number.isSafeInteger(seed) && seed >= 0) this.seed = seed;
     for (const setting of link.getAll("set")) {
       const at = setting.indexOf("=");

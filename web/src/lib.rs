@@ -9,6 +9,7 @@
 //! call.
 
 mod view;
+mod packed;
 mod session;
 mod request;
 

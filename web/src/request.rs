@@ -27,6 +27,13 @@ enum Request {
     /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. `along` is the place of the goal
     /// along the ground (m), counted from the payload at the start.
     Tell { along: f64, frame: usize },
+    /// Lets the robot that was shown last walk on after a push, from a frame of its walk. `velocity` is added to the
+    /// velocity of every node, m/s.
+    Push { velocity: [f64; 2], frame: usize },
+    /// Packs the delivered robot, with its edits, into bytes for a link.
+    Share,
+    /// Opens a robot that was packed for a link, in its scene.
+    Open { scene: Asked, bytes: Vec<u8> },
     /// Returns the text of `design.json`.
     Design,
     /// Panics, for tests.
@@ -77,6 +84,9 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Deliver => session.deliver(),
         Request::Edit { materials } => session.edit(materials),
         Request::Tell { along, frame } => session.tell(along, frame),
+        Request::Push { velocity, frame } => session.push(velocity, frame),
+        Request::Share => session.share(),
+        Request::Open { scene, bytes } => session.open(scene.read()?, &bytes),
         Request::Design => session.design(),
         Request::Panic => panic!("a panic for tests"),
     }

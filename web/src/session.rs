@@ -1,6 +1,6 @@
 //! An optimisation in progress, and the robot that it delivers.
 
-use crate::view;
+use crate::{packed, view};
 use cosmic::codesign::{CoDesign, Delivery, Progress};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
@@ -53,13 +53,7 @@ impl Session {
     pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Answer {
         let codesign = CoDesign::new(scene)?;
         let progress = codesign.begin(seed)?;
-        let mut begun = Work {
-            codesign,
-            progress,
-            delivered: None,
-            edited: None,
-            walk: None,
-        };
+        let mut begun = Work::of(codesign, progress);
         let first = begun.present();
         let answer = json!({ "world": view::world(&begun.codesign), "first": first });
         self.0 = Some(begun);
@@ -136,22 +130,59 @@ impl Session {
     /// the place of the goal along the ground (m), counted from the payload at the start.
     pub(crate) fn tell(&mut self, along: f64, frame: usize) -> Answer {
         let work = self.work()?;
-        let refused = |says: String| Err(Error::Usage(says));
         if work.codesign.scene().controller.goals != GoalKind::Given {
-            return refused(
-                "only robots with given goals can be told where to go: the scene needs `controller.goals = \"given\"`"
-                    .to_owned(),
-            );
+            let says = "only robots with given goals can be told where to go: the scene needs `controller.goals = \"given\"`";
+            return Err(Error::Usage(says.to_owned()));
         }
-        let Some(walk) = &work.walk else {
-            return refused("the walk of the robot diverges, so it cannot go on".to_owned());
+        let (robot, first, start) = work.moment(frame)?;
+        Ok(work.go_on(robot, first, &start, along))
+    }
+
+    /// Lets the robot that was shown last walk on from a frame of its walk, after a push. `velocity` is added to the
+    /// velocity of every node, m/s.
+    pub(crate) fn push(&mut self, velocity: [f64; 2], frame: usize) -> Answer {
+        let work = self.work()?;
+        let (robot, first, mut start) = work.moment(frame)?;
+        for v in &mut start.v {
+            *v += Vector::new(velocity);
+        }
+        let task = work.later(first);
+        Ok(json!({ "robot": work.walk_on(robot, first, &start, &task).0 }))
+    }
+
+    /// Packs the robot that was delivered, with its edits, into bytes for a link.
+    pub(crate) fn share(&mut self) -> Answer {
+        let work = self.work()?;
+        let robot = work.edited.as_ref().or(work.delivered.as_ref());
+        let robot = robot.ok_or_else(nothing)?;
+        let task = work.codesign.task();
+        let bytes = packed::pack(
+            &work.codesign.scene().controller,
+            &task.lattice,
+            &task.ground(),
+            &robot.projected.materials(),
+            &robot.controller,
+        )?;
+        Ok(json!({ "bytes": bytes }))
+    }
+
+    /// Opens a packed robot of a scene. Returns the world, and the robot with its walk.
+    pub(crate) fn open(&mut self, scene: Scene, bytes: &[u8]) -> Answer {
+        let codesign = CoDesign::new(&packed::scene_of(scene, bytes)?)?;
+        let settings = &codesign.scene().controller;
+        let (materials, controller) = packed::unpack(settings, &codesign.task().lattice, bytes)?;
+        let progress = codesign.begin(0)?;
+        let mut begun = Work::of(codesign, progress);
+        let robot = Robot {
+            design: packed::design(&materials),
+            projected: packed::design(&materials),
+            controller,
         };
-        let Some(start) = walk.frames.get(frame).cloned() else {
-            let frames = walk.frames.len();
-            return refused(format!("`frame` is {frame}; the walk has {frames} frames"));
-        };
-        let first = walk.first + frame * view::every(&work.codesign);
-        Ok(work.go_on(walk.robot.clone(), first, &start, along))
+        let shown = begun.show(&robot);
+        begun.delivered = Some(robot);
+        let answer = json!({ "world": view::world(&begun.codesign), "robot": shown });
+        self.0 = Some(begun);
+        Ok(answer)
     }
 
     /// Returns the text of `design.json` for the delivered robot, including edits.
@@ -179,6 +210,60 @@ fn nothing() -> Error {
 }
 
 impl Work {
+    /// A design in progress, before a robot has been shown.
+    fn of(codesign: CoDesign, progress: Progress) -> Self {
+        Self {
+            codesign,
+            progress,
+            delivered: None,
+            edited: None,
+            walk: None,
+        }
+    }
+
+    /// Returns the robot that was shown last, the steps on its clock in a frame of its walk, and its state there.
+    fn moment(&self, frame: usize) -> cosmic::Result<(Robot, usize, State<f64>)> {
+        let refused = |says: String| Err(Error::Usage(says));
+        let Some(walk) = &self.walk else {
+            return refused("the walk of the robot diverges, so it cannot go on".to_owned());
+        };
+        let Some(start) = walk.frames.get(frame).cloned() else {
+            let frames = walk.frames.len();
+            return refused(format!("`frame` is {frame}; the walk has {frames} frames"));
+        };
+        let first = walk.first + frame * view::every(&self.codesign);
+        Ok((walk.robot.clone(), first, start))
+    }
+
+    /// Returns the task with a clock that ends with the steps of the scene, but begins after `first` steps.
+    fn later(&self, first: usize) -> Task {
+        let (scene, mut task) = (self.codesign.scene(), self.codesign.task().clone());
+        let mut physics = task.physics.clone();
+        physics.steps += first;
+        task.simulator = Simulator::new(&task.lattice, &physics, &scene.controller);
+        task
+    }
+
+    /// Returns a robot and its rollout from the state `start`, in which the clock has done `first` steps.
+    fn walk_on(
+        &mut self,
+        robot: Robot,
+        first: usize,
+        start: &State<f64>,
+        task: &Task,
+    ) -> (Value, Option<Vector<f64>>) {
+        let span = Span {
+            first,
+            ..Span::from_start(self.steps())
+        };
+        let seen = rollout(task, &robot, start, &span);
+        let end = seen
+            .as_ref()
+            .ok()
+            .map(|seen| seen.position(seen.last_step()));
+        (self.answer(&robot, first, seen), end)
+    }
+
     /// Returns the robot after the last iteration and its rollout, in the precision in which gradients are computed.
     fn present(&mut self) -> Value {
         let robot = Robot {
@@ -204,26 +289,14 @@ impl Work {
     /// Returns a robot and its rollout from the state `start` to a goal `along` metres from the payload at the start of the
     /// first walk. The clock has done `first` steps in the state `start`.
     fn go_on(&mut self, robot: Robot, first: usize, start: &State<f64>, along: f64) -> Value {
-        let (scene, mut task) = (self.codesign.scene(), self.codesign.task().clone());
+        let mut task = self.later(first);
         let rest = task.lattice.state_at_rest();
-        let payload = task.lattice.payload_point(&rest, &task.ground());
-        let goal = payload + Vector::upright(along, 0.0);
-        // The clock of the task ends with the steps of the scene.
-        let mut physics = task.physics.clone();
-        physics.steps += first;
-        let simulator = Simulator::new(&task.lattice, &physics, &scene.controller);
-        task.simulator = simulator.with_goals(&Goals::at(goal));
-        let span = Span {
-            first,
-            ..Span::from_start(self.steps())
-        };
-        let seen = rollout(&task, &robot, start, &span);
-        let place = |seen: &Trajectory<f64>| task.ground().along(seen.position(seen.last_step()));
-        let left = seen
-            .as_ref()
-            .ok()
-            .map(|seen| (goal.forward() - place(seen)).abs());
-        json!({ "robot": self.answer(&robot, first, seen), "left": left })
+        let ground = task.ground();
+        let goal = task.lattice.payload_point(&rest, &ground) + Vector::upright(along, 0.0);
+        task.simulator = task.simulator.with_goals(&Goals::at(goal));
+        let (robot, end) = self.walk_on(robot, first, start, &task);
+        let left = end.map(|end| (goal.forward() - ground.along(end)).abs());
+        json!({ "robot": robot, "left": left })
     }
 
     /// Returns the steps whose states are needed: those that are drawn, and the last one for the displacement.

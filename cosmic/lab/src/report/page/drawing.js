@@ -219,14 +219,16 @@ class Stage extends Drawing {
   // bar thinner and fainter. `camera`: the point [x, y] that is in the middle of the drawing, above its lower edge.
   // Optional: `trail`, the path of the payload [x, y, …]; `highlight`, an edge; `label`, a text for the upper left
   // corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
-  // materials and strains; `goal`, the foot [x, y] of a flag.
-  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null }, width, height) {
+  // materials and strains; `goal`, the foot [x, y] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
+  // and edges of another robot, which is drawn faintly; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
+  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
     const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - camera[1]) * scale];
     const { payloads } = this.#world;
     this.#paintGround(place, camera[0], width / scale / 2, scale, height);
-    if (goal) this.#paintFlag(place(...goal), width, height);
+    if (goal) this.#paintFlag(place(...goal), goalLabel, width, height);
     if (this.#world.finish !== undefined) this.#paintFinish(place(this.#world.finish, levelAt(this.#world.ground, this.#world.finish)), width, height);
+    if (ghost) this.#paintGhost(ghost, place, height);
     this.pen.globalAlpha = 0.7;
     const path = [];
     for (let k = 0; k < trail.length; k += 2) path.push(place(trail[k], trail[k + 1]));
@@ -245,20 +247,38 @@ class Stage extends Drawing {
     }
     this.pen.globalAlpha = 1;
     for (const i of payloads) this.disc(...node(i), 1.2 + 1.7 * thick, this.colour("payload"), this.colour("paper"));
+    if (arrow) this.#paintArrow(node(payloads[0] ?? 0), arrow);
     if (label) this.text(label, 14, 26, "ink", "left", "600 15px");
   }
 
   // Paints a flag, or an arrow at the edge of the drawing if the flag is beyond that edge.
-  #paintFlag([x, y], width, height) {
+  #paintFlag([x, y], label, width, height) {
     const [top, colour] = [y - 0.33 * height, this.colour("third")];
     if (x < 0 || x > width) {
       const [tip, back] = x < 0 ? [12, 12] : [width - 12, -12];
       this.line([[tip + back, top - 12], [tip, top], [tip + back, top + 12]], colour, 4);
+      this.text(label, tip + 1.8 * back, top + 5, "muted", x < 0 ? "left" : "right", "600 13px");
       return;
     }
     this.line([[x, y], [x, top]], this.colour("muted"), 2);
     const [wide, deep] = [0.08 * height, 0.05 * height];
     this.fill([[x, top], [x + wide, top], [x + wide, top + deep], [x, top + deep]], colour);
+    const fits = x + this.measure(label) + 24 < width;
+    this.text(label, fits ? x + 2 : x, top - 8, "muted", fits ? "left" : "right", "600 13px");
+  }
+
+  #paintArrow([x, y], [across, down]) {
+    const [tip, angle] = [[x + across, y + down], Math.atan2(down, across)];
+    const barb = turn => [tip[0] - 16 * Math.cos(angle + turn), tip[1] - 16 * Math.sin(angle + turn)];
+    this.line([[x, y], tip], this.colour("accent"), 4);
+    this.line([barb(0.5), tip, barb(-0.5)], this.colour("accent"), 4);
+  }
+
+  #paintGhost({ positions, edges }, place, height) {
+    this.pen.globalAlpha = 0.16;
+    const node = i => place(positions[2 * i], positions[2 * i + 1]);
+    for (const [i, j, , , , weight] of edges) this.line([node(i), node(j)], this.colour("ink"), Math.max(1.4, height / 130) * weight);
+    this.pen.globalAlpha = 1;
   }
 
   // Paints a finish line: a chequered strip from the ground to the upper edge.
@@ -308,6 +328,14 @@ class Stage extends Drawing {
       if (k % parts === 0) this.text(`${decimals(k * between, digitsOf(named))} m`, x, y + 23, "muted", "center");
     }
     this.line(line, this.colour("muted"), 1.5);
+  }
+
+  // Whether a point of the window is within the box around the bars, or near it.
+  isNear(clientX, clientY, margin = 16) {
+    const box = this.canvas.getBoundingClientRect();
+    const within = (at, places) => at > Math.min(...places) - margin && at < Math.max(...places) + margin;
+    const ends = this.#drawn.flatMap(([from, to]) => [from, to]);
+    return within(clientX - box.left, ends.map(([x]) => x)) && within(clientY - box.top, ends.map(([, y]) => y));
   }
 
   // The edge at a point of the window, or null.

@@ -1,0 +1,76 @@
+// Pushes the robot: drag it on the stage, and let go.
+
+/** A drag that is shorter than this many pixels is a click. */
+const CLICK = 14;
+/** The speed that a drag over the width of the robot's world gives, m/s; and the largest speed of a push. */
+const STRONG = 6;
+const MOST = 3;
+
+export class Push {
+  #canvas;
+  #player;
+  #design;
+  #from = null;
+  #pushed = false;
+
+  /**
+   * @param onpush is called before the robot is pushed.
+   * @param onerror is called with the error of a push that failed.
+   */
+  constructor({ canvas, stage, player, design, onpush, onerror }) {
+    [this.#canvas, this.#player, this.#design] = [canvas, player, design];
+    Object.assign(this, { onpush, onerror });
+    canvas.addEventListener("pointerdown", event => {
+      this.#pushed = false;
+      const near = design.state === "finished" && stage.isNear(event.clientX, event.clientY);
+      this.#from = near ? [event.clientX, event.clientY] : null;
+    });
+    canvas.addEventListener("pointermove", event => {
+      if (this.#from) this.#show(this.#dragged(event));
+    });
+    canvas.addEventListener("pointerup", event => this.#end(event));
+    canvas.addEventListener("pointercancel", () => {
+      this.#from = null;
+      this.#show(null);
+    });
+    // A drag is not a click.
+    canvas.addEventListener("click", event => { if (this.#pushed) event.stopImmediatePropagation(); }, true);
+  }
+
+  #dragged({ clientX, clientY }) {
+    const by = [clientX - this.#from[0], clientY - this.#from[1]];
+    return Math.hypot(...by) < CLICK ? null : by;
+  }
+
+  #show(arrow) {
+    this.#player.arrow = arrow;
+    if (!this.#player.playing) this.#player.paint();
+  }
+
+  async #end(event) {
+    if (this.#from === null) return;
+    const by = this.#dragged(event);
+    this.#show(null);
+    this.#from = null;
+    if (by === null) return;
+    this.#pushed = true;
+    const { width } = this.#canvas.getBoundingClientRect();
+    const held = x => Math.min(MOST, Math.max(-MOST, x));
+    const velocity = [held(STRONG * by[0] / width), held(-STRONG * by[1] / width)];
+    await this.push(velocity);
+  }
+
+  /** Pushes the robot at this moment of its walk. `velocity` is [x, y] in m/s. */
+  async push(velocity) {
+    const player = this.#player;
+    const { playing } = player;
+    this.onpush();
+    player.playing = false;
+    try {
+      await this.#design.push(velocity, player.frame, () => { player.playing = !player.still.matches; });
+    } catch (error) {
+      player.playing = playing;
+      this.onerror(error);
+    }
+  }
+}

@@ -1,0 +1,62 @@
+// The sentences under the stage.
+/* global decimals: of drawing.js */
+
+/** What a phase of the design does, in words that need no explanation. */
+export const DOING = { co_design: "Searching", attraction: "Deciding", snap: "Deciding", fine_tuning: "Practising" };
+const HOW = {
+  co_design: "every bar may still become bone, muscle or nothing",
+  attraction: "each bar becomes bone, muscle or nothing",
+  snap: "each bar becomes bone, muscle or nothing",
+  fine_tuning: "the body is ready, and the robot learns to use it",
+};
+
+const metres = x => `${decimals(x, 2)} m`;
+
+export function working(design) {
+  const { record } = design.robots.at(-1);
+  if (record === null) return "Searching …";
+  const left = (design.world.iterations - design.iteration) * design.seconds / design.iteration;
+  return `${DOING[record.phase]}: ${HOW[record.phase]}. About ${Math.max(1, Math.round(left))} s left.`;
+}
+
+export function finished({ delivered, seconds, iteration }) {
+  const { walk, asDesigned, measured } = delivered;
+  if (walk.along === null) return walk === asDesigned ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
+  if (walk !== asDesigned) return `Changed by you: it walks ${metres(walk.along)}; before, it was ${metres(asDesigned.along ?? 0)}. Click a bar to change it again.`;
+  const touch = "Click a bar to change it, or drag the robot to push it.";
+  if (measured === null) return `This robot came with the link. It walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. ${touch}`;
+  const { p10, p50, p90 } = measured.spread;
+  const { verdict, reason } = measured.reliability;
+  const far = [p50, p10, p90].every(Number.isFinite)
+    ? `from slightly different starts it walks ${decimals(p10, 2)} to ${metres(p90)}`
+    : "from some slightly different starts it falls apart";
+  const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
+  return `Finished after ${iteration} attempts and ${Math.round(seconds)} s: ${far}.${doubt} ${touch}`;
+}
+
+export function told({ walk, along, left }) {
+  if (along === null) return walk.along === null ? `After your push: ${walk.diverged}.` : "You pushed the robot. It walks on from there.";
+  if (left === null) return `Told to go to ${metres(along)}: ${walk.diverged}.`;
+  return `Told to go to ${metres(along)}. After ${walk.duration.toFixed(1)} s the robot is ${metres(left)} away from it.`;
+}
+
+/** The sentence for a state of the design. */
+export function sentence(state, design) {
+  if (design.told !== null && ["ready", "paused", "finished"].includes(state)) return told(design.told);
+  return {
+    empty: "",
+    preparing: "Preparing the robot …",
+    cancelled: "Cancelled. Press “Design a robot” to start again.",
+    ready: "Here every bar is still undecided. Press “Design a robot”.",
+    paused: `Paused after attempt ${design.iteration}.`,
+    measuring: "Trying the robot from slightly different starts …",
+    stopped: "The computation stopped.",
+  }[state] ?? (state === "finished" ? finished(design) : working(design));
+}
+
+/** Shows a list of { text, level }, where the level is "good", "doubtful" or "bad". Hides it without items. */
+export function showVerdict(list, items) {
+  list.hidden = !items || items.length === 0;
+  list.replaceChildren(...(items ?? []).map(({ text, level }) =>
+    Object.assign(document.createElement("li"), { textContent: text, className: level })));
+}
