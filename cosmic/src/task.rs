@@ -309,6 +309,7 @@ impl Task {
             first: horizon.first,
             nodes: loss.nodes().max(self.nodes_of_marker()),
             cotangent_bound: horizon.cotangent_bound,
+            metered: loss.reads_efforts(),
             ..Span::from_start(loss.observed(steps))
         };
         self.over_span(designs, inputs, seen, horizon.mode)

@@ -14,6 +14,7 @@ use crate::domain::{Domain, draw_goal, draw_goals, draw_many, perturbed};
 use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};
 use crate::scene::{GoalKind, RobustSettings, SelectionKind};
+use crate::simulator::Span;
 use crate::task::together;
 
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
@@ -88,8 +89,15 @@ impl Evaluator {
         }
         let (designs, controller) = ([self.design(progress)], &progress.controller);
         let precision = self.scene.gradient.precision;
-        let walk =
-            |domains: &[Domain]| watched(&designs, controller, domains, vec![steps], precision);
+        let walk = |domains: &[Domain]| {
+            watched(
+                &designs,
+                controller,
+                domains,
+                Span::from_start(vec![steps]),
+                precision,
+            )
+        };
         let chunks = domains.par_chunks(together(domains.len()));
         let walked: Vec<_> = chunks.flat_map_iter(walk).collect();
         for (domain, walked) in domains.iter_mut().zip(walked) {

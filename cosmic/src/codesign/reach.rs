@@ -112,7 +112,14 @@ impl Evaluator {
     pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
         let precision = self.scene.gradient.precision;
         let (designs, domains) = ([self.design(progress)], [self.nominal()]);
-        watched(&designs, &progress.controller, &domains, steps, precision).remove(0)
+        watched(
+            &designs,
+            &progress.controller,
+            &domains,
+            Span::from_start(steps),
+            precision,
+        )
+        .remove(0)
     }
 
     /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
@@ -198,12 +205,16 @@ impl Evaluator {
             true => vec![steps],
             false => self.loss.observed(steps),
         };
+        let span = Span {
+            metered: self.loss.reads_efforts(),
+            ..Span::from_start(observed)
+        };
         let towards = |goal: Goal| -> Vec<Reached> {
             let domains = match goal {
                 Goal::Ahead => Cow::Borrowed(domains),
                 Goal::Behind => Cow::Owned(turned_back(domains)),
             };
-            let seen = watched(designs, controller, &domains, observed.clone(), precision);
+            let seen = watched(designs, controller, &domains, span.clone(), precision);
             let pairs = domains.iter().zip(seen);
             (pairs.map(|(domain, seen)| self.reached_in(&domain.start, seen.as_ref()))).collect()
         };
@@ -272,10 +283,9 @@ pub(super) fn watched(
     designs: &[impl Borrow<Design<Mixture<f64>>>],
     controller: &Controller<f64>,
     domains: &[Domain],
-    steps: Vec<usize>,
+    span: Span,
     precision: GradientPrecision,
 ) -> Vec<Option<Trajectory<f64>>> {
-    let span = Span::from_start(steps);
     let watched = Span {
         watched: true,
         ..span.clone()

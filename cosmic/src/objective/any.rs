@@ -56,6 +56,7 @@ pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
             &scene.objective,
             &scene.loss,
             &scene.physics,
+            &scene.materials,
         ))
     })
 }

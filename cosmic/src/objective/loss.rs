@@ -21,6 +21,12 @@ pub trait Loss: Send + Sync {
         usize::MAX
     }
 
+    /// True if the loss reads the [efforts](Trajectory::efforts) of the bars: activations, forces and work. A rollout
+    /// computes them only if it is asked to. By default it is false.
+    fn reads_efforts(&self) -> bool {
+        false
+    }
+
     /// True if robots are ranked by how far they get along the ground, as in the paper. By default it is false, and a
     /// robot is ranked by this loss of its full rollout: the smaller, the better.
     fn is_far(&self) -> bool {

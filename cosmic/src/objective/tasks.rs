@@ -1,14 +1,13 @@
 //! The losses of the tasks that a scene can choose. Each takes a few lines.
 //!
 //! Where they read the position of the payload, they read the [position](Trajectory::position) of the body that the
-//! scene names in `objective.body`. They are also examples for users who write a loss. A loss reads only states, so the
-//! energy that a robot spends is computed from its states: it is taken to be the energy that the damping removes.
+//! scene names in `objective.body`. They are also examples for users who write a loss.
 
 use autodiff::Real;
 
 use super::{Displacement, Loss};
-use crate::geometry::Vector;
-use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
+use crate::design::Material;
+use crate::scene::{LossSettings, MaterialSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
 use crate::simulator::Trajectory;
 
 /// The loss of the task that a scene chooses.
@@ -19,18 +18,17 @@ pub struct Objective {
     /// The loss of the task "far". It also has the ground, and the settings that decide which states all of these
     /// losses read.
     pub far: Displacement,
-    /// The damping rate, in 1/s.
-    pub damping: f64,
-    /// The length of a step, in seconds.
-    pub dt: f64,
+    /// The largest actuation strain of an actuator. It tells the share of actuator in a mixture.
+    pub stroke: f64,
 }
 
 impl Objective {
-    /// Makes the loss from three sections of a scene.
+    /// Makes the loss from four sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,
         physics: &PhysicsSettings,
+        materials: &MaterialSettings,
     ) -> Self {
         Self {
             settings: settings.clone(),
@@ -38,8 +36,7 @@ impl Objective {
                 ground: physics.into(),
                 settings: loss.clone(),
             },
-            damping: physics.damping,
-            dt: physics.dt,
+            stroke: materials.max_strain[Material::Actuator as usize],
         }
     }
 
@@ -54,24 +51,24 @@ impl Objective {
         off * off + way.dot(way)
     }
 
-    /// The energy that damping removes from the start to the last observed state, J/kg.
-    ///
-    /// On level ground only the actuators add energy to a robot in the long run; contacts and damping remove it. Per
-    /// mass, damping removes energy at a rate of `damping |v|^2`. States hold no masses, so `|v|^2` is averaged over
-    /// the nodes with equal weights.
+    /// The energy that the actuators give to the robot, per mass of the robot, J/kg. A bar that is an actuator in part
+    /// counts in part. While an actuator takes energy from the robot, it counts as 0.
     fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let square = |v: &Vector<R>| R::dot(v.as_slice(), v.as_slice());
-        let at = |step: usize| {
-            let squares: Vec<R> = trajectory.at(step).v.iter().map(square).collect();
-            R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64)
+        let effort = trajectory.effort(trajectory.last_step());
+        let body = &trajectory
+            .efforts
+            .as_ref()
+            .expect("the loss reads efforts")
+            .body;
+        if self.stroke == 0.0 {
+            return R::zero();
+        }
+        let given = R::dot(&effort.work, &body.strain) * R::lit(1.0 / self.stroke);
+        let mass = match body.presence.is_empty() {
+            true => R::sum_of(&body.mass),
+            false => R::dot(&body.mass, &body.presence),
         };
-        let observed = self.observed(trajectory.last_step());
-        // The weight of a state is the number of steps since the observed state before it. For the first state, it is
-        // the number of steps since the start.
-        let since = |k: usize| observed[k] - k.checked_sub(1).map_or(0, |before| observed[before]);
-        let weighed = |k: usize| at(observed[k]) * R::lit(since(k) as f64);
-        let weighed: Vec<R> = (0..observed.len()).map(weighed).collect();
-        R::sum_of(&weighed) * R::lit(self.damping * self.dt)
+        given / mass
     }
 
     /// The mean of `of` over the numbers of steps after which the loss reads a state.
@@ -84,21 +81,15 @@ impl Objective {
 
 impl Loss for Objective {
     fn observed(&self, steps: usize) -> Vec<usize> {
-        match self.settings.task {
-            // Energy is spent over the whole rollout, so states of the whole rollout are observed.
-            TaskKind::Economy => {
-                let every = self.far.settings.every;
-                (steps % every..=steps).step_by(every).collect()
-            }
-            _ => self.far.observed(steps),
-        }
+        self.far.observed(steps)
     }
 
     fn nodes(&self) -> usize {
-        match self.settings.task {
-            TaskKind::Economy => usize::MAX,
-            _ => 1,
-        }
+        1
+    }
+
+    fn reads_efforts(&self) -> bool {
+        self.settings.task == TaskKind::Economy
     }
 
     fn is_far(&self) -> bool {

@@ -32,8 +32,8 @@ settings! {
         settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
-        /// For "economy": the price, in metres, of a joule per kilogram lost to damping.
-        energy_price: f64 = 0.1, allowed within(0.0, 1e6), unit "m kg/J", since 1,
+        /// For "economy": the price, in metres, of a joule that the actuators give per kilogram of the robot.
+        energy_price: f64 = 0.01, allowed within(0.0, 1e6), unit "m kg/J", since 1,
             read "with the task `economy`" if |s: &Scene| s.objective.task == TaskKind::Economy && s.has_task(),
             source "beyond the paper";
     }

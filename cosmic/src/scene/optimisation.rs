@@ -195,7 +195,7 @@ settings! {
             source "found by experiment";
         /// Steps from one position in the mean to the next.
         every: usize = 16, allowed STEPS, auto "the window divided by 128",
-            read "with the kind `mean` or the task `economy`" if Scene::sees_several_states,
+            read "with the kind `mean`" if Scene::sees_several_states,
             source "found by experiment";
     }
 }

@@ -1,6 +1,6 @@
 //! Finds settings of a scene that have no effect.
 
-use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
+use super::{Finding, LossKind, Scene, Setting, StartKind};
 
 impl Scene {
     /// The settings whose values differ from those of the scene's base.
@@ -45,7 +45,7 @@ impl Scene {
 
     /// True if the loss depends on more states than the last one.
     pub(super) fn sees_several_states(&self) -> bool {
-        self.loss.kind == LossKind::Mean || self.objective.task == TaskKind::Economy
+        self.loss.kind == LossKind::Mean
     }
 
     /// True if the lattice is generated from columns and rows.

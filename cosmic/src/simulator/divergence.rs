@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
 
 use super::blame::Cause;
+use super::effort::Effort;
 use super::rollout::{Simulator, Span};
 use super::trajectory::{ABSURD, Still, Trajectory, WATCHED};
 use crate::error::Error;
@@ -122,7 +123,7 @@ impl Simulator {
     ) -> Option<Divergence> {
         let mut last = VecDeque::from([(steps.start, start.clone())]);
         let mut found = None;
-        self.each_state(body, controller, start, steps, |step, state| {
+        self.each_state(body, controller, start, steps, |step, state, _| {
             let absurd = state.absurd_node().map(|node| (node, None));
             let too_fast = || {
                 let bound = self.speed_bound?;
@@ -144,29 +145,41 @@ impl Simulator {
     }
 
     /// Simulates the steps of the range `steps`. After each step, calls `show` with the number of steps so far and the
-    /// new state. Ends early if `show` returns `Break`. Keeps only a block of states in memory at a time.
+    /// new state; if steps are implicit, also with the efforts of the bars in the step. Ends early if `show` returns `Break`.
+    /// Keeps only a block of states in memory at a time.
     pub(super) fn each_state(
         &self,
         body: &Body<f64>,
         controller: &Controller<f64>,
         start: &State<f64>,
         steps: Range<usize>,
-        mut show: impl FnMut(usize, State<f64>) -> ControlFlow<()>,
+        mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
     ) {
-        let size = 4 * self.robot.graph.nodes();
-        let planned = self.planned(&self.surroundings(), body, controller, start);
+        let of_nodes = 4 * self.robot.graph.nodes();
+        let metered = self.robot.mechanics.is_implicit();
+        let span = Span {
+            metered,
+            ..Span::from_start(Vec::new())
+        };
+        let planned = self
+            .planned(&self.surroundings(), body, controller, start)
+            .metered(&span);
+        let size = of_nodes + planned.model.meters();
         let still = Still::of(body, start);
         // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
         let mut flat = self.flatten(start);
         for first in steps.clone().step_by(BLOCK) {
             let span = Span {
                 first,
-                ..Span::from_start((1..=BLOCK.min(steps.end - first)).collect())
+                observed: (1..=BLOCK.min(steps.end - first)).collect(),
+                ..span.clone()
             };
             let seen = planned.run(&flat, self, &span);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
-                let state = still.held(self.unflatten(raw));
-                if show(first + k + 1, state).is_break() {
+                let (of_nodes, efforts) = raw.split_at(of_nodes);
+                let state = still.held(self.unflatten(of_nodes));
+                let effort = metered.then(|| self.effort(efforts));
+                if show(first + k + 1, state, effort).is_break() {
                     return;
                 }
             }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{AnyProgram, Array, Kernel, Real};
 
+use super::effort::{Meter, Pulled};
 use super::parameters::Parameters;
 use crate::geometry::Vector;
 use crate::laws::{
@@ -51,6 +52,12 @@ struct Pass {
     reaction: Vector<Array>,
     /// The sum of the blocks of each node's bars, kg.
     of_bars: [Array; 3],
+    /// The bars, linearised at the base.
+    bars: Bars,
+    /// The positions of the base, m.
+    base: Vector<Array>,
+    /// By how much the velocities differ from those of the base, m/s.
+    change: Vector<Array>,
 }
 
 /// The bars, linearised at a base.
@@ -64,8 +71,8 @@ struct Bars {
 }
 
 impl Implicit<'_> {
-    /// Records the step, and returns the nodes after it.
-    pub(super) fn record(&self, p: &mut AnyProgram) -> Particle<Array> {
+    /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
+    pub(super) fn record(&self, p: &mut AnyProgram, meter: Option<&mut Meter>) -> Particle<Array> {
         let (nodes, falling) = (self.step.nodes, Falling(self.decay));
         let free = Vector::new(p.map_with(falling, nodes.v.array(), &self.given.contact[..2]));
         // The kernel of the grip does not read its input; a rest length has no derivative.
@@ -85,6 +92,14 @@ impl Implicit<'_> {
                 v: pass.moving,
             };
             pass = self.pass(p, base, &start, Some(&pass));
+        }
+        if let Some(meter) = meter {
+            let moving = Particle {
+                x: pass.base,
+                v: pass.moving,
+            };
+            let tension = self.tension(p, &pass);
+            *meter = meter.after(p, self.step, moving, tension);
         }
         pass.moving = self.balanced(p, &start, &pass);
         self.land(p, &pass)
@@ -135,7 +150,24 @@ impl Implicit<'_> {
                 Some(before) => before.of_bars,
                 None => bars.slopes.map(|entry| p.sum_at_nodes(graph, entry)),
             },
+            bars,
+            base: base.x,
+            change,
         }
+    }
+
+    /// The tension with which bars act on the nodes in a pass, N.
+    fn tension(&self, p: &mut AnyProgram, pass: &Pass) -> Array {
+        let ([jx, jy], [xx, xy, yy]) = (pass.bars.impulse.array(), pass.bars.slopes);
+        let (graph, per_edge) = (self.step.graph, [jx, jy, xx, xy, yy]);
+        let impulse: [Array; 2] =
+            p.map_each_edge(graph, Impulse, pass.change.array(), &per_edge, &[]);
+        let pulled = Pulled {
+            dt: self.step.dt,
+            softening: self.step.softening,
+        };
+        let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
+        tension
     }
 
     /// The inputs of the kernel [`Reaction`].

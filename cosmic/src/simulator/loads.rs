@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Simulator, Trajectory};
+use super::{Effort, Simulator, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
 use crate::keys::keys;
@@ -224,8 +224,8 @@ impl Simulator {
         }
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars over all states. There is an entry for each edge of
-    /// the layout, which is `None` for a void edge. Only about 1 % of the values are kept in memory.
+    /// Simulates `steps` steps and returns the loads of the bars over all states. The forces of implicit steps are those
+    /// that the [steps used](Effort::tension). There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the values are kept in memory.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -236,9 +236,17 @@ impl Simulator {
     ) -> Vec<Option<BarLoad>> {
         let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1));
         let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
-        let mut see = |block: &[(usize, State<f64>)]| {
-            let states: Vec<_> = block.iter().map(|(step, state)| (*step, state)).collect();
-            for moment in self.moments_of(body, controller, &states) {
+        let mut see = |block: &[(usize, State<f64>, Option<Effort<f64>>)]| {
+            let states: Vec<_> = block
+                .iter()
+                .map(|(step, state, _)| (*step, state))
+                .collect();
+            let moments = self.moments_of(body, controller, &states);
+            for (mut moment, (.., effort)) in moments.into_iter().zip(block) {
+                // An implicit step uses forces at its end, which are not those of the lengths in the state.
+                if let Some(effort) = effort {
+                    moment.tension.clone_from(&effort.tension);
+                }
                 for (edge, bar) in bars.iter_mut().enumerate() {
                     if let Some(bar) = bar {
                         bar.see(edge, &moment);
@@ -246,9 +254,9 @@ impl Simulator {
                 }
             }
         };
-        let mut block = vec![(0, start.clone())];
-        self.each_state(body, controller, start, 0..steps, |step, state| {
-            block.push((step, state));
+        let mut block = vec![(0, start.clone(), None)];
+        self.each_state(body, controller, start, 0..steps, |step, state, effort| {
+            block.push((step, state, effort));
             if block.len() == BLOCK {
                 see(&block);
                 block.clear();

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use autodiff::{Array, Graph, Program, Real};
 
+use super::effort::{self, Meter};
 use super::implicit::Implicit;
 use super::parameters::{Parameters, Road};
 use super::surroundings::Surroundings;
@@ -125,8 +126,13 @@ impl Mechanics {
         (contact, self.forces.iter().map(force).collect())
     }
 
+    /// True if steps are implicit.
+    pub(super) fn is_implicit(&self) -> bool {
+        self.passes.is_some()
+    }
+
     /// Records the mechanical part of a step and returns the nodes after it. `activation` has a number for each slot of
-    /// the graph, `time` one for each node (`None` if no force needs the time).
+    /// the graph, `time` one for each node (`None` if no force needs the time). `meter` is advanced if it is given.
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,
@@ -135,6 +141,7 @@ impl Mechanics {
         given: &Parameters<Array>,
         activation: Array,
         time: Option<Array>,
+        mut meter: Option<&mut Meter>,
     ) -> Particle<Array> {
         let p = &mut p.any();
         let terrain = self.terrain.as_ref();
@@ -166,8 +173,12 @@ impl Mechanics {
                     given,
                     step: &step,
                 };
-                nodes = implicit.record(p);
+                nodes = implicit.record(p, meter.as_deref_mut());
                 continue;
+            }
+            if let Some(meter) = meter.as_deref_mut() {
+                let tension = effort::tension(p, &step, &self.forces, given);
+                *meter = meter.after(p, &step, nodes, tension);
             }
             let mut impulses = None;
             for (force, given) in self.forces.iter().zip(&given.forces) {

@@ -6,6 +6,7 @@
 
 mod surroundings;
 mod parameters;
+mod effort;
 mod implicit;
 mod mechanics;
 mod robot;
@@ -26,6 +27,7 @@ pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
 pub use driven::Driven;
 pub use economy::Energy;
+pub use effort::{Effort, Efforts};
 pub use energy::Store;
 pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
 pub use overflow::{Overflow, Sweep};

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use autodiff::{Array, Graph, Model, Program, Real};
 
+use super::effort::{Effort, Meter};
 use super::mechanics::Mechanics;
 use super::parameters::{Parameters, Road};
 use super::surroundings::Surroundings;
@@ -44,6 +45,8 @@ pub(super) struct Robot {
     /// of all nodes.
     seen: Option<Arc<[f64]>>,
     pub(super) mechanics: Mechanics,
+    /// True if a step also records the [efforts](super::Effort) of the bars.
+    pub(super) is_metered: bool,
 }
 
 /// The source of a robot's activations.
@@ -89,6 +92,7 @@ impl Robot {
             weighs: false,
             seen: None,
             mechanics: Mechanics::new(lattice, physics),
+            is_metered: false,
         };
         robot.drive = Drive::Policy(robot.driver(blocks_of(controller, lattice)));
         robot.with_inputs()
@@ -149,6 +153,27 @@ impl Robot {
             seen: Some(seen.into()),
             ..self.clone()
         }
+    }
+
+    /// A copy of this robot whose steps record the efforts of its bars if `is_metered` is true.
+    pub(super) fn metered(self, is_metered: bool) -> Self {
+        Self { is_metered, ..self }
+    }
+
+    /// The number of numbers of the efforts in a state.
+    pub(super) fn meters(&self) -> usize {
+        let lists = if self.is_metered {
+            Effort::<f64>::LISTS
+        } else {
+            0
+        };
+        lists * self.graph.slots()
+    }
+
+    /// A flat state of the nodes, with efforts of 0 unless it has efforts already.
+    pub(super) fn started<R: Real>(&self, mut state: Vec<R>) -> Vec<R> {
+        state.resize(4 * self.graph.nodes() + self.meters(), R::zero());
+        state
     }
 
     /// A copy of this robot with constant activations in place of a policy.
@@ -363,6 +388,7 @@ impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.parameters(p);
         let state = self.state(p);
+        let efforts = (self.is_metered).then(|| [(); 3].map(|()| p.state(self.graph.slots())));
         let clock: Vec<Array> = (0..self.pairs()).map(|_| p.input(2)).collect();
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
@@ -373,9 +399,16 @@ impl Model for Robot {
         let at_nodes = vec![Some(0); self.graph.nodes()];
         let time = time.map(|time| p.gather(time, &at_nodes));
         let mechanics = &self.mechanics;
-        let next = mechanics.record(p, &self.graph, state, &given, activation, time);
+        let mut meter = efforts.map(|[_, tension, work]| Meter { tension, work });
+        let meters = meter.as_mut();
+        let next = mechanics.record(p, &self.graph, state, &given, activation, time, meters);
         for (state, next) in state.array().into_iter().zip(next.array()) {
             p.advance(state, next);
+        }
+        if let (Some(efforts), Some(Meter { tension, work })) = (efforts, meter) {
+            for (effort, next) in efforts.into_iter().zip([activation, tension, work]) {
+                p.advance(effort, next);
+            }
         }
     }
 

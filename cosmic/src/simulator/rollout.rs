@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use autodiff::{CotangentBound, Given, Memory, Model, Real, Rollout};
 
+use super::effort::{Effort, Efforts};
 use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
 use super::surroundings::Surroundings;
@@ -13,6 +14,9 @@ use crate::geometry::Ground;
 use crate::lattice::{Body, Lattice, State};
 use crate::policy::{Controller, Goals};
 use crate::scene::{ControllerSettings, PhysicsSettings};
+
+/// The unit of the cotangents of efforts in the bound on cotangents: so large that they do not count.
+const NEGLIGIBLE: f64 = 1e30;
 
 /// The steps of a rollout, and the states that are observed.
 #[derive(Clone, Debug)]
@@ -29,6 +33,8 @@ pub struct Span {
     /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact. Its norm counts
     /// cotangents of velocities in units of the [time scale](Lattice::time_scale).
     pub cotangent_bound: Option<CotangentBound>,
+    /// If true, trajectories also have the [efforts](Trajectory::efforts) of the bars.
+    pub metered: bool,
 }
 
 impl Span {
@@ -40,6 +46,7 @@ impl Span {
             nodes: usize::MAX,
             watched: false,
             cotangent_bound: None,
+            metered: false,
         }
     }
 
@@ -194,9 +201,7 @@ impl Simulator {
         span: &Span,
     ) -> Trajectory<R> {
         let planned = self.planned(surroundings, body, controller, start);
-        let Planned { model, parameters } = planned;
-        let rollout = self.plan(model, span);
-        let seen = rollout.run(&self.flatten(start), &slices(&parameters));
+        let seen = planned.metered(span).run(&self.flatten(start), self, span);
         self.trajectory(&seen, span, surroundings, body, start)
     }
 
@@ -236,7 +241,7 @@ impl Simulator {
         let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
         self.check(bodies, &starts);
         self.check_controller(controller);
-        let model = self.robot.for_bodies(bodies);
+        let model = self.robot.for_bodies(bodies).metered(span.metered);
         let numbers = self.numbers(&model, surroundings, bodies, Driving::By(controller));
         self.in_lanes(model, surroundings, bodies, &numbers, &starts, span)
     }
@@ -278,7 +283,8 @@ impl Simulator {
             let seen = Planned { model, parameters }.run(&self.flatten(start), self, span);
             return vec![trajectory((0, &seen))];
         }
-        let flat: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
+        let flat = |start: &&State<R>| model.started(self.flatten(start));
+        let flat: Vec<Vec<R>> = starts.iter().map(flat).collect();
         let rollout = self.plan(model, span);
         let seen = run_together(&rollout, &slices(&flat), numbers);
         seen.iter().enumerate().map(trajectory).collect()
@@ -331,9 +337,10 @@ impl Simulator {
     ) -> Trajectory<R> {
         let surroundings = self.surroundings();
         let planned = self.planned(&surroundings, body, controller, start);
-        let Planned { model, parameters } = planned;
+        let Planned { model, parameters } = planned.metered(span);
+        let start_of_all = model.started(self.flatten(start));
         let rollout = self.plan(model, span);
-        let seen = rollout.unrolled(&self.flatten(start), &slices(&parameters));
+        let seen = rollout.unrolled(&start_of_all, &slices(&parameters));
         self.trajectory(&seen, span, &surroundings, body, start)
     }
 
@@ -392,8 +399,9 @@ impl Simulator {
                 self.clock[inputs * first..inputs * (first + steps)].into()
             }
         };
-        let nodes = self.robot.graph.nodes();
+        let (nodes, meters) = (self.robot.graph.nodes(), model.meters());
         let entries = (0..4).flat_map(|k| (0..span.nodes).map(move |node| k * nodes + node));
+        let entries = entries.chain(4 * nodes..4 * nodes + meters);
         Rollout {
             model,
             steps,
@@ -402,20 +410,22 @@ impl Simulator {
             entries: (span.nodes < nodes).then(|| entries.collect()),
             state_bound: span.watched.then(|| self.watched()),
             cotangent_bound: span.cotangent_bound,
-            cotangent_units: self.cotangent_units(),
+            cotangent_units: self.cotangent_units(meters),
             memory: self.memory,
         }
     }
 
     /// The units in which the norm of a state's cotangent is compared with its bound: the cotangents of velocities are
-    /// divided by the [time scale](Lattice::time_scale) of the lattice. `None` if that is 1 s.
-    fn cotangent_units(&self) -> Option<Arc<[f64]>> {
+    /// divided by the [time scale](Lattice::time_scale) of the lattice. Those of the `meters` numbers of the efforts do not
+    /// count. `None` if no cotangent has a unit.
+    fn cotangent_units(&self, meters: usize) -> Option<Arc<[f64]>> {
         let time = self.lattice.time_scale();
         let half = 2 * self.lattice.nodes();
-        (time != 1.0).then(|| {
-            let units = [1.0, time].into_iter();
+        (time != 1.0 || meters > 0).then(|| {
+            let units = [(1.0, half), (time, half), (NEGLIGIBLE, meters)];
+            let units = units.into_iter();
             units
-                .flat_map(|unit| std::iter::repeat_n(unit, half))
+                .flat_map(|(unit, count)| std::iter::repeat_n(unit, count))
                 .collect()
         })
     }
@@ -480,14 +490,27 @@ impl Simulator {
         start: &State<R>,
     ) -> Trajectory<R> {
         let still = Still::of(body, start);
-        let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
+        let of_nodes = 4 * self.robot.graph.nodes().min(span.nodes);
+        let meters = self.robot.clone().metered(span.metered).meters();
+        let states = || seen.chunks_exact(of_nodes + meters);
+        let efforts = || Efforts {
+            of_states: (states().map(|s| self.effort(&s[of_nodes..]))).collect(),
+            body: body.clone(),
+            dt: self.dt,
+        };
         Trajectory {
             steps: span.observed.clone(),
-            states: states.map(|s| still.held(self.unflatten(s))).collect(),
+            states: (states().map(|s| still.held(self.unflatten(&s[..of_nodes])))).collect(),
+            efforts: span.metered.then(efforts),
             marker: body.marker.clone(),
             start: (body.marker.weights.first()).map_or(Vec::new(), |_| start.x.clone()),
             goals: (self.goals_in(surroundings)).map(|goals| goals.after(span.first)),
         }
+    }
+
+    /// The efforts of all edges, from their numbers in a flat state.
+    pub(super) fn effort<R: Real>(&self, of_slots: &[R]) -> Effort<R> {
+        Effort::of_slots(of_slots, self.robot.graph.slot_of_edge())
     }
 
     /// Converts a state in the world's frame to one flat array in the ground's frame.
@@ -544,10 +567,20 @@ pub(super) struct Planned<R> {
 }
 
 impl<R: Real> Planned<R> {
-    /// Simulates from a flat start state and returns the observed states as one list, one state after the other.
+    /// A copy whose steps record efforts if the span asks for them.
+    pub(super) fn metered(self, span: &Span) -> Self {
+        Self {
+            model: self.model.metered(span.metered),
+            ..self
+        }
+    }
+
+    /// Simulates from a flat start state and returns the observed states as one list, one state after the other. If the
+    /// state has no efforts, they start at 0.
     pub(super) fn run(&self, start: &[R], simulator: &Simulator, span: &Span) -> Vec<R> {
         let rollout = simulator.plan(self.model.clone(), span);
-        rollout.run(start, &slices(&self.parameters))
+        let start = self.model.started(start.to_vec());
+        rollout.run(&start, &slices(&self.parameters))
     }
 }
 

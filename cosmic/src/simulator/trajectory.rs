@@ -2,6 +2,7 @@
 
 use autodiff::Real;
 
+use super::effort::{Effort, Efforts};
 use crate::geometry::Vector;
 use crate::lattice::{Body, Marker, State};
 use crate::policy::Goals;
@@ -28,6 +29,8 @@ pub struct Trajectory<R> {
     /// The goals of the robot, which change after a number of steps of this rollout; `None` if the goal is a number of the
     /// controller.
     pub goals: Option<Goals<R>>,
+    /// Activations, forces and work of the bars; `None` unless the loss [reads them](crate::objective::Loss::reads_efforts).
+    pub efforts: Option<Efforts<R>>,
 }
 
 impl<R> Trajectory<R> {
@@ -42,6 +45,7 @@ impl<R> Trajectory<R> {
             },
             start: Vec::new(),
             goals: None,
+            efforts: None,
         }
     }
 
@@ -61,8 +65,23 @@ impl<R> Trajectory<R> {
     /// # Panics
     /// If that state was not observed. A loss declares beforehand which states it observes.
     pub fn at(&self, step: usize) -> &State<R> {
+        &self.states[self.index(step)]
+    }
+
+    /// The efforts of the bars in the step that ends at the observed state after this number of steps.
+    ///
+    /// # Panics
+    /// If that state was not observed, or if the loss does not declare that it reads efforts.
+    pub fn effort(&self, step: usize) -> &Effort<R> {
+        let efforts = self.efforts.as_ref();
+        let efforts =
+            efforts.expect("a loss that reads efforts must return true in `reads_efforts`");
+        &efforts.of_states[self.index(step)]
+    }
+
+    fn index(&self, step: usize) -> usize {
         match self.steps.binary_search(&step) {
-            Ok(index) => &self.states[index],
+            Ok(index) => index,
             Err(_) => panic!(
                 "the state after {step} steps was not observed; the observed steps are {:?}",
                 self.steps
@@ -80,6 +99,7 @@ impl<R: Copy> Trajectory<R> {
             marker: self.marker.map(&f),
             start: self.start.iter().map(|x| x.map(&f)).collect(),
             goals: self.goals.as_ref().map(|goals| goals.map(&f)),
+            efforts: self.efforts.as_ref().map(|efforts| efforts.map(&f)),
         }
     }
 }
