@@ -88,7 +88,7 @@ const OTHERS: [&[&str]; 25] = [
     &["physics.integrator=implicit"],
     &["loss.kind=final"],
     &["objective.task=reach"],
-    &["objective.task=economy", "loss.kind=final"],
+    &["objective.task=economy"],
     &["objective.own_loss=height"],
     &["controller.goal_scale=0"],
     &["controller.goal_relative=true", "volume.widening=0"],

@@ -6,6 +6,7 @@
 mod case_reader;
 mod corpus;
 mod drawn_scenes;
+mod efforts;
 mod floors;
 mod goals;
 mod ground_profile;

@@ -163,6 +163,9 @@ pub struct EdgeMoments {
     pub elastic: f64,
 }
 
+/// A state of a rollout, after a number of steps. If steps are implicit, with the efforts of the bars in the last one.
+type Reached = (usize, State<f64>, Option<Effort<f64>>);
+
 impl Simulator {
     /// The loads and the motion of the edges in each state of a trajectory.
     pub fn moments(
@@ -236,7 +239,7 @@ impl Simulator {
     ) -> Vec<Option<BarLoad>> {
         let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1));
         let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
-        let mut see = |block: &[(usize, State<f64>, Option<Effort<f64>>)]| {
+        let mut see = |block: &[Reached]| {
             let states: Vec<_> = block
                 .iter()
                 .map(|(step, state, _)| (*step, state))

@@ -42,6 +42,15 @@ pub(super) struct Mechanics {
     pub(super) inputs: Arc<[StepInput]>,
 }
 
+/// What changes the forces from step to step, besides the state of the nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driving {
+    /// The controller's output for each slot of the graph.
+    pub(super) activation: Array,
+    /// The time (s), for each node; `None` if no force needs it.
+    pub(super) time: Option<Array>,
+}
+
 impl Mechanics {
     pub(super) fn new(lattice: &Lattice, physics: &PhysicsSettings) -> Self {
         let h = physics.dt / physics.substeps as f64;
@@ -131,16 +140,14 @@ impl Mechanics {
         self.passes.is_some()
     }
 
-    /// Records the mechanical part of a step and returns the nodes after it. `activation` has a number for each slot of
-    /// the graph, `time` one for each node (`None` if no force needs the time). `meter` is advanced if it is given.
+    /// Records the mechanical part of a step and returns the nodes after it. `meter` is advanced if it is given.
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,
         graph: &Graph,
         mut nodes: Particle<Array>,
         given: &Parameters<Array>,
-        activation: Array,
-        time: Option<Array>,
+        Driving { activation, time }: Driving,
         mut meter: Option<&mut Meter>,
     ) -> Particle<Array> {
         let p = &mut p.any();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use autodiff::{Array, Graph, Model, Program, Real};
 
 use super::effort::{Effort, Meter};
-use super::mechanics::Mechanics;
+use super::mechanics::{Driving, Mechanics};
 use super::parameters::{Parameters, Road};
 use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
@@ -401,7 +401,8 @@ impl Model for Robot {
         let mechanics = &self.mechanics;
         let mut meter = efforts.map(|[_, tension, work]| Meter { tension, work });
         let meters = meter.as_mut();
-        let next = mechanics.record(p, &self.graph, state, &given, activation, time, meters);
+        let driving = Driving { activation, time };
+        let next = mechanics.record(p, &self.graph, state, &given, driving, meters);
         for (state, next) in state.array().into_iter().zip(next.array()) {
             p.advance(state, next);
         }

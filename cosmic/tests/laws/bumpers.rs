@@ -33,7 +33,7 @@ fn thrown(physics: &str) -> ([f64; 2], usize) {
     }
     let mut start = lattice.state_at_rest();
     for node in [0, 1] {
-        start.x[node] = start.x[node] + Vector::upright(0.0, 0.05);
+        start.x[node] += Vector::upright(0.0, 0.05);
         start.v[node] = Vector::upright(1.0, 0.0);
     }
     let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);

@@ -143,10 +143,7 @@ pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
 /// Creates the chart of the loss; `None` if the objective is the displacement.
 fn objective(run: &RunFiles) -> Option<Chart> {
     run.summary.loss_p50?;
-    let loss = |r: &Record| match r.pass {
-        Some(_) => Some(r.loss_horizon.unwrap_or(f64::NAN)),
-        None => None,
-    };
+    let loss = |r: &Record| r.pass.map(|_| r.loss_horizon.unwrap_or(f64::NAN));
     Some(Chart {
         id: "objective",
         title: "Objective: loss, less is better",

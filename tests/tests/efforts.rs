@@ -1,0 +1,126 @@
+//! The efforts of bars in a rollout: their gradients, and what they agree with.
+
+use autodiff::Real;
+use autodiff::check::{Options, Verdict};
+use cosmic::objective::Loss;
+use cosmic::simulator::{Span, Trajectory};
+use cosmic_lab::verify::check_gradients_of;
+use cosmic_tests::robot;
+
+/// The integrators, each as settings in TOML.
+const WORLDS: [&str; 4] = [
+    "",
+    "physics = {contact = 'coulomb', friction = 0.4, substeps = 2, integrator = 'leapfrog', forces = ['damper']}",
+    "physics = {contact = 'coulomb', friction = 0.4, forces = ['actuator']}\nactuator = {force = 0.1, speed = 4.0}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, passes = 2, forces = ['damper']}",
+];
+
+/// A sum of all efforts: activations, forces and energy per mass.
+struct Toil;
+
+impl Loss for Toil {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        vec![steps / 2, steps]
+    }
+
+    fn reads_efforts(&self) -> bool {
+        true
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        let efforts = trajectory.efforts.as_ref().expect("the loss reads efforts");
+        let weighed = |numbers: &[R]| {
+            let terms = numbers.iter().enumerate();
+            let terms: Vec<R> = terms
+                .map(|(k, &x)| x * R::lit(1.0 + 0.1 * k as f64))
+                .collect();
+            R::sum_of(&terms)
+        };
+        let all = efforts.of_states.iter().map(|effort| {
+            let work = weighed(&effort.work) / R::sum_of(&efforts.body.mass);
+            weighed(&effort.activation) + weighed(&effort.tension) + work
+        });
+        all.fold(R::zero(), |sum, toil| sum + toil)
+    }
+}
+
+/// The gradients with respect to the design, the controller and the start agree in every mode.
+#[test]
+fn efforts_have_the_right_gradients() {
+    for world in WORLDS {
+        let check = check_gradients_of(&Toil, &robot(world), 24, &Options::default());
+        assert!(!check.groups.is_empty());
+        for group in &check.groups {
+            let is_right = group.verdict == Verdict::Smooth;
+            assert!(is_right, "{world}: {}, {}", group.name, group.report);
+        }
+    }
+}
+
+/// Efforts change no state. In an explicit step, the tension is that of the state before the step, and the work of a bar
+/// is the sum of what it gives.
+#[test]
+fn efforts_are_those_of_the_states() {
+    for world in &WORLDS[..3] {
+        let case = robot(world);
+        let (task, design) = (case.task(), case.own_design());
+        let plain = Span::from_start((0..=40).collect());
+        let metered = Span {
+            metered: true,
+            ..plain.clone()
+        };
+        let [plain, seen] = [plain, metered]
+            .map(|span| task.rollout(&design, &case.controller, &case.start, &span));
+        assert_eq!(plain.states, seen.states);
+        assert!(plain.efforts.is_none());
+        let moments = task.moments(&design, &case.controller, &plain);
+        let mut given = vec![0.0; moments[0].tension.len()];
+        let mut most = 0.0_f64;
+        for (k, moment) in moments[..40].iter().enumerate() {
+            let effort = seen.effort(k + 1);
+            for (edge, sum) in given.iter_mut().enumerate() {
+                if *world == WORLDS[1] {
+                    continue;
+                }
+                let tension = moment.tension[edge];
+                // Forces are sums of a few terms of at most 10 N, which are added in another order.
+                assert!((effort.tension[edge] - tension).abs() < 1e-12);
+                *sum += case.physics.dt * (-tension * moment.rate[edge]).max(0.0);
+                assert!((effort.work[edge] - *sum).abs() < 1e-12);
+                most = most.max(*sum);
+            }
+            // A bar never takes back what it has given.
+            let before = &seen.effort(k).work;
+            assert!(before.iter().zip(&effort.work).all(|(a, b)| a <= b));
+        }
+        assert!(*world == WORLDS[1] || most > 1e-6, "{most}");
+    }
+}
+
+/// A robot of stiff bars that stands on the ground: the force that an implicit step uses carries the weight, while
+/// stiffness times elongation need not.
+#[test]
+fn a_stiff_robot_carries_its_weight() {
+    let case = robot(
+        "physics = {integrator = 'implicit', contact = 'coulomb', friction = 1.0, steps = 2000}\nmaterials.stiffness = \
+         [1e-7, 1e7, 1e7]\nmaterials.max_strain = [0, 0, 0]\nphysics.forces = ['damper']",
+    );
+    let span = Span {
+        metered: true,
+        ..Span::from_start(vec![1999, 2000])
+    };
+    let seen = case
+        .task()
+        .rollout(&case.own_design(), &case.controller, &case.start, &span);
+    let weight = case.physics.gravity * case.body().mass.iter().sum::<f64>();
+    // No bar carries more than a few times the weight of the whole robot, except through shallow angles.
+    for tension in &seen.effort(2000).tension {
+        assert!(tension.abs() < 20.0 * weight, "{tension} N, {weight} N");
+    }
+    assert!(
+        seen.effort(2000)
+            .tension
+            .iter()
+            .any(|t| t.abs() > 0.01 * weight)
+    );
+}
