@@ -96,7 +96,7 @@ fn without_it(bench: &Bench, sets: &str) {
     assert_eq!(page.contains(&says), is_law);
     bench.ok("report a/design.json --json");
     let told = bench.ok("compare a b --out both.html");
-    has(&told.out, &["p50, m"]);
+    has(&told.out, &["distance, m"]);
     assert!(bench.read("both.html").contains("\"name\":\"b\""));
     let told = bench.ok("export a --csv --svg");
     assert_eq!(told.error.contains(&says), is_law, "{told:?}");

@@ -33,7 +33,7 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     let last = told.lines().last().unwrap();
     has(last, &["), unreliable, V "]);
     assert!(!told.contains("keeps") && !page.contains("50 %"), "{told}");
-    for words in ["displacement, median: unreliable", "it falls &lt; 3 times"] {
+    for words in ["Unreliable robot:", "it falls &lt; 3 times"] {
         has(&page, &[words]);
     }
     has(&table, &["unreliable"]);
