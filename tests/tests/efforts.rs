@@ -97,30 +97,29 @@ fn efforts_are_those_of_the_states() {
     }
 }
 
-/// A robot of stiff bars that stands on the ground: the force that an implicit step uses carries the weight, while
-/// stiffness times elongation need not.
+/// In short steps, the forces that an implicit step uses are those of explicit steps.
 #[test]
-fn a_stiff_robot_carries_its_weight() {
-    let case = robot(
-        "physics = {integrator = 'implicit', contact = 'coulomb', friction = 1.0, steps = 2000}\nmaterials.stiffness = \
-         [1e-7, 1e7, 1e7]\nmaterials.max_strain = [0, 0, 0]\nphysics.forces = ['damper']",
-    );
-    let span = Span {
-        metered: true,
-        ..Span::from_start(vec![1999, 2000])
+fn forces_of_implicit_steps_approach_those_of_explicit_ones() {
+    let [explicit, implicit] = ["symplectic_euler", "implicit"].map(|integrator| {
+        let case = robot(&format!(
+            "physics = {{integrator = '{integrator}', dt = 2e-5, contact = 'coulomb', friction = 0.4, forces = ['damper']}}"
+        ));
+        let span = Span {
+            metered: true,
+            ..Span::from_start(vec![90])
+        };
+        let seen = case
+            .task()
+            .rollout(&case.own_design(), &case.controller, &case.start, &span);
+        seen.effort(90).clone()
+    });
+    let size = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let apart = |a: &[f64], b: &[f64]| -> f64 {
+        let pairs: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+        size(&pairs) / size(a)
     };
-    let seen = case
-        .task()
-        .rollout(&case.own_design(), &case.controller, &case.start, &span);
-    let weight = case.physics.gravity * case.body().mass.iter().sum::<f64>();
-    // No bar carries more than a few times the weight of the whole robot, except through shallow angles.
-    for tension in &seen.effort(2000).tension {
-        assert!(tension.abs() < 20.0 * weight, "{tension} N, {weight} N");
-    }
-    assert!(
-        seen.effort(2000)
-            .tension
-            .iter()
-            .any(|t| t.abs() > 0.01 * weight)
-    );
+    // An implicit step takes the forces at its end. The fastest vibrations, at some 300 rad/s, change them by 0.6 % in a step.
+    assert!(size(&explicit.tension) > 0.1);
+    assert!(apart(&explicit.tension, &implicit.tension) < 0.02);
+    assert!(apart(&explicit.work, &implicit.work) < 0.02);
 }

@@ -1,9 +1,9 @@
 //! Compares several runs side by side: their numbers, and their robots in motion.
 
-use super::files::{RobotFiles, read_trajectory};
+use super::files::{RobotFiles, complete, read_trajectory};
 use super::motion::Motion;
 use super::numbers::{Shown, departures, with_numbers, with_six};
-use super::verdict::{complete, line};
+use super::verdict::line;
 use super::{data, page};
 use crate::table::{Table, TableOf, escape};
 use cosmic::Registry;

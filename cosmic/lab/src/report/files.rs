@@ -1,6 +1,5 @@
 //! Reads the files of a run, or of a design alone, for reports.
 
-use super::verdict::complete;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::codesign::Record;
@@ -15,6 +14,7 @@ use cosmic::record::{
     DesignFile, Summary, TrajectoryFile, check_numbers, check_one_run, run, trajectory_file,
 };
 use cosmic::scene::{Lacks, Scene, ShownScene};
+use cosmic::simulator::Trajectory;
 use cosmic::verdict::Verdict;
 use std::path::{Path, PathBuf};
 
@@ -203,6 +203,33 @@ impl RunFiles {
     pub(super) fn title(&self) -> String {
         format!("{}, seed {}", self.summary.scene, self.summary.seed)
     }
+}
+
+/// Adds to the summary of a run of an earlier version what the run's other files tell about loads. Leaves it as it is if
+/// this program does not have all laws of the scene, or if the run did not record its loads.
+pub(super) fn complete(
+    summary: &mut Summary,
+    robot: &RobotFiles,
+    trajectory: &TrajectoryFile,
+    folder: &Path,
+) {
+    let Some(loads) = &summary.loads else { return };
+    let is_complete = loads.most_tangles.is_some();
+    let Some(layout) = robot.design.design().layout().map(<[_]>::to_vec) else {
+        return;
+    };
+    if is_complete || trajectory.bars.is_empty() {
+        return;
+    }
+    let Ok(case) = robot.case(&folder.join(run::DESIGN), "loads") else {
+        return;
+    };
+    let (task, bars) = (case.task(), &trajectory.bars);
+    let states = Trajectory::new(trajectory.steps.clone(), trajectory.states.clone());
+    let found = task
+        .simulator
+        .loads_of(&layout, bars, &states, &case.materials);
+    summary.loads = Some(found);
 }
 
 /// Reads the history of a run: a record for every iteration. Returns an empty list if the run has no history.

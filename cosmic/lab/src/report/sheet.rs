@@ -58,6 +58,12 @@ impl Section {
         })
     }
 
+    /// The number of checks with its noun.
+    fn counted(&self) -> String {
+        let noun = if self.checks == 1 { "check" } else { "checks" };
+        format!("{} {noun}", self.checks)
+    }
+
     fn to_text(&self) -> String {
         let mut text = format!("\n{}\n", self.title.to_uppercase());
         text.extend(self.notes.iter().map(|note| format!("- {note}\n")));
@@ -65,15 +71,15 @@ impl Section {
             text += &format!("\n{}\n{}", table.title, marked(table));
         }
         let failed = self.failures.len();
-        text += &format!("\n{} checks, {failed} failed\n", self.checks);
+        text += &format!("\n{}, {failed} failed\n", self.counted());
         text.extend(self.failures.iter().map(|failure| format!("! {failure}\n")));
         text
     }
 
     fn to_html(&self) -> String {
-        let (checks, failed) = (self.checks, self.failures.len());
+        let (checks, failed) = (self.counted(), self.failures.len());
         let mut html = format!(
-            "<h2>{}</h2>\n<p><b>{checks} checks, {failed} failed.</b></p>\n",
+            "<h2>{}</h2>\n<p><b>{checks}, {failed} failed.</b></p>\n",
             escape(&self.title)
         );
         let failed = |failure: &String| format!("<p>Failed: {}</p>\n", prose(failure));
