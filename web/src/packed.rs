@@ -14,7 +14,7 @@
 //!
 //! A row begins with a byte for its scale; then each number has a byte.
 
-use cosmic::design::{Design, Material};
+use cosmic::design::Material;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::Ground;
 use cosmic::lattice::Lattice;
@@ -151,15 +151,10 @@ pub(crate) fn unpack(
     Ok((materials, controller))
 }
 
-/// Returns the design of a robot with these materials.
-pub(crate) fn design<V>(materials: &[Material]) -> Design<V> {
-    Design::Layout(materials.to_vec())
-}
-
 fn solid(materials: &[Material]) -> impl Iterator<Item = usize> {
     let edges = materials.iter().enumerate();
     edges
-        .filter(|(_, material)| **material != Material::Void)
+        .filter(|(_, material)| material.is_solid())
         .map(|(edge, _)| edge)
 }
 

@@ -174,8 +174,8 @@ impl Session {
         let progress = codesign.begin(0)?;
         let mut begun = Work::of(codesign, progress);
         let robot = Robot {
-            design: packed::design(&materials),
-            projected: packed::design(&materials),
+            design: Design::Layout(materials.clone()),
+            projected: Design::Layout(materials),
             controller,
         };
         let shown = begun.show(&robot);

@@ -24,8 +24,7 @@ use crate::settings::Settings;
 const IN_LINE: f64 = 0.99;
 /// A stiffness, N/m, that keeps the angular stiffness of a pair finite if both edges have stiffness 0.
 const LEAST_STIFFNESS: f64 = 1e-12;
-/// The number of arrays of impulses that the kernel [`Total`] adds to a sum. Each array holds the impulses of the pairs
-/// of one [shape](Pair::shape).
+/// The number of arrays of impulses that the kernel [`Total`] adds to a sum.
 const AT_ONCE: usize = 4;
 
 /// The force law of bars that resist bending, with its setting.
@@ -250,13 +249,23 @@ impl BentBars {
                 places
             })
             .collect();
-        let none = vec![None; nodes];
-        places.chunks(AT_ONCE).fold(sum, |sum, chunk| {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| p.gather(pull, chunk.get(k).unwrap_or(&none)));
-            let [sum] = p.map(Total, [sum, a, b, c, d]);
-            sum
-        })
+        add_gathered(p, sum, pull, &places)
     }
+}
+
+/// Adds numbers to `sum`: for each list of `places`, its places in `x` say which number is added to each entry.
+pub(super) fn add_gathered(
+    p: &mut AnyProgram,
+    sum: Array,
+    x: Array,
+    places: &[Vec<Option<usize>>],
+) -> Array {
+    let none = vec![None; sum.len()];
+    places.chunks(AT_ONCE).fold(sum, |sum, chunk| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| p.gather(x, chunk.get(k).unwrap_or(&none)));
+        let [sum] = p.map(Total, [sum, a, b, c, d]);
+        sum
+    })
 }
 
 impl Force for BentBars {

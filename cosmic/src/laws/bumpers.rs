@@ -10,7 +10,7 @@ use std::sync::Arc;
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
-use super::bending::Total;
+use super::bending::add_gathered;
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
@@ -24,8 +24,6 @@ const ON_BAR: f64 = 1e-3;
 const AT_REST: f64 = 0.5;
 /// A product of stiffnesses, (N/m)^2, that keeps the stiffness of a contact finite if bar and node have stiffness 0.
 const LEAST: f64 = 1e-24;
-/// The number of arrays that the kernel [`Total`] adds to a sum.
-const AT_ONCE: usize = 4;
 
 crate::settings! {
     /// Bars do not pass through one another: nodes and bars that come too near push each other apart.
@@ -244,24 +242,28 @@ impl KeptApart {
         [self.law.stiffness, self.law.distance]
     }
 
-    /// A pair in a pose.
-    fn near(&self, pair: &Apart, pose: &Pose) -> Near<f64> {
-        let of_edge = pose.body.stiffness.iter().zip(&pose.lattice.edges);
-        let at_node = of_edge.filter(|(_, ends)| ends.contains(&pair.node));
-        Near {
+    /// All pairs, each with its numbers in a pose.
+    fn in_pose<'a>(&'a self, pose: &'a Pose) -> impl Iterator<Item = (&'a Apart, Near<f64>)> {
+        let mut of_nodes = vec![0.0; pose.lattice.nodes()];
+        for (stiffness, ends) in pose.body.stiffness.iter().zip(&pose.lattice.edges) {
+            for &end in ends {
+                of_nodes[end] += stiffness;
+            }
+        }
+        let near = move |pair: &'a Apart| Near {
             node: pose.state.x[pair.node],
             ends: pair.ends.map(|end| pose.state.x[end]),
             of_bar: pose.body.stiffness[pair.edge],
-            of_node: at_node.map(|(stiffness, _)| stiffness).sum(),
+            of_node: of_nodes[pair.node],
             most: pair.most,
-        }
+        };
+        self.pairs.iter().map(move |pair| (pair, near(pair)))
     }
 
     /// The largest stiffness of a contact of each node in a pose, N/m.
     fn stiffest(&self, pose: &Pose) -> Vec<f64> {
         let mut stiffest = vec![0.0_f64; pose.lattice.nodes()];
-        for pair in &self.pairs {
-            let near = self.near(pair, pose);
+        for (pair, near) in self.in_pose(pose) {
             let stiffness = self.bump(1.0).touch(self.numbers(), &near).stiffness;
             for node in pair.ends.into_iter().chain([pair.node]) {
                 stiffest[node] = stiffest[node].max(stiffness);
@@ -305,13 +307,9 @@ fn at_nodes(
     let none = vec![None; graph.slots()];
     let of_links = [0, 1].map(|axis| {
         let start = p.gather(impulses[0][axis], &none);
-        rounds.iter().enumerate().fold(start, |sum, (end, rounds)| {
-            let impulse = impulses[end][axis];
-            rounds.chunks(AT_ONCE).fold(sum, |sum, chunk| {
-                let [a, b, c, d] =
-                    [0, 1, 2, 3].map(|k| p.gather(impulse, chunk.get(k).unwrap_or(&none)));
-                p.map(Total, [sum, a, b, c, d])[0]
-            })
+        let ends = rounds.iter().zip(impulses);
+        ends.fold(start, |sum, (rounds, impulse)| {
+            add_gathered(p, sum, impulse[axis], rounds)
         })
     });
     Vector::new(p.map_edges(&graph, Passed, [], &of_links))
@@ -343,13 +341,11 @@ impl Force for KeptApart {
         let (graph, nodes) = (step.graph, step.graph.nodes());
         let in_use = graph.edge_of_slot();
         let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();
-        let joined: Vec<usize> = graph
-            .nodes_of_slot()
-            .into_iter()
-            .flatten()
-            .flatten()
-            .collect();
-        let exists = |pair: &Apart| has_bar(pair.edge) && joined.contains(&pair.node);
+        let mut has_bars = vec![false; nodes];
+        for node in graph.nodes_of_slot().into_iter().flatten().flatten() {
+            has_bars[node] = true;
+        }
+        let exists = |pair: &Apart| has_bar(pair.edge) && has_bars[pair.node];
         let pairs = self.pairs.iter().enumerate();
         let (places, pairs): (Vec<Option<usize>>, Vec<&Apart>) = pairs
             .filter(|(_, pair)| exists(pair))
@@ -384,8 +380,7 @@ impl Force for KeptApart {
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
-        let pull = |pair: &Apart| {
-            let near = self.near(pair, pose);
+        let pull = |(pair, near): (&Apart, Near<f64>)| {
             let ends = self.bump(1.0).impulses(self.numbers(), &near);
             let force = match pair.ends.iter().position(|&end| end == node) {
                 Some(end) => ends[end],
@@ -396,16 +391,16 @@ impl Force for KeptApart {
                 force,
             }
         };
-        let here = |pair: &&Apart| pair.node == node || pair.ends.contains(&node);
-        self.pairs.iter().filter(here).map(pull).collect()
+        let here = |(pair, _): &(&Apart, Near<f64>)| pair.node == node || pair.ends.contains(&node);
+        self.in_pose(pose).filter(here).map(pull).collect()
     }
 
     fn energy(&self, pose: &Pose) -> Option<f64> {
-        let energy = |pair: &Apart| {
-            let touch = self.bump(1.0).touch(self.numbers(), &self.near(pair, pose));
+        let energy = |(_, near): (&Apart, Near<f64>)| {
+            let touch = self.bump(1.0).touch(self.numbers(), &near);
             0.5 * touch.stiffness * touch.depth * touch.depth
         };
-        Some(self.pairs.iter().map(energy).sum())
+        Some(self.in_pose(pose).map(energy).sum())
     }
 
     /// Adds the stiffness of one contact to every node: its stiffest one.

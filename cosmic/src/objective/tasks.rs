@@ -36,7 +36,7 @@ impl Objective {
                 ground: physics.into(),
                 settings: loss.clone(),
             },
-            stroke: materials.max_strain[Material::Actuator as usize],
+            stroke: Material::Actuator.of(&materials.max_strain),
         }
     }
 
@@ -54,12 +54,10 @@ impl Objective {
     /// The energy that the actuators give to the robot, per mass of the robot, J/kg. A bar that is an actuator in part
     /// counts in part. While an actuator takes energy from the robot, it counts as 0.
     fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let effort = trajectory.effort(trajectory.last_step());
-        let body = &trajectory
-            .efforts
-            .as_ref()
-            .expect("the loss reads efforts")
-            .body;
+        let (effort, body) = (
+            trajectory.effort(trajectory.last_step()),
+            trajectory.robot(),
+        );
         if self.stroke == 0.0 {
             return R::zero();
         }

@@ -123,7 +123,7 @@ impl Simulator {
     ) -> Option<Divergence> {
         let mut last = VecDeque::from([(steps.start, start.clone())]);
         let mut found = None;
-        self.each_state(body, controller, start, steps, |step, state, _| {
+        self.each_state(body, controller, start, steps, false, |step, state, _| {
             let absurd = state.absurd_node().map(|node| (node, None));
             let too_fast = || {
                 let bound = self.speed_bound?;
@@ -145,7 +145,7 @@ impl Simulator {
     }
 
     /// Simulates the steps of the range `steps`. After each step, calls `show` with the number of steps so far and the
-    /// new state; if steps are implicit, also with the efforts of the bars in the step. Ends early if `show` returns `Break`.
+    /// new state; if `metered` is true, also with the efforts of the bars in the step. Ends early if `show` returns `Break`.
     /// Keeps only a block of states in memory at a time.
     pub(super) fn each_state(
         &self,
@@ -153,10 +153,10 @@ impl Simulator {
         controller: &Controller<f64>,
         start: &State<f64>,
         steps: Range<usize>,
+        metered: bool,
         mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
     ) {
         let of_nodes = 4 * self.robot.graph.nodes();
-        let metered = self.robot.mechanics.is_implicit();
         let span = Span {
             metered,
             ..Span::from_start(Vec::new())

@@ -163,7 +163,7 @@ pub struct EdgeMoments {
     pub elastic: f64,
 }
 
-/// A state of a rollout, after a number of steps. If steps are implicit, with the efforts of the bars in the last one.
+/// A state of a rollout, after a number of steps. With the efforts of the bars in the last step, if steps are implicit.
 type Reached = (usize, State<f64>, Option<Effort<f64>>);
 
 impl Simulator {
@@ -228,7 +228,8 @@ impl Simulator {
     }
 
     /// Simulates `steps` steps and returns the loads of the bars over all states. The forces of implicit steps are those
-    /// that the [steps used](Effort::tension). There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the values are kept in memory.
+    /// that the [steps used](Effort::tension). There is an entry for each edge of the layout, which is `None` for a void
+    /// edge. Only about 1 % of the values are kept in memory.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -246,7 +247,6 @@ impl Simulator {
                 .collect();
             let moments = self.moments_of(body, controller, &states);
             for (mut moment, (.., effort)) in moments.into_iter().zip(block) {
-                // An implicit step uses forces at its end, which are not those of the lengths in the state.
                 if let Some(effort) = effort {
                     moment.tension.clone_from(&effort.tension);
                 }
@@ -258,14 +258,17 @@ impl Simulator {
             }
         };
         let mut block = vec![(0, start.clone(), None)];
-        self.each_state(body, controller, start, 0..steps, |step, state, effort| {
+        // An implicit step uses forces at its end, which are not those of the lengths in the state.
+        let metered = self.robot.mechanics.is_implicit();
+        let show = |step, state, effort| {
             block.push((step, state, effort));
             if block.len() == BLOCK {
                 see(&block);
                 block.clear();
             }
             ControlFlow::Continue(())
-        });
+        };
+        self.each_state(body, controller, start, 0..steps, metered, show);
         see(&block);
         let load = |bar: Option<Gathered>| bar.map(Gathered::load);
         bars.into_iter().map(load).collect()

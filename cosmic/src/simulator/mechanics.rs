@@ -44,7 +44,7 @@ pub(super) struct Mechanics {
 
 /// What changes the forces from step to step, besides the state of the nodes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Driving {
+pub(super) struct Actuation {
     /// The controller's output for each slot of the graph.
     pub(super) activation: Array,
     /// The time (s), for each node; `None` if no force needs it.
@@ -147,7 +147,7 @@ impl Mechanics {
         graph: &Graph,
         mut nodes: Particle<Array>,
         given: &Parameters<Array>,
-        Driving { activation, time }: Driving,
+        Actuation { activation, time }: Actuation,
         mut meter: Option<&mut Meter>,
     ) -> Particle<Array> {
         let p = &mut p.any();

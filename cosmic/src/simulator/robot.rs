@@ -5,7 +5,7 @@ use std::sync::Arc;
 use autodiff::{Array, Graph, Model, Program, Real};
 
 use super::effort::{Effort, Meter};
-use super::mechanics::{Driving, Mechanics};
+use super::mechanics::{Actuation, Mechanics};
 use super::parameters::{Parameters, Road};
 use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
@@ -162,12 +162,15 @@ impl Robot {
 
     /// The number of numbers of the efforts in a state.
     pub(super) fn meters(&self) -> usize {
-        let lists = if self.is_metered {
-            Effort::<f64>::LISTS
-        } else {
-            0
-        };
-        lists * self.graph.slots()
+        self.meters_if(self.is_metered)
+    }
+
+    /// The number of numbers of the efforts in a state, if steps record them.
+    pub(super) fn meters_if(&self, is_metered: bool) -> usize {
+        match is_metered {
+            true => Effort::<f64>::LISTS * self.graph.slots(),
+            false => 0,
+        }
     }
 
     /// A flat state of the nodes, with efforts of 0 unless it has efforts already.
@@ -401,8 +404,8 @@ impl Model for Robot {
         let mechanics = &self.mechanics;
         let mut meter = efforts.map(|[_, tension, work]| Meter { tension, work });
         let meters = meter.as_mut();
-        let driving = Driving { activation, time };
-        let next = mechanics.record(p, &self.graph, state, &given, driving, meters);
+        let actuation = Actuation { activation, time };
+        let next = mechanics.record(p, &self.graph, state, &given, actuation, meters);
         for (state, next) in state.array().into_iter().zip(next.array()) {
             p.advance(state, next);
         }

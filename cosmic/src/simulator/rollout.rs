@@ -491,7 +491,7 @@ impl Simulator {
     ) -> Trajectory<R> {
         let still = Still::of(body, start);
         let of_nodes = 4 * self.robot.graph.nodes().min(span.nodes);
-        let meters = self.robot.clone().metered(span.metered).meters();
+        let meters = self.robot.meters_if(span.metered);
         let states = || seen.chunks_exact(of_nodes + meters);
         let efforts = || Efforts {
             of_states: (states().map(|s| self.effort(&s[of_nodes..]))).collect(),

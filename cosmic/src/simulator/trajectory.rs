@@ -68,15 +68,25 @@ impl<R> Trajectory<R> {
         &self.states[self.index(step)]
     }
 
+    /// The robot to which the [efforts](Self::efforts) belong: its stiffnesses, strains and masses.
+    ///
+    /// # Panics
+    /// If the loss does not declare that it reads efforts.
+    pub fn robot(&self) -> &Body<R> {
+        &self.metered().body
+    }
+
     /// The efforts of the bars in the step that ends at the observed state after this number of steps.
     ///
     /// # Panics
     /// If that state was not observed, or if the loss does not declare that it reads efforts.
     pub fn effort(&self, step: usize) -> &Effort<R> {
+        &self.metered().of_states[self.index(step)]
+    }
+
+    fn metered(&self) -> &Efforts<R> {
         let efforts = self.efforts.as_ref();
-        let efforts =
-            efforts.expect("a loss that reads efforts must return true in `reads_efforts`");
-        &efforts.of_states[self.index(step)]
+        efforts.expect("a loss that reads efforts must return true in `reads_efforts`")
     }
 
     fn index(&self, step: usize) -> usize {

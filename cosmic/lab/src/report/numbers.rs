@@ -52,11 +52,12 @@ pub(super) fn with_six<'r, S>(
         true => table,
         false => table.add(energy, move |run| of(run).summary.energy?.per_metre),
     };
-    table.add(pairs, move |run| {
-        decided(of(run).summary, |s| {
-            Some(s.loads.as_ref()?.most_tangles? as f64)
-        })
-    })
+    table.add(pairs, move |run| crossing_pairs(of(run).summary))
+}
+
+/// The largest number of pairs of bars that pass through each other at a time.
+fn crossing_pairs(summary: &Summary) -> Cell {
+    decided(summary, |s| Some(s.loads.as_ref()?.most_tangles? as f64))
 }
 
 /// A column of a table of runs, and the function that returns the cell of a run.
@@ -129,9 +130,7 @@ fn numbers() -> [Number; 20] {
         (strain, |s| {
             decided(s, |s| Some(s.loads.as_ref()?.strain.peak))
         }),
-        (tangles, |s| {
-            decided(s, |s| Some(s.loads.as_ref()?.most_tangles? as f64))
-        }),
+        (tangles, crossing_pairs),
         (mass, |s| decided(s, |s| Some(s.energy?.mass))),
         (power, |s| decided(s, |s| Some(s.energy?.power))),
         (cost, |s| decided(s, |s| s.energy?.cost_of_transport)),

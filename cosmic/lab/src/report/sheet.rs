@@ -58,10 +58,11 @@ impl Section {
         })
     }
 
-    /// The number of checks with its noun.
-    fn counted(&self) -> String {
-        let noun = if self.checks == 1 { "check" } else { "checks" };
-        format!("{} {noun}", self.checks)
+    /// How many checks there are, and how many of them failed.
+    fn outcome(&self) -> String {
+        let (checks, failed) = (self.checks, self.failures.len());
+        let noun = if checks == 1 { "check" } else { "checks" };
+        format!("{checks} {noun}, {failed} failed")
     }
 
     fn to_text(&self) -> String {
@@ -70,17 +71,16 @@ impl Section {
         for table in &self.tables {
             text += &format!("\n{}\n{}", table.title, marked(table));
         }
-        let failed = self.failures.len();
-        text += &format!("\n{}, {failed} failed\n", self.counted());
+        text += &format!("\n{}\n", self.outcome());
         text.extend(self.failures.iter().map(|failure| format!("! {failure}\n")));
         text
     }
 
     fn to_html(&self) -> String {
-        let (checks, failed) = (self.counted(), self.failures.len());
         let mut html = format!(
-            "<h2>{}</h2>\n<p><b>{checks}, {failed} failed.</b></p>\n",
-            escape(&self.title)
+            "<h2>{}</h2>\n<p><b>{}.</b></p>\n",
+            escape(&self.title),
+            self.outcome()
         );
         let failed = |failure: &String| format!("<p>Failed: {}</p>\n", prose(failure));
         html.extend(self.failures.iter().map(failed));
@@ -157,9 +157,11 @@ impl Sheet {
     fn verdict(&self) -> Vec<Answer> {
         let answers = self.sections.iter().flat_map(|section| &section.verdict);
         let checks = |section: &Section| {
-            let (title, checks, failed) = (&section.title, section.checks, section.failures.len());
-            let level = if failed == 0 { Level::Good } else { Level::Bad };
-            Answer::limit(format!("{title}: {checks} checks, {failed} failed"), level)
+            let level = match section.failures.is_empty() {
+                true => Level::Good,
+                false => Level::Bad,
+            };
+            Answer::limit(format!("{}: {}", section.title, section.outcome()), level)
         };
         let checks = self.sections.iter().map(checks);
         answers.cloned().chain(checks).collect()
@@ -176,8 +178,8 @@ impl Sheet {
         format!("{}: {}\n\n{lines}", self.title, self.subject)
     }
 
-    /// Returns the verdict, the notes and the tables as text for a terminal. A row with the scene's own settings begins with `*`, a
-    /// failed row with `!`.
+    /// Returns the verdict, the notes and the tables as text for a terminal. A row with the scene's own settings begins
+    /// with `*`, a failed row with `!`.
     pub fn to_text(&self) -> String {
         let sections: String = self.sections.iter().map(Section::to_text).collect();
         self.verdict_text(|answer| answer.text.clone()) + &sections
