@@ -71,7 +71,7 @@ fn every_built_in_scene_can_be_laid_over_stability() {
     for builtin in BUILTIN {
         let read = Scene::parse(builtin.name, builtin.text).unwrap();
         let base = match builtin.name {
-            "errand" => "earth",
+            "errand" | "workshop" => "earth",
             _ => "stability",
         };
         assert_eq!(read.base.name(), base);

@@ -5,7 +5,7 @@ use autodiff::check::{Options, Verdict};
 use cosmic::objective::Loss;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::check_gradients_of;
-use cosmic_tests::robot;
+use cosmic_tests::{numbers, references, robot, workspace};
 
 /// The integrators, each as settings in TOML.
 const WORLDS: [&str; 4] = [
@@ -94,6 +94,23 @@ fn efforts_are_those_of_the_states() {
             assert!(before.iter().zip(&effort.work).all(|(a, b)| a <= b));
         }
         assert!(*world == WORLDS[1] || most > 1e-6, "{most}");
+    }
+}
+
+/// The forces and the energies of implicit steps are those of an independent program.
+#[test]
+fn efforts_of_implicit_steps_are_reproduced() {
+    for reference in references(&workspace().join("tests/data/implicit")) {
+        let case = reference.case();
+        let span = Span {
+            metered: true,
+            ..Span::from_start(vec![case.physics.steps])
+        };
+        let run = (case.task()).rollout(&case.own_design(), &case.controller, &case.start, &span);
+        let (effort, expected) = (run.effort(case.physics.steps), &reference.json["coverage"]);
+        for (name, got) in [("tension_last", &effort.tension), ("work", &effort.work)] {
+            reference.check(name, "forward", [got, &numbers(&expected[name])]);
+        }
     }
 }
 

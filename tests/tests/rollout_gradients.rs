@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 22] = [
+const WORLDS: [&str; 24] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -46,6 +46,8 @@ const WORLDS: [&str; 22] = [
     "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}\nbumpers.distance = 0.9",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['bumpers']}\n\
      bumpers = {distance = 0.9, reach = 1}",
+    "physics = {integrator = 'implicit', theta = 0.55, contact = 'coulomb', friction = 0.4, forces = ['damper']}",
+    "physics = {integrator = 'implicit', bending_radius = 0.02, contact = 'coulomb', friction = 0.4}",
 ];
 
 #[test]

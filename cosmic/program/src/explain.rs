@@ -10,7 +10,7 @@ use cosmic::error::Result;
 use cosmic::policy::{self, Network};
 use cosmic::scene::{AnyDesign, Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::simulator::rounded_down;
-use cosmic_lab::verify::{Plan, Speed, Term, frequencies, measure, peak_memory};
+use cosmic_lab::verify::{Plan, Speed, Term, frequencies, measure, peak_memory, step_off_bars};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -73,7 +73,8 @@ impl StableStep {
     fn of(case: &Case) -> Self {
         let [largest_frequency, bound, damping] = frequencies(case, &case.start.x);
         let any = AnyDesign::new(&case.lattice, &case.materials, &case.physics);
-        let stable = |frequency| stable_step(&case.physics, frequency, damping);
+        let off_bars = step_off_bars(case, &case.physics, &case.start.x);
+        let stable = |frequency| stable_step(&case.physics, frequency, damping).min(off_bars);
         Self {
             exact: stable(largest_frequency),
             bound: stable(bound),

@@ -26,6 +26,9 @@ pub(super) struct MujocoOptions {
     /// Tolerance of the solver
     #[arg(long, value_name = "T", default_value_t = MujocoSettings::default().tolerance, value_parser = above_zero(1.0), allow_negative_numbers = true)]
     solver_tolerance: f64,
+    /// Hold skeleton bars at their length, by equality constraints; robots with implicit steps need it
+    #[arg(long)]
+    rigid: bool,
 }
 
 impl MujocoOptions {
@@ -37,6 +40,7 @@ impl MujocoOptions {
             impedance_ratio: self.impedance_ratio,
             iterations: self.solver_iterations,
             tolerance: self.solver_tolerance,
+            rigid: self.rigid,
         }
     }
 }

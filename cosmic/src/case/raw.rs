@@ -159,6 +159,8 @@ keys! {
     substeps: usize = physics.substeps,
     #[serde(default = "two", skip_serializing_if = "is_two")]
     passes: usize = physics.passes,
+    #[serde(default = "whole", skip_serializing_if = "is_whole")]
+    theta: f64 = physics.theta,
     contact: LawFile = physics.contact,
     mu: f64 = physics.friction,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -320,6 +322,14 @@ fn two() -> usize {
 
 fn is_two(option: &usize) -> bool {
     *option == two()
+}
+
+fn whole() -> f64 {
+    1.0
+}
+
+fn is_whole(share: &f64) -> bool {
+    *share == whole()
 }
 
 fn mlp() -> String {

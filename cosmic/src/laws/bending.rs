@@ -345,7 +345,7 @@ impl Force for BentBars {
 
     /// The angular stiffness `c` of a pair is at most `2 r^2` times the stiffness of one of its edges. So all pairs
     /// together add at most `12 (r / l)^2` times `of_node` to a squared frequency.
-    fn any_design(&self, of_node: f64, shortest: f64) -> f64 {
+    fn any_design(&self, of_node: f64, shortest: f64, _lightest: f64) -> f64 {
         12.0 * (self.radius / shortest).powi(2) * of_node
     }
 }

@@ -180,9 +180,9 @@ pub trait Force: Debug + Send + Sync {
 
     /// An upper bound, valid for every design, on what this force adds to a squared frequency, 1/s^2. `of_node` is the
     /// largest squared frequency of a single node that is held only by its bars (1/s^2); `shortest` is the length of
-    /// the shortest bar (m). Forces on single nodes return 0, because [`stiffen`](Force::stiffen) already reports what
-    /// they add.
-    fn any_design(&self, _of_node: f64, _shortest: f64) -> f64 {
+    /// the shortest bar (m), and `lightest` the smallest mass that a node may have (kg). Forces on single nodes return 0,
+    /// because [`stiffen`](Force::stiffen) already reports what they add.
+    fn any_design(&self, _of_node: f64, _shortest: f64, _lightest: f64) -> f64 {
         0.0
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::materials::MaterialSettings;
 use super::robot::PhysicsSettings;
-use super::stable_step::stable_step;
+use super::stable_step::{stable_step, stable_step_off_bars};
 use crate::lattice::{Body, Lattice, Marker};
 use crate::laws::{Force, Pose, Stiffness};
 
@@ -56,7 +56,7 @@ impl<'a> AnyDesign<'a> {
     ///
     /// [`Vibration::edge_bound`]: crate::simulator::stability::Vibration::edge_bound
     pub fn frequency(&self) -> f64 {
-        self.frequency_in_steps(f64::INFINITY)
+        self.frequencies_in_steps(f64::INFINITY)[0]
     }
 
     /// Below this time step, s, no vibration of any design grows, nor of a robot that vibrates `faster` times as fast
@@ -64,8 +64,9 @@ impl<'a> AnyDesign<'a> {
     pub fn stable_step(&self, faster: f64) -> f64 {
         let substeps = self.physics.substeps as f64;
         let stable = |dt: f64| {
-            let frequency = faster * self.frequency_in_steps(dt / substeps);
-            stable_step(self.physics, frequency, 0.0)
+            let [all, off_bars] = self.frequencies_in_steps(dt / substeps);
+            let limit = stable_step(self.physics, faster * all, 0.0);
+            limit.min(stable_step_off_bars(self.physics, faster * off_bars, 0.0))
         };
         // A longer step makes damping add less to the frequency, so the iteration approaches the limit from above.
         let mut dt = stable(f64::INFINITY);
@@ -79,11 +80,12 @@ impl<'a> AnyDesign<'a> {
         dt
     }
 
-    /// A bound on the frequencies that includes the damping in mechanical steps of `dt` (s). In such a step, damping at
+    /// Bounds on the frequencies that all forces cause, and on those that the forces off the bars cause. They include the
+    /// damping in mechanical steps of `dt` (s). In such a step, damping at
     /// a rate `d` makes a vibration of frequency `omega` grow if an undamped vibration of the frequency
     /// `sqrt(omega^2 + 2 d / dt)` would grow ([`stable_step`]). So a bar with the damping `c` counts as if its stiffness
     /// were larger by `2 c / dt`.
-    fn frequency_in_steps(&self, dt: f64) -> f64 {
+    fn frequencies_in_steps(&self, dt: f64) -> [f64; 2] {
         let forces = &self.forces;
         let of_bar = |k, length, off| {
             let stiffness = sum(forces, |force| force.bar_stiffness(k, length, off));
@@ -95,9 +97,12 @@ impl<'a> AnyDesign<'a> {
         let lengths = self.lattice.rest_length.iter().copied();
         let shortest = lengths.fold(f64::MAX, f64::min);
         let largest = mu.into_iter().fold(0.0, f64::max);
-        let others = sum(forces, |force| force.any_design(largest, shortest));
+        let lightest = self.physics.node_mass;
+        let others = sum(forces, |force| {
+            force.any_design(largest, shortest, lightest)
+        });
         let on_nodes = self.on_nodes.stiffness + 2.0 / dt * self.on_nodes.damping;
-        (of_edges + others + on_nodes).sqrt()
+        [of_edges + others + on_nodes, others + on_nodes].map(f64::sqrt)
     }
 }
 

@@ -102,8 +102,8 @@ macro_rules! builtin {
 }
 
 /// All built-in scenes. The first one is the default of the program. The base of each is `stability`, except for
-/// `errand`, whose base is `earth`.
-pub const BUILTIN: [Builtin; 14] = builtin![
+/// `errand` and `workshop`, whose base is `earth`.
+pub const BUILTIN: [Builtin; 15] = builtin![
     "earth",
     "stability",
     "baseline_tall",
@@ -118,6 +118,7 @@ pub const BUILTIN: [Builtin; 14] = builtin![
     "rough",
     "large",
     "errand",
+    "workshop",
 ];
 
 /// The noun for a scene in messages and in the registry.

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    ActuatorPart, GoalKind, GroundSettings, HorizonMode, Integrator, LatticeKind, LatticeSettings,
-    Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
+    ActuatorPart, GoalKind, GroundSettings, HorizonMode, LatticeKind, LatticeSettings, Layout,
+    LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -52,7 +52,7 @@ pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
         phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, searches, goals,
-        steps_of, terrain, parts,
+        springs, terrain, parts,
     ] {
         rule(scene, &mut found);
     }
@@ -343,14 +343,9 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// An implicit step treats bars as springs along their axis, and some laws take the place of linear springs.
-fn steps_of(scene: &Scene, found: &mut Conflicts) {
+/// Some laws take the place of linear springs.
+fn springs(scene: &Scene, found: &mut Conflicts) {
     let physics = &scene.physics;
-    found.require(
-        physics.integrator != Integrator::Implicit || physics.bending_radius == 0.0,
-        ["physics.integrator", "physics.bending_radius"],
-        "implicit steps of bars that resist bending are not supported; set physics.bending_radius to 0".to_owned(),
-    );
     let replaces = physics.forces.replaces_spring();
     found.require(
         replaces.is_none() || physics.stiffening == 0.0,

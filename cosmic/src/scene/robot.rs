@@ -146,6 +146,11 @@ settings! {
         passes: usize = 2, allowed within(1.0, 16.0), since 6,
             read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
             source "found by experiment";
+        /// Share of an implicit step after which forces are taken. With 1, the end of the step, vibrations are damped; near
+        /// 0.5 the step is of second order. In a step in which a node lands it is 1.
+        theta: f64 = 1.0, allowed within(0.5, 1.0), since 8,
+            read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
+            source "beyond the paper: theta method";
         /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
         /// output is constant during them.
         substeps: usize = 1, allowed within(1.0, MOST_SUBSTEPS),

@@ -6,7 +6,10 @@
 //! omega)^2`. With substeps, `dt` is the length of a substep.
 //!
 //! An implicit step has no such limit. Its limit is that of rounding: if `(dt omega)^2`, the stiffness of a step divided by
-//! a mass, is above 1e13, the mass is lost in the rounding of the stiffness.
+//! a mass, is above 1e13, the mass is lost in the rounding of the stiffness. Forces that do not act along bars are not
+//! solved for, so they have a limit of their own. With one pass, it is the limit of symplectic Euler without damping. Each
+//! further pass evaluates these forces where the pass before has moved the nodes, which doubles the stiffness that they
+//! seem to have: the limit is `(dt omega)^2 + dt eta < 1`.
 
 use super::robot::{Integrator, PhysicsSettings};
 
@@ -24,6 +27,18 @@ pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
         Integrator::SymplecticEuler => step_limit(frequency, physics.damping, eta),
         Integrator::Leapfrog => leapfrog_limit(frequency, physics.damping, eta),
         Integrator::Implicit => IMPLICIT / frequency,
+    };
+    substep * physics.substeps as f64
+}
+
+/// The smallest time step, s, with which forces that do not act along bars make an oscillation grow in an implicit step;
+/// infinite with the other integrators, whose [`stable_step`] includes these forces. `frequency` and `eta` (1/s) are those
+/// that these forces cause.
+pub fn stable_step_off_bars(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
+    let substep = match (physics.integrator, physics.passes) {
+        (Integrator::Implicit, 1) => step_of(2.0, frequency, eta),
+        (Integrator::Implicit, _) => step_of(1.0, frequency, 0.5 * eta),
+        _ => f64::INFINITY,
     };
     substep * physics.substeps as f64
 }

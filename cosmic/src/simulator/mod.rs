@@ -8,6 +8,7 @@ mod surroundings;
 mod parameters;
 mod effort;
 mod implicit;
+mod theta;
 mod mechanics;
 mod robot;
 mod energy;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::stability::Vibration;
+use super::stability::{OffBars, Vibration};
 use crate::error::{Error, Result};
 use crate::keys::keys;
 use crate::scene::{MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
@@ -25,8 +25,23 @@ keys! {
 }
 
 impl StepLimit {
-    fn new(frequency: f64, damping: f64, node: usize, physics: &PhysicsSettings) -> Self {
-        let dt = stable_step(physics, frequency, damping);
+    /// The limit by a vibration of all forces, or by forces that an implicit step does not solve for if they limit the time
+    /// step more.
+    fn new(
+        (frequency, node): (f64, usize),
+        damping: f64,
+        others: OffBars,
+        physics: &PhysicsSettings,
+    ) -> Self {
+        let (all, of_others) = (
+            stable_step(physics, frequency, damping),
+            others.stable_step(physics),
+        );
+        let (frequency, node) = match of_others < all {
+            true => (others.frequency, others.node),
+            false => (frequency, node),
+        };
+        let dt = all.min(of_others);
         Self {
             frequency,
             dt: dt.is_finite().then_some(dt),
@@ -85,15 +100,15 @@ impl StepCheck {
         // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
         // that square.
         let damping = faster * faster * vibration.damping();
-        let frequency = faster * vibration.edge_bound();
-        let bound = StepLimit::new(frequency, damping, vibration.bounding_node(), physics);
+        let edges = (faster * vibration.edge_bound(), vibration.bounding_node());
+        let bound = StepLimit::new(edges, damping, vibration.off_bars(faster), physics);
         let beyond = bound.share(physics.dt) >= 1.0 && physics.dt >= any_design;
         Self {
             dt: physics.dt,
             bound,
             exact: beyond.then(|| {
-                let (frequency, node) = vibration.fastest();
-                StepLimit::new(frequency, vibration.damping(), node, physics)
+                let others = vibration.off_bars(1.0);
+                StepLimit::new(vibration.fastest(), vibration.damping(), others, physics)
             }),
             substeps: physics.substeps,
             any_design: any_design.is_finite().then_some(any_design),

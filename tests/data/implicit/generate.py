@@ -106,6 +106,41 @@ class Robot:
         self.cubic, self.damper, self.stop_at, self.stop_stiffness = cubic, damper, stop_at, stop_stiffness
         self.g = -gravity * np.array([np.sin(angle), np.cos(angle)])
         self.ground = Ground() if ground is None else ground  # False: no ground
+        self.bumpers = self.pairs = None
+
+    def rest(self, x):
+        """Finds the pairs of a node and an edge that the bumpers keep apart, from the positions at rest."""
+        shortest, pairs = self.l0.min(), []
+        for edge, (i, j) in enumerate(zip(self.i, self.j)):
+            for node in set(range(len(x))) - {i, j}:
+                along = (x[node] - x[i]) @ (x[j] - x[i]) / ((x[j] - x[i]) @ (x[j] - x[i]))
+                away = np.linalg.norm(x[node] - x[i] - np.clip(along, 0.0, 1.0) * (x[j] - x[i]))
+                if 1e-3 * shortest <= away <= self.bumpers["reach"] * shortest:
+                    pairs.append((node, edge, min(0.5 * away, self.bumpers["distance"] * shortest)))
+        node, edge, self.clearance = map(np.array, zip(*pairs))
+        self.pairs = node, edge
+
+    def bumps(self, x):
+        """The impulses of the bumpers on the nodes over dt, and the number of pairs that touch."""
+        out = np.zeros_like(x)
+        if not self.bumpers:
+            return out, 0
+        (node, edge), of_nodes = self.pairs, np.zeros(len(x), self.k.dtype)
+        for ends in (self.i, self.j):
+            np.add.at(of_nodes, ends, self.k)
+        i, j, law, bar, at_node = self.i[edge], self.j[edge], self.bumpers["stiffness"], self.k[edge], of_nodes[node]
+        d, to_node = x[j] - x[i], x[node] - x[i]
+        share = bounded(dot(to_node, d) / (dot(d, d) + self.softening), 0.0, 1.0)
+        apart = to_node - share[:, None] * d
+        gap = np.sqrt(dot(apart, apart) + self.softening)
+        depth = positive(self.clearance - gap)
+        stiffness = law * bar * at_node / (law * (bar + at_node) + bar * at_node + 1e-24)
+        push = (self.dt * stiffness * depth / gap)[:, None] * apart
+        out = out + 0.0 * push.sum()
+        np.add.at(out, node, push)
+        np.subtract.at(out, i, (1.0 - share)[:, None] * push)
+        np.subtract.at(out, j, share[:, None] * push)
+        return out, int((depth.real > 0).sum())
 
     def tension(self, length, rate, activation):
         """Spring (Hooke or stiffening), damper and stops, with slopes."""
@@ -159,10 +194,10 @@ class Robot:
         return self.drift(x, self.decay * v + impulse / self.m[:, None] + self.dt * self.g, np.full(len(x), -1))
 
     # ---------------------------------------------------------------- the implicit step (README)
-    def linearised(self, x, v0, activation):
+    def linearised(self, x, v0, activation, dt):
         """Per edge: the impulse over dt at (x, v0), and the slopes dt^2 K and dt D as positive semidefinite blocks."""
         u, length, force = self.bars(x, v0, activation)
-        uu, dt = outer(u), self.dt
+        uu = outer(u)
         k, c = positive(force.slopes + 0.0 * length)
         across = positive(force.value) / length
         stiff = dt * dt * (k[:, None, None] * uu + across[:, None, None] * (np.eye(2) - uu))
@@ -181,11 +216,17 @@ class Robot:
         a[nodes, :, nodes, :] += fixed
         return np.linalg.solve(a.reshape(2 * count, -1), along(free, -residual).reshape(-1)).reshape(count, 2)
 
-    def implicit(self, x, v, activation, passes=2, log=None):
+    def implicit(self, x, v, activation, passes=2, theta=1.0, log=None):
         dt, m, count = self.dt, self.m[:, None], len(x)
-        v0 = self.decay * v + dt * self.g
-        kick, stiff, viscous = self.linearised(x, v0, activation)
-        at, rate = 0.0 * v0, v0
+        v0, lands = self.decay * v + dt * self.g, np.zeros(count, bool)
+        if self.ground and theta < 1.0:
+            met = self.ground.meet(x, v0, np.full(count, dt), np.full(count, -1))[0]
+            lands = (met >= 0) & (dot(self.ground.normal[met], v).real < -1e-6)
+        theta = 1.0 if lands.any() else theta
+        v0 = v + theta * (v0 - v) if theta < 1.0 else v0
+        kick, stiff, viscous = self.linearised(x, v0, activation, theta * dt)
+        bumped, touching = self.bumps(x)
+        at, rate, base = 0.0 * v0, v0, x
         eye, between = np.eye(2), lambda w: w[self.j] - w[self.i]
         diagonal = m[:, None] * eye + 0.0 * v0[:, :, None]
         for ends in (self.i, self.j):
@@ -197,7 +238,7 @@ class Robot:
 
         def residual(w):
             """The impulse that the bars do not explain if the nodes move with the velocity w."""
-            return m * (w - v0) - self.gather(bars(w))
+            return m * (w - v0) - self.gather(bars(w)) - theta * bumped
 
         zero, none = 0.0 * v0[:, 0], np.full(count, -1)
         held, stick, segment = none > 0, none > 0, 0 * none
@@ -243,7 +284,9 @@ class Robot:
             external = -(drag * (dot(t, w) - slip_to))[:, None] * t
             if number > 0:
                 at = rate = last
-                kick, stiff, viscous = self.linearised(x + dt * last, last, activation)
+                base = x + theta * dt * last
+                kick, stiff, viscous = self.linearised(base, last, activation, theta * dt)
+                bumped, touching = self.bumps(base)
             w = last = w + self.held_solve(node, stiff + viscous, residual(w) - external, fixed)
             reaction = residual(w)
             lam_n, lam_t = dot(n, reaction), dot(t, reaction)
@@ -254,9 +297,15 @@ class Robot:
             stops = stick | (size(dot(t, w) - slip_to).real < 0.5 * slid.real)
             resting = np.where(stops, 0.0, self.respond(dot(t, w), dot(n, w)))[:, None] * t
             v1 = np.where((held & ~again)[:, None], resting, v1)
+        v1 = np.where((~held & ~again)[:, None], v + (w - v) / theta, v1) if theta < 1.0 else v1
+        v1 = np.where((held & lands)[:, None], w, v1)
         if log is not None:
+            d = between(base)
+            u = d / np.sqrt(dot(d, d) + self.softening)[:, None]
+            tension = dot(u, bars(w)) / (theta * dt)
             log.append(dict(held=held, stick=stick, again=again & ~held, lam_n=held * lam_n, lam_t=held * lam_t, w=w,
-                            bar=bars(w)))
+                            bar=bars(w), tension=tension, work=dt * positive(-tension * dot(u, between(w))),
+                            touching=np.array(touching)))
         return x1, v1
 
 
@@ -277,6 +326,12 @@ CASES = dict(
                [0.3, -0.3], 1.0, "a stiff skeleton: 2500 times the stiffness that is stable with the explicit step"),
     three_passes=(dict(passes=3, mu=0.8), [0.4, -0.5], 1.0, "three passes"),
     profile=(dict(drop=0.029, profile=[[0.05, 0.0], [0.25, 0.02], [0.4, 0.0]]), [0.5, -0.4], 0.0, "four segments"),
+    bumpers=(dict(contact="none", bumpers=dict(stiffness=2000.0, distance=0.9, reach=3),
+                  library=dict(k=[1e-7, 4.0, 3.0], rho=[1e-8, 0.03, 0.1], a_max=[0.0, 0.0, 0.35])), [0.3, 1.0], 2.0,
+             "a lattice whose nodes fly at each other, until nodes and bars push each other apart"),
+    theta_flight=(dict(contact="none", drop=0.3, theta=0.5, damper_time=3e-4), [0.3, 1.0], 6.0,
+                  "free flight, forces at the middle of the step"),
+    theta_lands=(dict(theta=0.55, mu=0.6), [0.3, -0.4], 1.0, "lands with forces near the middle of the step"),
 )
 NAMES = ("z", "w1", "b1", "w2", "b2", "x0", "v0")
 
@@ -312,6 +367,9 @@ def rollout(scene, edges, l0, given, steps, kind="implicit", log=None):
                   cubic=scene.get("stiffening", 0.0), damper=scene.get("damper_time", 0.0),
                   stop_at=scene.get("stops_at", 0.35), stop_stiffness=scene.get("stops_stiffness", 0.0))
     turn, origin = turned(scene), np.array([0.0, scene["ground_height"]])
+    robot.bumpers = scene.get("bumpers")
+    if robot.bumpers:
+        robot.rest((given["x0"].real - origin) @ turn.T)
     x, v = (given["x0"] - origin) @ turn.T, given["v0"] @ turn.T
     clock = 2.0 * np.pi * np.arange(scene["n_cpg"]) / scene["n_cpg"]
     states = [(given["x0"], given["v0"])]
@@ -324,7 +382,7 @@ def rollout(scene, edges, l0, given, steps, kind="implicit", log=None):
         if kind == "explicit":
             x, v = robot.explicit(x, v, activation)
         else:
-            x, v = robot.implicit(x, v, activation, scene["passes"], log=log)
+            x, v = robot.implicit(x, v, activation, scene["passes"], scene.get("theta", 1.0), log)
         states.append((x @ turn + origin, v @ turn))
     return states, robot
 
@@ -340,10 +398,12 @@ TOLERANCE = dict(algebraic=1e-12, early=1e-12, forward=1e-11, gradient=1e-11, gr
 
 def in_file(scene):
     """The scene with the keys that `cosmic` knows. `cosmic` needs settings of its projections that are not used here."""
-    own = ("damper_time", "stops_at", "stops_stiffness")
+    own = ("damper_time", "stops_at", "stops_stiffness", "bumpers")
     forces = [dict(damper=dict(time=scene["damper_time"]))] if scene["damper_time"] else []
     if scene["stops_stiffness"]:
         forces.append(dict(stops=dict(at=scene["stops_at"], stiffness=scene["stops_stiffness"])))
+    if "bumpers" in scene:
+        forces.append(dict(bumpers=scene["bumpers"]))
     kept = {key: value for key, value in scene.items() if key not in own}
     return dict(kept, integrator="implicit", forces=forces, beta_stab=500.0, beta_ste=20.0, delta=1e-6)
 
@@ -372,6 +432,8 @@ def write(name, changes, velocity, spin, note, seed, steps=40, hidden=2):
                  b1=rng.uniform(-0.2, 0.2, hidden), w2=rng.uniform(-0.8, 0.8, (len(edges), hidden)),
                  b2=rng.uniform(-0.3, 0.3, len(edges)), x0=positions + rng.uniform(-1e-3, 1e-3, positions.shape),
                  v0=start + rng.uniform(-0.05, 0.05, positions.shape))
+    if "bumpers" in changes:
+        given["v0"] = given["v0"] - (given["x0"] - given["x0"].mean(0)) * [25.0, 0.0]
     given = {key: np.round(value, 5) for key, value in given.items()}
     states, robot = rollout(scene, edges, l0, given, steps, log=(log := []))
     run = lambda given: rollout(scene, edges, l0, given, steps)[0]
@@ -400,7 +462,8 @@ def write(name, changes, velocity, spin, note, seed, steps=40, hidden=2):
                 sensitivity={"1e-12": moved(1e-12), "1e-7": moved(1e-7)},
                 coverage=dict(held=count(lambda e: e["held"]), stick=count(lambda e: e["stick"]),
                               pulls=count(lambda e: e["lam_n"] < 0), again=count(lambda e: e["again"]),
-                              bar_impulse_last=log[-1]["bar"].tolist(), reaction_last=log[-1]["lam_n"].tolist()),
+                              touching=count(lambda e: e["touching"]), reaction_last=log[-1]["lam_n"].tolist(),
+                              tension_last=log[-1]["tension"].tolist(), work=sum(e["work"] for e in log).tolist()),
                 results=dict(node_mass=robot.m.tolist(),
                              trajectory={str(k): dict(x=states[k][0].tolist(), v=states[k][1].tolist())
                                          for k in (0, 1, 2, 3, 10, 20, 30, steps)},

@@ -10,7 +10,7 @@ use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector, flat};
 use cosmic::lattice::{Body, Marker};
-use cosmic::laws::{Damper, Law, Stops};
+use cosmic::laws::{Actuator, Bumpers, Damper, Law, Stops};
 use cosmic::policy::{Weights, frequency};
 use cosmic::record::files::{Format, make_folder, write_json};
 use cosmic::scene::Integrator;
@@ -50,6 +50,8 @@ pub struct MujocoSettings {
     pub iterations: usize,
     /// The solver stops when its improvement is below this tolerance.
     pub tolerance: f64,
+    /// Whether skeleton bars are rigid: equality constraints take the place of their springs and dampers.
+    pub rigid: bool,
 }
 
 impl Default for MujocoSettings {
@@ -61,6 +63,7 @@ impl Default for MujocoSettings {
             impedance_ratio: 100.0,
             iterations: 100,
             tolerance: 1e-8,
+            rigid: false,
         }
     }
 }
@@ -68,12 +71,12 @@ impl Default for MujocoSettings {
 /// Writes the model, the controller and the player of a case's robot into a folder; returns the paths.
 ///
 /// Leaves out the void edges of a layout. Also leaves out nodes that have no edge and that the controller does not
-/// observe.
+/// observe, and the law `bumpers`: in MuJoCo bars pass through one another.
 ///
 /// # Errors
 /// [`Error::Usage`] if the scene has something that the model cannot express; [`Error::Write`].
 pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Vec<PathBuf>> {
-    check(case)?;
+    check(case, settings)?;
     let robot = Robot::new(case, settings);
     let paths = [MODEL, "controller.json", PLAYER].map(|name| folder.join(name));
     make_folder(folder)?;
@@ -84,15 +87,21 @@ pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Ve
 }
 
 /// Returns an error for a case that the model cannot express.
-fn check(case: &Case) -> Result<()> {
+fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
     let physics = &case.physics;
-    let [damper, stops] = [Damper::NAME, Stops::NAME];
+    let known = [Damper::NAME, Stops::NAME, Actuator::NAME, Bumpers::NAME];
     let mut forces = physics.forces.about().into_iter();
-    let has_other_forces = forces.any(|(name, _)| name != damper && name != stops);
+    let has_other_forces = forces.any(|(name, _)| !known.contains(&name));
+    if physics.integrator == Integrator::Implicit && !settings.rigid {
+        return Err(Error::Usage(
+            "MuJoCo has no implicit step for stiff bars; add --rigid, which holds skeleton bars at their length"
+                .to_owned(),
+        ));
+    }
     let has_other_contact = !["none", "infinite", "coulomb"].contains(&physics.contact.name());
     let refusals = [
         (
-            physics.integrator != Integrator::SymplecticEuler,
+            physics.integrator == Integrator::Leapfrog,
             "physics.integrator=symplectic_euler",
         ),
         (physics.stiffening > 0.0, "physics.stiffening=0"),
@@ -122,6 +131,7 @@ struct Robot<'c> {
     body: Body<f64>,
     damper: Option<Damper>,
     stops: Option<Stops>,
+    device: Option<Actuator>,
     controller: Folded<'c>,
     /// The nodes of the model, ascending.
     nodes: Vec<usize>,
@@ -163,6 +173,7 @@ impl<'c> Robot<'c> {
             body,
             damper: case.physics.forces.along_bars(),
             stops: case.physics.forces.along_bars(),
+            device: case.physics.forces.along_bars(),
             nodes,
             bars,
             actuators,
@@ -207,6 +218,10 @@ impl<'c> Robot<'c> {
             .iter()
             .map(|&edge| self.actuator(edge))
             .collect();
+        let equalities: String = (self.bars.iter())
+            .filter(|edge| self.is_rigid(**edge))
+            .map(|&edge| self.equality(edge, dt))
+            .collect();
         let (ground, start) = (self.ground(), self.start());
         let (radius, scale) = (self.radius(), self.case.lattice.scale);
         // The depth over which a contact stiffens, the widths of the tendons, and the camera's view.
@@ -232,6 +247,8 @@ impl<'c> Robot<'c> {
 {ground}{bodies}  </worldbody>
   <tendon>
 {tendons}  </tendon>
+  <equality>
+{equalities}  </equality>
   <actuator>
 {actuators}  </actuator>
   <keyframe>
@@ -288,6 +305,8 @@ impl<'c> Robot<'c> {
         let k = self.body.stiffness[edge];
         let mut bar = if self.actuators.contains(&edge) {
             "class=\"actuator\"".to_owned()
+        } else if self.is_rigid(edge) {
+            return self.between_ends(edge, &format!("name=\"e{edge}\""));
         } else {
             let length = self.rest_length(edge);
             format!("stiffness=\"{k}\" springlength=\"{length}\"")
@@ -296,6 +315,22 @@ impl<'c> Robot<'c> {
             bar += &format!(" damping=\"{}\"", k * damper.time);
         }
         self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
+    }
+
+    fn is_rigid(&self, edge: usize) -> bool {
+        self.settings.rigid && !self.actuators.contains(&edge)
+    }
+
+    /// Returns the element that holds a bar at its rest length. MuJoCo counts from the length at the start. Its constraints
+    /// are soft: they correct an error with a time constant, which is at least two mechanical steps of `dt` (s).
+    fn equality(&self, edge: usize, dt: f64) -> String {
+        let [from, to] = self.case.lattice.edges[edge].map(|node| self.case.start.x[node]);
+        let longer = self.case.lattice.rest_length[edge] - (to - from).norm();
+        format!(
+            "    <tendon tendon1=\"e{edge}\" polycoef=\"{longer} 0 0 0 0\" solref=\"{} 1\" \
+             solimp=\"0.999 0.9999 0.0001\"/>\n",
+            2.0 * dt
+        )
     }
 
     /// Returns an element for the end stops of an actuator. It is a second tendon: a spring that has no force as long
@@ -323,8 +358,11 @@ impl<'c> Robot<'c> {
     }
 
     /// Returns the element for an actuator that pulls along its tendon with the force `k (l0 (1 + strain) - length)`.
-    /// Its control is the strain.
+    /// Its control is the strain. Under the law `actuator` the player computes the force, which is the control.
     fn actuator(&self, edge: usize) -> String {
+        if self.device.is_some() {
+            return format!("    <motor name=\"a{edge}\" tendon=\"e{edge}\"/>\n");
+        }
         let stiffness = self.body.stiffness[edge];
         let gain = stiffness * self.case.lattice.rest_length[edge];
         let bias = stiffness * self.rest_length(edge);
@@ -375,6 +413,9 @@ impl<'c> Robot<'c> {
 
     /// Returns the content of `controller.json`.
     fn weights(&self) -> ControllerFile {
+        let of_actuators = |number: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            self.actuators.iter().map(|&edge| number(edge)).collect()
+        };
         ControllerFile {
             nodes: self.nodes.clone(),
             weights: self.weights_of_marker(),
@@ -382,6 +423,12 @@ impl<'c> Robot<'c> {
             network: Weights::from(&self.controller.reordered(&self.nodes, &self.actuators)),
             seen: self.controller.seen(&self.ground, &self.nodes),
             strain: self.strain(),
+            device: self.device.as_ref().map(|law| Device {
+                force: law.force,
+                speed: law.speed,
+                stiffness: of_actuators(&|edge| self.body.stiffness[edge]),
+                length: of_actuators(&|edge| self.case.lattice.rest_length[edge]),
+            }),
             omega: frequency(&self.case.observation, &self.case.controller),
             dt: self.case.physics.dt,
             substeps: self.substeps(),
@@ -403,10 +450,22 @@ struct ControllerFile {
     #[serde(flatten)]
     seen: Option<Seen>,
     strain: Vec<f64>,
+    #[serde(flatten)]
+    device: Option<Device>,
     omega: f64,
     dt: f64,
     substeps: usize,
     steps: usize,
+}
+
+/// The numbers of the law `actuator`, for the player: the largest force (N), the speed without a load (m/s), and the
+/// stiffness (N/m) and rest length (m) of each actuator.
+#[derive(Serialize)]
+struct Device {
+    force: f64,
+    speed: f64,
+    stiffness: Vec<f64>,
+    length: Vec<f64>,
 }
 
 /// Returns a vector of the robot's plane as a vector of MuJoCo's three-dimensional space, in text.

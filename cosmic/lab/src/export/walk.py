@@ -14,6 +14,13 @@ def observed(net, data, goal):
     return offset / np.sqrt(1 + offset @ offset)
 
 
+def force(net, data, target):
+    """The force of each actuator (N), at most what its law allows. A positive force pushes the ends apart."""
+    pull = net["stiffness"] * (data.actuator_length - net["length"] * (1 + target))
+    slower = lambda rate: net["force"] * np.clip(1 + rate / net["speed"], 0, 1)
+    return -np.clip(pull, -slower(-data.actuator_velocity), slower(data.actuator_velocity))
+
+
 def step(model, robots, net, n, goal=None):
     """Does control step n for each robot: sets the target strains, and holds them for all substeps.
 
@@ -26,8 +33,14 @@ def step(model, robots, net, n, goal=None):
     if "gates" in net:
         hidden *= np.vander(sensed[:, -2], 3, increasing=True) @ net["gates"].T
     for data, target in zip(robots, net["strain"] * np.tanh(hidden @ net["w2"].T + net["b2"])):
-        data.ctrl = target
-        mujoco.mj_step(model, data, int(net["substeps"]))
+        if "force" not in net:
+            data.ctrl = target
+            mujoco.mj_step(model, data, int(net["substeps"]))
+            continue
+        for _ in range(int(net["substeps"])):
+            mujoco.mj_step1(model, data)
+            data.ctrl = force(net, data, target)
+            mujoco.mj_step2(model, data)
 
 
 def told(text):

@@ -8,6 +8,7 @@ use cosmic::error::{Error, Result, in_shell};
 use cosmic::laws::ContactLaw;
 use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::{DesignFile, Summary, run};
+use cosmic::scene::Integrator;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::process::Command;
@@ -85,7 +86,11 @@ impl Walks {
         let path = folder.join(run::DESIGN);
         let case = DesignFile::read(&path)?.case(&scene, &path.display().to_string())?;
         let model = folder.join(MODEL);
-        mujoco::write(&case, &MujocoSettings::default(), &model)?;
+        let settings = MujocoSettings {
+            rigid: case.physics.integrator == Integrator::Implicit,
+            ..MujocoSettings::default()
+        };
+        mujoco::write(&case, &settings, &model)?;
         let selection = &scene.selection;
         let mut arguments = vec![
             model.display().to_string(),

@@ -5,14 +5,14 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::median_time;
-use super::probe::{Probe, distance, frequencies};
+use super::probe::{Probe, distance, stable_step_at};
 use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
-use cosmic::scene::{Integrator, Named, stable_step};
+use cosmic::scene::{Integrator, Named};
 use std::ops::Range;
 
 /// Positions are compared at four times, called the marks. This is the number of the scene's steps before the last
@@ -66,21 +66,27 @@ static PRECISIONS: [Precision; 3] = [
 /// The index of f64 among the number types.
 pub const DOUBLE: usize = 1;
 
-/// An integrator with a number of substeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// An integrator with its numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
     /// The integrator.
     pub integrator: Integrator,
     /// The number of mechanical steps in a time step.
     pub substeps: usize,
+    /// The share of an implicit step after which forces are taken.
+    pub theta: f64,
 }
 
 impl Method {
     pub(super) fn name(&self) -> String {
         let name = self.integrator.name().replace('_', " ");
+        let theta = match self.theta < 1.0 {
+            true => format!(", theta {}", self.theta),
+            false => String::new(),
+        };
         match self.substeps {
-            1 => name,
-            substeps => format!("{name} x{substeps}"),
+            1 => name + &theta,
+            substeps => format!("{name} x{substeps}{theta}"),
         }
     }
 
@@ -89,6 +95,7 @@ impl Method {
         Self {
             integrator: case.physics.integrator,
             substeps: case.physics.substeps,
+            theta: case.physics.theta,
         }
     }
 
@@ -100,6 +107,7 @@ impl Method {
             methods.extend(explicit.map(|integrator| Self {
                 integrator,
                 substeps,
+                theta: case.physics.theta,
             }));
         }
         if !methods.contains(&Self::of(case)) {
@@ -114,6 +122,7 @@ impl Method {
         let mut case = case.clone();
         let physics = &mut case.physics;
         (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
+        physics.theta = self.theta;
         physics.dt *= fraction;
         // The quotient is whole, because fractions are powers of two and marks are even.
         let at = marks.map(|mark| (mark as f64 / fraction) as usize);
@@ -146,6 +155,7 @@ impl Reference {
             let method = Method {
                 integrator,
                 substeps: 1,
+                theta: 1.0,
             };
             let (case, at) = method.applied(case, marks, coarser / finer as f64);
             Probe::new(&case).run::<f64>(&at)
@@ -461,8 +471,7 @@ fn runs(
     reference: &Reference,
 ) -> Vec<Run> {
     let (here, at) = method.applied(case, marks, fraction);
-    let [frequency, _, damping] = frequencies(&here, &here.start.x);
-    let stable = here.physics.dt < stable_step(&here.physics, frequency, damping);
+    let stable = here.physics.dt < stable_step_at(&here, &here.start.x);
     let probe = Probe::new(&here);
     let found = PRECISIONS.each_ref().map(|p| (p.run)(&probe, &at));
     let run = |(precision, states): (usize, &Vec<State<f64>>)| Run {

@@ -3,13 +3,12 @@
 use rayon::prelude::*;
 
 use super::accuracy::Method;
-use super::probe::{Probe, frequencies};
+use super::probe::{Probe, stable_step_at};
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table, decimals};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
 use cosmic::lattice::State;
-use cosmic::scene::stable_step;
 use cosmic::task::together;
 use cosmic::verdict::{Item, Level, plain};
 
@@ -68,8 +67,7 @@ fn trial(case: &Case, method: Method, fraction: f64, single: bool) -> Trial {
     (physics.integrator, physics.substeps) = (method.integrator, method.substeps);
     physics.dt *= fraction;
     physics.steps = (physics.steps as f64 / fraction) as usize;
-    let [frequency, _, damping] = frequencies(&here, &here.start.x);
-    let is_stable = here.physics.dt < stable_step(&here.physics, frequency, damping);
+    let is_stable = here.physics.dt < stable_step_at(&here, &here.start.x);
     let (probe, observed) = (Probe::new(&here), [0, here.physics.steps]);
     let reached: Vec<Vec<State<f64>>> = if single {
         let run = |start: &State<f64>| {

@@ -21,7 +21,7 @@ pub use distance::distance;
 pub use gradcheck::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
 pub use gradients::gradients;
 pub use plan::{Plan, Term};
-pub use probe::frequencies;
+pub use probe::{frequencies, step_off_bars};
 pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
 pub use stability::stability;
 pub use stiff::stiff;

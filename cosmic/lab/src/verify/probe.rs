@@ -10,6 +10,7 @@ use cosmic::geometry::Vector;
 use cosmic::inputs::{Block, Inputs};
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
+use cosmic::scene::{PhysicsSettings, stable_step};
 use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
 use cosmic::task::Task;
@@ -80,6 +81,19 @@ impl<'a> Probe<'a> {
     ) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(blocks, loss)
     }
+}
+
+/// The smallest time step, s, with which a vibration of a case's robot grows, with its nodes at `positions`.
+pub fn stable_step_at(case: &Case, positions: &[Vector<f64>]) -> f64 {
+    let [frequency, _, damping] = frequencies(case, positions);
+    let limit = stable_step(&case.physics, frequency, damping);
+    limit.min(step_off_bars(case, &case.physics, positions))
+}
+
+/// The same for the vibrations that an implicit step of `physics` does not solve for; infinite for explicit steps.
+pub fn step_off_bars(case: &Case, physics: &PhysicsSettings, positions: &[Vector<f64>]) -> f64 {
+    let body = case.body();
+    Vibration::new(&case.lattice, &body, &case.physics, positions).step_off_bars(physics)
 }
 
 /// Returns three numbers in 1/s for a case's robot with its nodes at `positions`: its largest frequency, an upper bound

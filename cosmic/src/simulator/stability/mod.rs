@@ -7,4 +7,5 @@
 mod lanczos;
 mod vibration;
 
+pub(in crate::simulator) use vibration::OffBars;
 pub use vibration::Vibration;

@@ -12,7 +12,7 @@ use super::lanczos::largest_eigenpair;
 use crate::geometry::{Ground, Matrix, Vector};
 use crate::lattice::{Body, EdgeVector, Lattice, State};
 use crate::laws::{Angle, Pose, Stiffness};
-use crate::scene::PhysicsSettings;
+use crate::scene::{PhysicsSettings, stable_step_off_bars};
 
 /// A robot whose forces are linearised about a state.
 #[derive(Clone, Debug)]
@@ -101,6 +101,30 @@ impl<'a> Vibration<'a> {
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies();
         self.with_bars((2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt())
+    }
+
+    /// The smallest time step, s, with which forces off the bars make a vibration about the state grow in an implicit step;
+    /// infinite for the other integrators of `physics`.
+    pub fn step_off_bars(&self, physics: &PhysicsSettings) -> f64 {
+        self.off_bars(1.0).stable_step(physics)
+    }
+
+    /// A bound on the vibrations that only those forces cause that do not act along bars, of robots that vibrate `faster`
+    /// times as fast.
+    pub(in crate::simulator) fn off_bars(&self, faster: f64) -> OffBars {
+        let mass = &self.body.mass;
+        let square = |node: usize| self.stiffness.nodes[node].largest_eigenvalue() / mass[node];
+        let node = (0..mass.len()).max_by(|&i, &j| square(i).total_cmp(&square(j)).then(j.cmp(&i)));
+        let node = node.unwrap_or(0);
+        let of_nodes = (2.0 * square(node)).sqrt();
+        let (of_angles, at_angle) = self.of_bars();
+        let damping = self.stiffness.node_damping.iter().zip(mass);
+        let damping = damping.fold(0.0, |most: f64, (damping, mass)| most.max(damping / mass));
+        OffBars {
+            frequency: faster * of_nodes.hypot(of_angles),
+            damping: faster * faster * damping,
+            node: if of_angles > of_nodes { at_angle } else { node },
+        }
     }
 
     /// The largest angular frequency, 1/s.
@@ -225,6 +249,25 @@ impl<'a> Vibration<'a> {
     fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
         let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
         edges.filter(|(_, k)| **k != 0.0).map(|(nodes, _)| nodes)
+    }
+}
+
+/// Vibrations that are caused by forces off the bars: on single nodes, between nodes and bars, and by bending. An implicit
+/// step does not solve for these forces.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::simulator) struct OffBars {
+    /// A bound on the angular frequencies, 1/s.
+    pub(in crate::simulator) frequency: f64,
+    /// A bound on the rate at which these forces dampen a vibration, 1/s.
+    pub(in crate::simulator) damping: f64,
+    /// The node that determines the bound.
+    pub(in crate::simulator) node: usize,
+}
+
+impl OffBars {
+    /// The smallest time step, s, with which such a vibration grows in an implicit step.
+    pub(in crate::simulator) fn stable_step(&self, physics: &PhysicsSettings) -> f64 {
+        stable_step_off_bars(physics, self.frequency, self.damping)
     }
 }
 

@@ -10,7 +10,7 @@ mod trial;
 
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table};
-use crate::verify::probe::frequencies;
+use crate::verify::probe::{frequencies, step_off_bars};
 use cosmic::case::Case;
 use cosmic::scene::{Integrator, Named, PhysicsSettings, stable_step};
 pub use extremes::{case_trials, extreme_trials};
@@ -53,7 +53,8 @@ pub fn stable_steps(case: &Case) -> Section {
             substeps,
             ..case.physics.clone()
         };
-        stable_step(&physics, frequency, damping)
+        let off_bars = step_off_bars(case, &physics, &case.start.x);
+        stable_step(&physics, frequency, damping).min(off_bars)
     };
     // If the limit is NaN, the comparison is false, so no time step counts as stable.
     let is_stable = |offer: &_| case.physics.dt < limit(offer, exact);
