@@ -23,7 +23,7 @@ export class Chips {
 
   /**
    * @param fields are the lists `ground`, `gravity` and `size`.
-   * @param onchoose is called with a list of [key, value].
+   * @param onchoose is called with the name of the list, the choice, and its settings: keys and values.
    */
   constructor(fields, onchoose) {
     this.#fields = fields;
@@ -31,7 +31,7 @@ export class Chips {
       for (const choice of Object.keys(CHOICES[name])) field.add(new Option(choice, choice));
       field.addEventListener("change", () => {
         const settings = CHOICES[name][field.value];
-        if (settings) onchoose(Object.entries(settings));
+        if (settings) onchoose(name, field.value, settings);
       });
     }
   }

@@ -53,8 +53,8 @@ export class Errand {
   show() {
     const { row, slider } = this.#parts;
     slider.disabled = !this.#listens;
-    if (row.hidden || this.#design.world === null) return null;
-    const { world, robot: { start, payloads: [payload] } } = this.#design.world;
+    if (row.hidden || this.#design.place === null) return null;
+    const { world, robot: { start, payloads: [payload] } } = this.#design.place;
     const [x, y] = start.slice(2 * payload);
     const along = this.#design.told?.along ?? this.#own - (x * world.cos + y * world.sin);
     slider.value = along;
@@ -71,7 +71,7 @@ export class Errand {
   /** The place along the ground at a point of the window, m from the payload at the start. */
   #alongAt(clientX) {
     const { left, width, height } = this.#canvas.getBoundingClientRect();
-    const { world } = this.#design.world;
+    const { world } = this.#design.place;
     const scale = Math.min(2.4 * height, 2 * width) / (CLOSE * world.width);
     const along = (this.#player.middle + (clientX - left - width / 2) / scale - world.origin) / world.cos;
     const { min, max } = this.#parts.slider;
@@ -82,20 +82,15 @@ export class Errand {
     this.#next = along;
     if (this.#asks) return;
     this.#asks = true;
-    const player = this.#player;
-    const { playing } = player;
     this.ontell();
     if (this.#design.state === "working") this.#design.pause();
     try {
       while (this.#next !== null) {
         const along = this.#next;
         this.#next = null;
-        // The robot waits in the state from which it will go on.
-        player.playing = false;
-        await this.#design.tell(along, player.frame, () => { player.playing = !player.still.matches; });
+        await this.#player.goOn((frame, ongoing) => this.#design.tell(along, frame, ongoing));
       }
     } catch (error) {
-      player.playing = playing;
       this.onerror(error);
     } finally {
       this.#next = null;

@@ -1,5 +1,5 @@
 // Connects the controls of the page with what they do.
-/* global Stage, Ternary, Curve, decimals, levelAt: of drawing.js */
+/* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
@@ -15,6 +15,7 @@ import { Push } from "./push.js";
 import { Race } from "./race.js";
 import { DEFAULT, OWN, Scene } from "./scene.js";
 import { Strip } from "./strip.js";
+import { Visit } from "./visit.js";
 import { sentence, showVerdict } from "./words.js";
 
 const $ = id => document.getElementById(id);
@@ -38,8 +39,9 @@ const scene = new Scene(client, $("settings"), mayChange, sceneKnown);
 const ground = new GroundEditor($("ground"), points => scene.setGround(points));
 const chips = new Chips(
   { ground: $("chip-ground"), gravity: $("chip-gravity"), size: $("chip-size") },
-  settings => changeAndDesign(() => scene.set(...settings)),
+  chooseWorld,
 );
+const visit = new Visit({ scene, player, design, onvisit: () => { looked = null; } });
 const push = new Push({
   canvas: $("stage"), stage, player, design, onpush: () => { looked = null; }, onerror: fail,
 });
@@ -62,6 +64,8 @@ let recording = null;
 let waiting;
 /** The finished robot that is on the stage until the page's own design takes it; null afterwards. */
 let greeting = null;
+/** The other world that the chips show; null for the robot's own world. */
+let elsewhere = null;
 /** The walk whose robot the link contains. */
 let linkedWalk = null;
 
@@ -123,7 +127,7 @@ async function sceneKnown(error) {
   forgetRefusal();
   if (error) {
     design.abandon("empty");
-    return fail(error);
+    return refuse(error);
   }
   keepAddress();
   const { settings, profile } = scene.checked;
@@ -181,9 +185,15 @@ async function prepare() {
   } catch (error) {
     // If the worker was stopped, the code that stopped it sets the next state.
     if (!(error instanceof Stopped)) design.abandon("empty");
-    fail(error);
+    refuse(error);
     return false;
   }
+}
+
+/** Shows the error of a scene that cannot be used. */
+function refuse(error) {
+  fail(error);
+  if (error instanceof Refused) $("status").textContent = "This setting cannot be used.";
 }
 
 /** Shows an error of the library in the section that has the focus. A stopped worker is shown in a dialog instead. */
@@ -196,7 +206,6 @@ function fail(error) {
   shownField?.setAttribute("aria-invalid", "true");
   shownField?.setAttribute("aria-describedby", "refusal");
   $("refusal").textContent = error.message;
-  $("status").textContent = "This setting cannot be used.";
 }
 
 /** Puts the error into a form, or, without a form, under the main button. */
@@ -229,7 +238,7 @@ function shown() {
 const waits = state => state === "preparing" || state === "measuring" || (state === "paused" && design.iterates);
 
 function tellButton(state) {
-  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: "Design another" };
+  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: design.elsewhere ? "Design for this world" : "Design another" };
   const long = waits(state) && client.busyFor >= LONG;
   $("design").textContent = long ? "Cancel" : words[state] ?? "Design a robot";
   $("design").disabled = !long && ["empty", "stopped", "preparing", "measuring"].includes(state);
@@ -240,6 +249,12 @@ function tellButton(state) {
 function changed(state) {
   const busy = state === "working" || state === "measuring";
   tellButton(state);
+  $("home").hidden = state !== "finished" || design.told === null;
+  $("home").textContent = design.elsewhere ? "Back to its own world" : "Back to its own walk";
+  if (design.elsewhere !== elsewhere) {
+    elsewhere = design.elsewhere;
+    if (scene.checked !== null) chips.show(visit.settings);
+  }
   $("save-design").disabled = state !== "finished";
   $("save-scene").disabled = $("race").disabled = scene.checked === null;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
@@ -368,7 +383,7 @@ function tellStatus(state) {
   // Screen readers do not read texts that change with every iteration.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   $("status").textContent = sentence(state, design);
-  showVerdict($("verdict"), state === "finished" ? design.delivered.measured?.verdict : null);
+  showVerdict($("verdict"), (state === "finished" && design.told === null && design.delivered.verdict) || []);
 }
 
 function tellTime(time) {
@@ -392,6 +407,7 @@ async function pressDesign() {
   if ($("design").textContent === "Cancel") return cancel();
   greeting = null;
   if (design.state === "working") return design.pause();
+  if (design.elsewhere) return changeAndDesign(() => scene.set(...Object.entries(design.elsewhere.settings)));
   if (design.state === "finished") return newSeed(scene.seed + 1);
   if (design.state === "cancelled" && !(await prepare())) return;
   await work();
@@ -410,6 +426,27 @@ async function work() {
 function cancel() {
   client.start();
   design.abandon("cancelled");
+}
+
+/** Lets the finished robot walk on in another world, with the same body. Otherwise changes the scene. */
+async function chooseWorld(kind, name, settings) {
+  if (kind === "size" || design.state !== "finished") return changeAndDesign(() => scene.set(...Object.entries(settings)));
+  try {
+    await visit.move(kind, name, settings);
+  } catch (error) {
+    chips.show(visit.settings);
+    fail(error);
+  }
+}
+
+/** Brings the finished robot back to its own world and to the start of its walk. */
+async function goHome() {
+  forgetRefusal();
+  try {
+    await design.home();
+  } catch (error) {
+    fail(error);
+  }
 }
 
 /** Sets the seed. If a robot is being designed or is finished, a design with the new seed begins at once. */
@@ -507,6 +544,7 @@ function connect() {
   on("save-scene", () => save("scene.toml", new Blob([scene.checked.toml], { type: "text/plain" })));
   on("save-film", saveFilm);
   on("link", share);
+  on("home", goHome);
   on("stay", () => $("leave").close("stay"));
   on("go", () => $("leave").close("go"));
   on("restart", () => {

@@ -74,7 +74,7 @@ export class Player {
     if (this.still.matches && !this.playing && !restart) this.time = walk.duration;
     this.#walk = walk;
     this.withVoid = withVoid;
-    const blends = same && (goesOn || !restart) && this.playing;
+    const blends = (goesOn || (same && !restart)) && this.playing;
     this.#blend = blends ? 1 : 0;
     if (blends) {
       const { positions, camera } = walk.at(this.time);
@@ -89,6 +89,21 @@ export class Player {
     const [at, { body }] = [this.#shown.positions, this.#walk];
     const length = Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]);
     return (body.has(i) || body.has(j)) && length < LEFT_BEHIND * rest;
+  }
+
+  /**
+   * Lets the robot stand still in this frame of its walk while `ask(frame, ongoing)` computes how it goes on from there.
+   * `ask` calls `ongoing` before the new walk is shown.
+   */
+  async goOn(ask) {
+    const { playing } = this;
+    this.playing = false;
+    try {
+      await ask(this.frame, () => { this.playing = !this.still.matches; });
+    } catch (error) {
+      this.playing = playing;
+      throw error;
+    }
   }
 
   toggle() {
