@@ -1,5 +1,4 @@
 // Tells the robot where to go: by a click on the ground of the stage, or by the slider below it.
-import { CLOSE } from "./player.js";
 /* global decimals, levelAt: of drawing.js */
 
 /** Goals may be this many times as far away as those that the robot is trained for. */
@@ -10,7 +9,7 @@ const STEPS = 30;
 const LISTENS = ["ready", "working", "paused", "finished"];
 
 export class Errand {
-  #canvas;
+  #stage;
   #player;
   #design;
   #parts;
@@ -25,7 +24,7 @@ export class Errand {
    * @param onerror is called with the error of a walk that failed.
    */
   constructor({ canvas, stage, player, design, parts, ontell, onerror }) {
-    [this.#canvas, this.#player, this.#design, this.#parts] = [canvas, player, design, parts];
+    [this.#stage, this.#player, this.#design, this.#parts] = [stage, player, design, parts];
     Object.assign(this, { ontell, onerror });
     parts.slider.addEventListener("input", () => this.#name(Number(parts.slider.value)));
     parts.slider.addEventListener("change", () => this.#tell(Number(parts.slider.value)));
@@ -70,10 +69,8 @@ export class Errand {
 
   /** The place along the ground at a point of the window, m from the payload at the start. */
   #alongAt(clientX) {
-    const { left, width, height } = this.#canvas.getBoundingClientRect();
     const { world } = this.#design.place;
-    const scale = Math.min(2.4 * height, 2 * width) / (CLOSE * world.width);
-    const along = (this.#player.middle + (clientX - left - width / 2) / scale - world.origin) / world.cos;
+    const along = (this.#stage.xAt(clientX) - world.origin) / world.cos;
     const { min, max } = this.#parts.slider;
     return Math.min(Number(max), Math.max(Number(min), along));
   }

@@ -319,7 +319,7 @@ function show(how = {}) {
   $("along").textContent = walk.along === null ? "diverged" : `${decimals(walk.along, 2)} m`;
   const number = looked ?? design.iteration;
   const came = design.delivered?.measured === null;
-  $("strip").classList.toggle("empty", came);
+  $("strip").classList.toggle("empty", came === true);
   $("attempt-title").textContent = came ? "from the link" : "attempt";
   $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
   $("back").disabled = number === 0;
@@ -566,6 +566,7 @@ function connect() {
 
 connect();
 tellPlay();
+$("strip").classList.toggle("empty", scene.robot !== null);
 greet();
 // honest.js says that nothing can be designed.
 const designs = typeof WebAssembly === "object";

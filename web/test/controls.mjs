@@ -50,7 +50,7 @@ export async function playing(page) {
   await wait(300);
   check(clock === await text(page, "clock"), "and its clock stops");
   await page.evaluate(() => document.activeElement.blur());
-  await page.keyboard.press("Space");
+  await page.keyboard.press(" ");
   check(await text(page, "play") === "Pause walk", "the space bar plays");
   await set(page, "#speed", "4");
   await set(page, "#time", "0.5");

@@ -27,8 +27,15 @@ export async function open(browser, address, how) {
 
 export const unfold = page => page.evaluate(() => { document.getElementById("details").open = true; });
 
-/** Goes back in the history. The page may load again at once, so it goes back later than this call. */
-export const goBack = page => page.evaluate(() => { setTimeout(() => history.back()); });
+/** Goes back in the history, and waits until the page has loaded again, as it does for another address. */
+export async function goBack(page) {
+  await page.evaluate(() => {
+    globalThis.isOld = true;
+    setTimeout(() => history.back());
+  });
+  const isNew = () => page.evaluate(() => !globalThis.isOld && document.readyState === "complete").catch(() => false);
+  for (const end = Date.now() + 20_000; Date.now() < end && !(await isNew()); await wait(50));
+}
 
 /** Scrolls an element into view. Returns its box in the window. */
 export async function boxOf(page, selector) {

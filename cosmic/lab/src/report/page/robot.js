@@ -10,6 +10,8 @@ const SEEN = 0.02;
 class Stage extends Drawing {
   #world;
   #drawn = [];
+  // The x in the middle of the drawing, and pixels per metre.
+  #view = { middle: 0, scale: 1 };
 
   // `world` has: `width`, how much of the world a canvas shows that is 2.4 times as wide as high; `ground`, its corners
   // [[x, y], …] from left to right; `cos`, the cosine of its incline; `limit`, the strain at which actuators have their
@@ -34,6 +36,7 @@ class Stage extends Drawing {
   // and edges of another robot, which is drawn faintly; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
   paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
+    this.#view = { middle: camera[0], scale };
     const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - camera[1]) * scale];
     const { payloads } = this.#world;
     this.#paintGround(place, camera[0], width / scale / 2, scale, height);
@@ -147,6 +150,12 @@ class Stage extends Drawing {
     const within = (at, places) => at > Math.min(...places) - margin && at < Math.max(...places) + margin;
     const ends = this.#drawn.flatMap(([from, to]) => [from, to]);
     return within(clientX - box.left, ends.map(([x]) => x)) && within(clientY - box.top, ends.map(([, y]) => y));
+  }
+
+  // The x in the world at a point of the window, m.
+  xAt(clientX) {
+    const { left, width } = this.canvas.getBoundingClientRect();
+    return this.#view.middle + (clientX - left - width / 2) / this.#view.scale;
   }
 
   // The edge at a point of the window, or null.
