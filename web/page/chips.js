@@ -12,7 +12,8 @@ const CHOICES = {
     uphill: { ...FLAT, "physics.incline_deg": "8" }, downhill: { ...FLAT, "physics.incline_deg": "-8" },
   },
   gravity: {
-    Moon: { "physics.gravity": "1.62" }, Mars: { "physics.gravity": "3.7" }, Earth: { "physics.gravity": "9.81" },
+    // The first of each list is the choice before the scene is known.
+    Earth: { "physics.gravity": "9.81" }, Moon: { "physics.gravity": "1.62" }, Mars: { "physics.gravity": "3.7" },
     Neptune: { "physics.gravity": "11.2" }, Jupiter: { "physics.gravity": "24.8" },
   },
   size: { small: size(4, 3), tall: size(3, 5), long: size(6, 3), large: size(5, 4) },

@@ -138,13 +138,14 @@ async function sceneKnown(error) {
   await prepare();
 }
 
-/** Writes the link into the address. The page's own scene needs none. Back returns to a finished robot. */
+/** Writes the link into the address. The page's own scene needs none. Back returns to a finished robot, and to the
+ * robot before an edit. */
 function keepAddress() {
   const isOwn = !linked && scene.link === `#scene=${DEFAULT}&seed=1`;
   if (isOwn && location.hash === "") return;
   const before = new URLSearchParams(location.hash.slice(1));
-  const leaves = before.has("robot") && scene.robot === null;
-  history[leaves ? "pushState" : "replaceState"](null, "", scene.link);
+  const isOther = before.has("robot") && scene.robot !== before.get("robot");
+  history[isOther ? "pushState" : "replaceState"](null, "", scene.link);
 }
 
 /** Asks before a change that would discard a design in progress. */
