@@ -62,8 +62,10 @@ let looked = null;
 let recording = null;
 /** The timer for the next update of the main button. */
 let waiting;
-/** The finished robot that is on the stage until the page's own design takes it; null afterwards. */
+/** The walk of the finished robot that is on the stage until the page's own design takes it; null afterwards. */
 let greeting = null;
+/** That robot in the form that links have. */
+let greeter = null;
 /** The other world that the chips show; null for the robot's own world. */
 let elsewhere = null;
 /** The walk whose robot the link contains. */
@@ -74,6 +76,7 @@ async function greet() {
   const finished = await hello();
   if (finished === null || design.iteration > 0) return;
   greeting = finished.walk;
+  greeter = new URLSearchParams(finished.link.slice(1)).get("robot");
   player.show(greeting, { restart: true });
   tellPlay();
   $("time").max = greeting.duration;
@@ -82,6 +85,16 @@ async function greet() {
   const next = mayBegin() ? "The next one is designed while you watch." : "Press “Design a robot” for another one.";
   $("status").textContent = designs ? `This robot is finished. ${next}` : "This robot is finished.";
   if (mayBegin()) setTimeout(endGreeting, GREETING);
+}
+
+/** Makes the robot that greets a finished robot of the page, which can be touched, in place of the page's own design. */
+async function adopt() {
+  if (greeting === null || !designs || scene.name !== DEFAULT || scene.changed.size > 0) return;
+  const { time } = player;
+  greeting = null;
+  scene.robot = greeter;
+  await scene.check();
+  player.seek(time);
 }
 
 /** Gives the stage to the page's own design. */
@@ -104,7 +117,8 @@ async function begin() {
     if (!names.includes(scene.name)) {
       return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; expected one of ${names.join(", ")}.`);
     }
-    await scene.check();
+    // Something else may be opened in the meantime.
+    if (!(await scene.check())) return;
     if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
     if (design.state === "ready" && mayBegin()) await work();
   } catch (error) {
@@ -321,7 +335,7 @@ function show(how = {}) {
   const number = looked ?? design.iteration;
   const came = design.delivered?.measured === null;
   $("strip").classList.toggle("empty", came === true);
-  $("attempt-title").textContent = came ? "from the link" : "attempt";
+  $("attempt-title").textContent = came ? "a finished robot" : "attempt";
   $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
   $("back").disabled = number === 0;
   $("ahead").disabled = $("latest").disabled = looked === null;
@@ -431,6 +445,7 @@ function cancel() {
 
 /** Lets the finished robot walk on in another world, with the same body. Otherwise changes the scene. */
 async function chooseWorld(kind, name, settings) {
+  if (kind !== "size") await adopt();
   if (kind === "size" || design.state !== "finished") return changeAndDesign(() => scene.set(...Object.entries(settings)));
   try {
     await visit.move(kind, name, settings);
@@ -545,6 +560,7 @@ function connect() {
   on("save-scene", () => save("scene.toml", new Blob([scene.checked.toml], { type: "text/plain" })));
   on("save-film", saveFilm);
   on("link", share);
+  on("stage", adopt, "pointerdown");
   on("home", goHome);
   on("stay", () => $("leave").close("stay"));
   on("go", () => $("leave").close("go"));

@@ -25,7 +25,7 @@ export function finished({ delivered, seconds, iteration }) {
   if (walk.along === null) return walk === asDesigned ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
   if (walk !== asDesigned) return `Changed by you: it walks ${metres(walk.along)}; before, it was ${metres(asDesigned.along ?? 0)}. Click a bar to change it again.`;
   const touch = "Click a bar to change it, drag the robot to push it, or choose another ground or gravity for it.";
-  if (measured === null) return `This robot came with the link. It walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. ${touch}`;
+  if (measured === null) return `This robot is finished. It walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. ${touch}`;
   const { p10, p50, p90 } = measured.spread;
   const { verdict, reason } = measured.reliability;
   const far = [p50, p10, p90].every(Number.isFinite)

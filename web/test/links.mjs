@@ -62,7 +62,7 @@ export async function links(browser, address) {
   await until(page, "and the edited one", url => location.hash.includes("robot=") && location.href !== url, designed.url);
   await page.goto("about:blank");
   await page.goto(designed.url);
-  await until(page, "the link opens the robot", () => document.getElementById("status").textContent.startsWith("This robot came with the link"));
+  await until(page, "the link opens the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   const along = Number.parseFloat(await text(page, "along"));
   console.log(`     designed ${designed.along} m, in the link ${along} m, ${new URL(designed.url).hash.length} characters`);
   check(Number.isFinite(along), "and it walks");
@@ -71,9 +71,9 @@ export async function links(browser, address) {
   await until(page, "another size begins another design", () => location.hash.includes("lattice.columns%3D4") && !location.hash.includes("robot="));
   await says(page, "Pause");
   await goBack(page);
-  await until(page, "Back returns to the robot", () => document.getElementById("status").textContent.startsWith("This robot came with the link"));
+  await until(page, "Back returns to the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   await page.reload();
-  await until(page, "so does a refresh", () => document.getElementById("status").textContent.startsWith("This robot came with the link"));
+  await until(page, "so does a refresh", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   await page.evaluate(() => globalThis.push([1, 1]));
   await until(page, "a push", () => document.getElementById("status").textContent.startsWith("You pushed the robot"));
   const box = await boxOf(page, "#stage");

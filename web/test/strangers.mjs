@@ -32,6 +32,11 @@ export async function stranger(browser, address) {
     check(/^Finished after 120 attempts/.test(await text(page, "status")), `and the design begins by itself: ${await text(page, "status")}`);
     await page.close();
   }
+  const { page: first, faults: wrong } = await openPage(browser, address);
+  await first.waitForFunction(() => Number.parseFloat(document.getElementById("along").textContent) > 0.2, { timeout: 20_000 });
+  await first.select("#chip-gravity", "Moon");
+  await until(first, "the finished robot that greets walks on with the gravity of the Moon", () => document.getElementById("status").textContent.startsWith("The same robot, now with the gravity of the Moon"));
+  await close(first, wrong);
   const { page, faults } = await openPage(browser, address, { features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
   await ready(page);
   await wait(1500);

@@ -76,7 +76,7 @@ export function visiting() {
 /** The finished robot walks on in other worlds, and comes back with a click. */
 export async function worlds(browser, address) {
   const { page, faults } = await open(browser, address + HELLO.link);
-  await until(page, "a finished robot", () => document.getElementById("status").textContent.startsWith("This robot came with the link"));
+  await until(page, "a finished robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   await until(page, "it has a verdict", () => document.querySelector("#verdict span"));
   const [url, own] = [page.url(), await text(page, "along")];
   const says = (what, part) => until(page, what, part => document.getElementById("status").textContent.startsWith(`The same robot, now ${part}`), part);
@@ -98,7 +98,7 @@ export async function worlds(browser, address) {
   await press(page, "design");
   await until(page, "designs a robot for that world", () => location.hash.includes("gravity%3D24.8") && !location.hash.includes("robot=") && document.getElementById("design").textContent === "Pause");
   await goBack(page);
-  await until(page, "Back returns to the robot", () => document.getElementById("status").textContent.startsWith("This robot came with the link"));
+  await until(page, "Back returns to the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   await unfold(page);
   await press(page, "next");
   await page.click("[name=material][value='1']");
