@@ -6,16 +6,18 @@ import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
 import { Editor } from "./editor.js";
 import { Errand } from "./errand.js";
-import { film, filmKind, save } from "./film.js";
+import { filmKind, save } from "./film.js";
 import { GroundEditor } from "./ground.js";
 import { GREETING, hello, mayBegin } from "./hello.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
 import { Push } from "./push.js";
 import { Race } from "./race.js";
+import { Refusals } from "./refusal.js";
 import { DEFAULT, OWN, Scene } from "./scene.js";
 import { Strip } from "./strip.js";
 import { Visit } from "./visit.js";
+import { takeFilm, takeLink } from "./take.js";
 import { sentence, showVerdict } from "./words.js";
 
 const $ = id => document.getElementById(id);
@@ -43,19 +45,20 @@ const chips = new Chips(
 );
 const visit = new Visit({ scene, player, design, onvisit: () => { looked = null; } });
 const push = new Push({
-  canvas: $("stage"), stage, player, design, onpush: () => { looked = null; }, onerror: fail,
+  canvas: $("stage"), stage, player, design, onpush: () => { looked = null; }, onerror: error => refusal.show(error),
 });
 const editor = new Editor({
-  canvas: $("stage"), stage, player, onerror: fail,
+  canvas: $("stage"), stage, player, onerror: error => refusal.show(error),
   parts: {
     fieldset: $("editor"), legend: $("bar"), previous: $("previous"), next: $("next"), undo: $("undo"),
     materials: [...document.getElementsByName("material")],
   },
 });
 const errand = new Errand({
-  canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: fail,
+  canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: error => refusal.show(error),
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
+const refusal = new Refusals({ text: $("refusal"), details: $("details"), scene, before: $("status") });
 const race = new Race($("lanes"));
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
@@ -122,7 +125,7 @@ async function begin() {
     if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
     if (design.state === "ready" && mayBegin()) await work();
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   }
 }
 
@@ -130,15 +133,14 @@ async function begin() {
 async function openInstead(name, reason) {
   scene.robot = null;
   await scene.choose(name);
-  placeRefusal(null);
-  $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
+  refusal.say(`The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`);
 }
 
 /** Is called when the library has checked a scene. Prepares the robot, or shows the error. */
 async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
-  forgetRefusal();
+  refusal.forget();
   if (error) {
     design.abandon("empty");
     return refuse(error);
@@ -207,34 +209,8 @@ async function prepare() {
 
 /** Shows the error of a scene that cannot be used. */
 function refuse(error) {
-  fail(error);
+  refusal.show(error);
   if (error instanceof Refused) $("status").textContent = "This setting cannot be used.";
-}
-
-/** Shows an error of the library in the section that has the focus. A stopped worker is shown in a dialog instead. */
-function fail(error) {
-  if (error instanceof Stopped) return;
-  if (!(error instanceof Refused)) throw error;
-  const field = scene.fieldOf(error.message);
-  const shownField = $("details").open ? field : undefined;
-  placeRefusal(shownField?.closest("form"));
-  shownField?.setAttribute("aria-invalid", "true");
-  shownField?.setAttribute("aria-describedby", "refusal");
-  $("refusal").textContent = error.message;
-}
-
-/** Puts the error into a form, or, without a form, under the main button. */
-function placeRefusal(form) {
-  if (form) form.append($("refusal"));
-  else $("robot").insertBefore($("refusal"), $("status"));
-}
-
-function forgetRefusal() {
-  $("refusal").textContent = "";
-  for (const field of document.querySelectorAll("[aria-invalid]")) {
-    field.removeAttribute("aria-invalid");
-    field.removeAttribute("aria-describedby");
-  }
 }
 
 function stopped(message) {
@@ -303,7 +279,7 @@ async function keepRobot() {
     scene.robot = bytes && toText(bytes);
     keepAddress();
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   }
 }
 
@@ -433,7 +409,7 @@ async function work() {
   try {
     await design.work();
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   }
 }
 
@@ -451,17 +427,17 @@ async function chooseWorld(kind, name, settings) {
     await visit.move(kind, name, settings);
   } catch (error) {
     chips.show(visit.settings);
-    fail(error);
+    refusal.show(error);
   }
 }
 
 /** Brings the finished robot back to its own world and to the start of its walk. */
 async function goHome() {
-  forgetRefusal();
+  refusal.forget();
   try {
     await design.home();
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   }
 }
 
@@ -483,54 +459,30 @@ async function startRace() {
     await scene.check();
     $("saved").textContent = `Seed ${best.seed} won the race: ${decimals(best.along, 2)} m.`;
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   } finally {
     $("race").textContent = "Race of seeds";
   }
 }
 
+const tell = text => { $("saved").textContent = text; };
+
 async function saveFilm() {
-  const style = getComputedStyle(document.documentElement);
-  const colour = name => style.getPropertyValue(`--${name}`).trim();
   recording = new AbortController();
   $("save-film").disabled = true;
-  const { walk } = player;
   try {
-    const { blob, ending } = await film({
-      canvas: $("stage"), player, signal: recording.signal,
-      label: time => `${time.toFixed(1)} s   ${decimals(walk.at(time).metres, 2)} m`,
-      title: [document.title, `${location.host}${location.pathname}`],
-      colours: { paper: colour("panel"), ink: colour("ink") },
-      onprogress: share => { $("saved").textContent = `Recording the walk: ${Math.round(100 * share)} %`; },
-    });
-    save(`cosmic-${scene.name}-${scene.seed}.${ending}`, blob);
-    $("saved").textContent = "The animation is saved.";
-  } catch (error) {
-    if (error.name !== "AbortError") throw error;
-    $("saved").textContent = "No animation was saved, because another robot replaced this one.";
+    await takeFilm({ canvas: $("stage"), player, signal: recording.signal, name: `cosmic-${scene.name}-${scene.seed}`, tell });
   } finally {
     recording = null;
-    $("save-film").disabled = filmKind() === null;
+    $("save-film").disabled = false;
     tellPlay();
   }
 }
 
-/** Shares the link: with the system's dialog on telephones, otherwise by copying it. */
 async function share() {
   keepAddress();
   if (location.hash === "") history.replaceState(null, "", scene.link);
-  const what = scene.robot === null ? "The link designs this robot again." : `The link has ${location.href.length} characters and holds this robot.`;
-  try {
-    if (navigator.share && matchMedia("(pointer: coarse)").matches) {
-      await navigator.share({ title: document.title, url: location.href });
-    } else {
-      await navigator.clipboard.writeText(location.href);
-      $("saved").textContent = `The link is copied. ${what}`;
-    }
-  } catch (error) {
-    if (error.name === "AbortError") return;
-    $("saved").textContent = "The browser does not allow the page to copy. The link is in the address bar.";
-  }
+  await takeLink({ holdsRobot: scene.robot !== null, tell });
 }
 
 function connect() {
