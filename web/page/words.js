@@ -24,7 +24,7 @@ export function finished({ delivered, seconds, iteration }) {
   const { walk, asDesigned, measured } = delivered;
   if (walk.along === null) return walk === asDesigned ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
   if (walk !== asDesigned) return `Changed by you: it walks ${metres(walk.along)}; before, it was ${metres(asDesigned.along ?? 0)}. Click a bar to change it again.`;
-  const touch = "Click a bar to change it, drag the robot to push it, or choose another ground or gravity for it.";
+  const touch = "Click a bar, drag the robot, or choose another ground.";
   if (measured === null) return `This robot is finished. It walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. ${touch}`;
   const { p10, p50, p90 } = measured.spread;
   const { verdict, reason } = measured.reliability;
