@@ -11,7 +11,7 @@ import { SMALL, check, close, failed, here, open } from "./helpers.mjs";
 import { asks, links, refusedLinks } from "./links.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
-import { errand, goingOn, visiting, worlds } from "./worlds.mjs";
+import { errand, goingOn, judging, visiting, worlds } from "./worlds.mjs";
 
 const { values: given } = parseArgs({ options: { shots: { type: "string" }, browser: { type: "string" }, program: { type: "string", default: here("../../target/release/cosmic") } } });
 
@@ -76,6 +76,7 @@ async function inFirefox(address) {
 
 goingOn();
 visiting();
+judging();
 const server = await serve(here("../dist"));
 for (const [browser, test] of [["chrome", inChromium], ["firefox", inFirefox]]) {
   if (given.browser && given.browser !== browser) continue;

@@ -4,7 +4,7 @@ import { Engine } from "../page/engine.js";
 import { toBytes } from "../page/packed.js";
 import { OWN } from "../page/scene.js";
 import { ready, says, text } from "./browsers.mjs";
-import { here, linkTo, TOLD, HELLO, open, unfold, goBack, boxOf, check, press, value, until, set, close } from "./helpers.mjs";
+import { SMALL, here, linkTo, TOLD, HELLO, open, unfold, goBack, boxOf, check, press, value, until, set, close } from "./helpers.mjs";
 
 /** The library of the page, in this process. */
 function library() {
@@ -71,6 +71,17 @@ export function visiting() {
   }
   const { verdict } = engine.ask({ do: "judge" });
   check(verdict[0][1][0].text.endsWith("m/s") && verdict.flatMap(([, items]) => items).every(({ level }) => /^(good|doubtful|bad)$/.test(level)), `its verdict: ${verdict.map(([words, items]) => words + items.map(({ text }) => text).join(", ")).join(". ")}`);
+}
+
+/** Limits of what can be built do not depend on the starts, so the verdict of a delivery has the limits of one walk. */
+export function judging() {
+  const engine = library();
+  const settings = new URLSearchParams(SMALL.slice(1)).getAll("set");
+  engine.ask({ do: "begin", scene: { scene: "stability", settings }, seed: 1 });
+  while (!engine.ask({ do: "iterate", shown: false }).done);
+  const limits = ({ verdict }) => JSON.stringify(verdict.slice(1));
+  const [delivered, judged] = [limits(engine.ask({ do: "deliver" })), limits(engine.ask({ do: "judge" }))];
+  check(delivered === judged && delivered.length > 2, `one walk shows the limits of the delivery: ${judged}`);
 }
 
 /** The finished robot walks on in other worlds, and comes back with a click. */
