@@ -433,6 +433,7 @@ async function chooseWorld(kind, name, settings) {
 
 /** Brings the finished robot back to its own world and to the start of its walk. */
 async function goHome() {
+  looked = null;
   refusal.forget();
   try {
     await design.home();
