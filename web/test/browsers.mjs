@@ -12,7 +12,7 @@ export const installed = browser => PLACES[browser].find(existsSync);
 
 export async function launch(browser, options = {}) {
   const args = browser === "chrome" ? ["--no-sandbox", "--autoplay-policy=no-user-gesture-required"] : ["--width=1280", "--height=900"];
-  return puppeteer.launch({ browser, executablePath: installed(browser), args, ...options });
+  return puppeteer.launch({ browser, executablePath: installed(browser), args, protocolTimeout: 600_000, ...options });
 }
 
 /** Whether pages of a browser can be told which features of media they have. In Firefox, only preferences can. */

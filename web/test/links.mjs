@@ -41,6 +41,7 @@ export async function refusedLinks(browser, address) {
   ]) {
     const { page, faults } = await open(browser, address + link, { height: 900 });
     await ready(page);
+    await page.waitForFunction(() => document.getElementById("refusal").textContent !== "", { timeout: 5000 });
     const said = await text(page, "refusal");
     const { top, bottom } = await page.$eval("#refusal", element => element.getBoundingClientRect().toJSON());
     check(said.includes(reason) && said.includes(`shows the scene ${shows}`) && await value(page, "scene") === shows, `${link}: ${said.replaceAll("\n", " ")}`);

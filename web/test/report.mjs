@@ -166,6 +166,7 @@ async function useRun() {
   for (const id of ["feet", "strains", "energy"]) {
     await set(page, "time", 0);
     await clickIn(page, id, [0.7, 0.5]);
+    for (let k = 0; k < 20 && Number(await value(page, "time")) === 0; k++) await pause(100);
     assert(Number(await value(page, "time")) > 0, `a click into ${id} goes to its time`);
   }
   await page.close();
