@@ -163,10 +163,16 @@ impl Comparison {
             include_str!("page/race.html").to_owned()
                 + &page::script(&lanes.into(), include_str!("page/race.js"))
         };
+        // Narrow windows scroll the tables.
+        let scrolls = |label: &str, table: &str| {
+            format!(
+                "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\">{table}</div>"
+            )
+        };
         let body = format!(
-            "<h1>{title}</h1>\n{verdicts}{race}<div class=\"six\">{short}</div>\n<details><summary>All \
-             numbers</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" \
-             aria-label=\"Numbers\">{table}</div></details>\n"
+            "<h1>{title}</h1>\n{verdicts}{race}{}\n<details><summary>All numbers</summary>\n{}</details>\n",
+            scrolls("The most important numbers", &short),
+            scrolls("All numbers", &table),
         );
         Ok(page::html(title, &body))
     }
