@@ -126,6 +126,7 @@ export async function scenes(page, address) {
   await says(page, "Design another");
   check(await value(page, "seed") === "2", `another seed: ${along}, then ${await text(page, "along")}`);
   await set(page, "#seed", "3");
+  await says(page, "Pause");
   await says(page, "Design another");
   await page.select("#scene", "incline");
   await page.waitForFunction(() => document.querySelector("[name='physics.incline_deg']").value === "15");
