@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::codesign::{Delivery, Reliability};
+use crate::codesign::{Delivery, Observed, Reliability};
 use crate::design::{Material, Structure};
 use crate::lattice::Lattice;
 use crate::scene::Scene;
@@ -202,6 +202,21 @@ impl<'m> Measured<'m> {
             loads: delivery.loads.as_ref(),
             energy: delivery.energy,
             bars: bars(delivery.volume, lattice),
+            ..Self::unmeasured(scene, lattice)
+        }
+    }
+
+    /// The measurements of a robot in one rollout, without those of slightly different starts. `is_far` is true if the
+    /// robot is designed to walk far.
+    pub fn of_rollout(seen: &'m Observed, scene: &Scene, lattice: &Lattice, is_far: bool) -> Self {
+        Self {
+            displacement: finite(seen.moved.forward()),
+            is_far,
+            is_undecided: seen.structure.is_none(),
+            structure: seen.structure,
+            loads: seen.loads.as_ref(),
+            energy: seen.energy,
+            bars: bars(seen.volume, lattice),
             ..Self::unmeasured(scene, lattice)
         }
     }

@@ -12,7 +12,8 @@ const CHOICES = {
     uphill: { ...FLAT, "physics.incline_deg": "8" }, downhill: { ...FLAT, "physics.incline_deg": "-8" },
   },
   gravity: {
-    Moon: { "physics.gravity": "1.62" }, Mars: { "physics.gravity": "3.7" }, Earth: { "physics.gravity": "9.81" },
+    // The first of each list is the choice before the scene is known.
+    Earth: { "physics.gravity": "9.81" }, Moon: { "physics.gravity": "1.62" }, Mars: { "physics.gravity": "3.7" },
     Neptune: { "physics.gravity": "11.2" }, Jupiter: { "physics.gravity": "24.8" },
   },
   size: { small: size(4, 3), tall: size(3, 5), long: size(6, 3), large: size(5, 4) },
@@ -23,7 +24,7 @@ export class Chips {
 
   /**
    * @param fields are the lists `ground`, `gravity` and `size`.
-   * @param onchoose is called with a list of [key, value].
+   * @param onchoose is called with the name of the list, the choice, and its settings: keys and values.
    */
   constructor(fields, onchoose) {
     this.#fields = fields;
@@ -31,7 +32,7 @@ export class Chips {
       for (const choice of Object.keys(CHOICES[name])) field.add(new Option(choice, choice));
       field.addEventListener("change", () => {
         const settings = CHOICES[name][field.value];
-        if (settings) onchoose(Object.entries(settings));
+        if (settings) onchoose(name, field.value, settings);
       });
     }
   }

@@ -1,5 +1,5 @@
 // Designs a robot: runs the iterations, and keeps the robot after each iteration and the delivered robot.
-/* global Walker: of drawing.js */
+/* global Walker: of robot.js */
 
 import { Refused, Stopped } from "./client.js";
 
@@ -27,11 +27,14 @@ export class Design {
   world = null;
   /** The robot before the first iteration and the robot after each iteration, with the iteration's record. */
   robots = [];
-  /** The delivered robot with the user's edits, and its measurements. */
+  /** The delivered robot with the user's edits, its measurements, and the verdict on it (null until it is known). */
   delivered = null;
-  /** The walk to the goal that the robot was told, the goal (m along the ground, from the payload at the start), and its
-   * distance at the end of the walk (m); null if the robot has not been told a goal. */
+  /** The walk on which the user has sent the robot: after a push, to another world, or to a goal `along` (m along the
+   * ground, from the payload at the start), from which it is `left` metres away in the end. Null if there is none. */
   told = null;
+  /** The other world in which the robot walks: { world, changes, settings }; null in its own world. `changes` are
+   * the kinds of settings that differ, each with its `name` and its `settings`; `settings` are all of them. */
+  elsewhere = null;
   seconds = 0;
 
   /**
@@ -42,6 +45,11 @@ export class Design {
     this.#client = client;
     this.onchange = onchange;
     this.panicAfter = panicAfter;
+  }
+
+  /** The world in which the robot walks. */
+  get place() {
+    return this.elsewhere?.world ?? this.world;
   }
 
   get iteration() {
@@ -61,7 +69,8 @@ export class Design {
     if (run !== this.#run) return;
     this.world = world;
     this.robots = [{ walk: new Walk(world, first), record: null }];
-    this.delivered = this.told = null;
+    this.delivered = null;
+    this.#stayHome();
     this.seconds = 0;
     this.#change("ready");
   }
@@ -75,10 +84,11 @@ export class Design {
     this.world = world;
     const walk = new Walk(world, robot);
     this.robots = [{ walk, record: null }];
-    this.delivered = { walk, asDesigned: walk, measured: null };
-    this.told = null;
+    this.delivered = { walk, asDesigned: walk, measured: null, verdict: null };
+    this.#stayHome();
     this.seconds = 0;
     this.#change("finished");
+    await this.#judge(run);
   }
 
   /** The delivered robot, with its edits, in bytes for a link; null if it does not fit into a link. */
@@ -138,7 +148,7 @@ export class Design {
     if (run !== this.#run) return false;
     this.seconds += (performance.now() - begun) / 1000;
     this.robots.push({ walk: new Walk(this.world, robot), record });
-    this.told = null;
+    this.#stayHome();
     this.onchange(this.state);
     return done;
   }
@@ -148,8 +158,8 @@ export class Design {
     const measured = await this.#client.ask({ do: "deliver" });
     if (run !== this.#run) return;
     const walk = new Walk(this.world, measured.robot);
-    this.delivered = { walk, asDesigned: walk, measured };
-    this.told = null;
+    this.delivered = { walk, asDesigned: walk, measured, verdict: measured.verdict };
+    this.#stayHome();
     this.#change("finished");
   }
 
@@ -158,9 +168,31 @@ export class Design {
     const run = this.#run;
     const { robot } = await this.#client.ask({ do: "edit", materials });
     if (run !== this.#run) return;
-    this.delivered.walk = materials === null ? this.delivered.asDesigned : new Walk(this.world, robot);
-    this.told = null;
+    const { asDesigned, measured } = this.delivered;
+    this.delivered.walk = materials === null ? asDesigned : new Walk(this.world, robot);
+    this.delivered.verdict = materials === null ? measured?.verdict ?? null : null;
+    this.#stayHome();
     this.onchange(this.state);
+    if (this.delivered.verdict === null) await this.#judge(run);
+  }
+
+  /** Lets the finished robot, with its edits, walk in its own world again, from the start. */
+  home() {
+    const { walk, asDesigned } = this.delivered;
+    return this.edit(walk === asDesigned ? null : walk.materials);
+  }
+
+  /** Asks for the verdict on the finished robot. Its walk is shown before, because the verdict takes longer. */
+  async #judge(run) {
+    const { walk } = this.delivered;
+    const { verdict } = await this.#client.ask({ do: "judge" });
+    if (run !== this.#run || this.delivered.walk !== walk) return;
+    this.delivered.verdict = verdict;
+    this.onchange(this.state);
+  }
+
+  #stayHome() {
+    this.told = this.elsewhere = null;
   }
 
   /**
@@ -170,19 +202,32 @@ export class Design {
   async tell(along, frame, ontold) {
     const run = this.#run;
     const { robot, left } = await this.#client.ask({ do: "tell", along, frame });
-    if (run !== this.#run) return;
-    this.told = { walk: new Walk(this.world, robot), along, left };
-    ontold();
-    this.onchange(this.state);
+    if (run === this.#run) this.#send(robot, { along, left }, ontold);
   }
 
   /** Lets the latest robot walk on after a push, from a frame of its walk. `velocity` is [x, y] in m/s. */
   async push(velocity, frame, onpushed) {
     const run = this.#run;
     const { robot } = await this.#client.ask({ do: "push", velocity, frame });
+    if (run === this.#run) this.#send(robot, {}, onpushed);
+  }
+
+  /**
+   * Lets the latest robot walk on in another world, from a frame of its walk. `there` has the `changes` and the `settings`
+   * of that world.
+   */
+  async visit(there, frame, onvisit) {
+    const run = this.#run;
+    const settings = Object.entries(there.settings).map(([key, value]) => `${key}=${value}`);
+    const { world, robot } = await this.#client.ask({ do: "visit", settings, frame });
     if (run !== this.#run) return;
-    this.told = { walk: new Walk(this.world, robot), along: null, left: null };
-    onpushed();
+    this.elsewhere = { ...there, world };
+    this.#send(robot, { visits: true }, onvisit);
+  }
+
+  #send(robot, { along = null, left = null, visits = false }, onsent) {
+    this.told = { walk: new Walk(this.place, robot), along, left, visits };
+    onsent();
     this.onchange(this.state);
   }
 

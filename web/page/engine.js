@@ -11,6 +11,11 @@ export class Engine {
     this.#exports = new WebAssembly.Instance(module, {}).exports;
   }
 
+  /** The size of the library's memory. It never shrinks. */
+  get bytes() {
+    return this.#exports.memory.buffer.byteLength;
+  }
+
   /** Carries out a request and returns the answer. */
   ask(request) {
     const { memory, input, ask, answer, length } = this.#exports;

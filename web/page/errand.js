@@ -1,5 +1,4 @@
 // Tells the robot where to go: by a click on the ground of the stage, or by the slider below it.
-import { CLOSE } from "./player.js";
 /* global decimals, levelAt: of drawing.js */
 
 /** Goals may be this many times as far away as those that the robot is trained for. */
@@ -10,7 +9,7 @@ const STEPS = 30;
 const LISTENS = ["ready", "working", "paused", "finished"];
 
 export class Errand {
-  #canvas;
+  #stage;
   #player;
   #design;
   #parts;
@@ -25,7 +24,7 @@ export class Errand {
    * @param onerror is called with the error of a walk that failed.
    */
   constructor({ canvas, stage, player, design, parts, ontell, onerror }) {
-    [this.#canvas, this.#player, this.#design, this.#parts] = [canvas, player, design, parts];
+    [this.#stage, this.#player, this.#design, this.#parts] = [stage, player, design, parts];
     Object.assign(this, { ontell, onerror });
     parts.slider.addEventListener("input", () => this.#name(Number(parts.slider.value)));
     parts.slider.addEventListener("change", () => this.#tell(Number(parts.slider.value)));
@@ -53,8 +52,8 @@ export class Errand {
   show() {
     const { row, slider } = this.#parts;
     slider.disabled = !this.#listens;
-    if (row.hidden || this.#design.world === null) return null;
-    const { world, robot: { start, payloads: [payload] } } = this.#design.world;
+    if (row.hidden || this.#design.place === null) return null;
+    const { world, robot: { start, payloads: [payload] } } = this.#design.place;
     const [x, y] = start.slice(2 * payload);
     const along = this.#design.told?.along ?? this.#own - (x * world.cos + y * world.sin);
     slider.value = along;
@@ -70,10 +69,8 @@ export class Errand {
 
   /** The place along the ground at a point of the window, m from the payload at the start. */
   #alongAt(clientX) {
-    const { left, width, height } = this.#canvas.getBoundingClientRect();
-    const { world } = this.#design.world;
-    const scale = Math.min(2.4 * height, 2 * width) / (CLOSE * world.width);
-    const along = (this.#player.middle + (clientX - left - width / 2) / scale - world.origin) / world.cos;
+    const { world } = this.#design.place;
+    const along = (this.#stage.xAt(clientX) - world.origin) / world.cos;
     const { min, max } = this.#parts.slider;
     return Math.min(Number(max), Math.max(Number(min), along));
   }
@@ -82,20 +79,15 @@ export class Errand {
     this.#next = along;
     if (this.#asks) return;
     this.#asks = true;
-    const player = this.#player;
-    const { playing } = player;
     this.ontell();
     if (this.#design.state === "working") this.#design.pause();
     try {
       while (this.#next !== null) {
         const along = this.#next;
         this.#next = null;
-        // The robot waits in the state from which it will go on.
-        player.playing = false;
-        await this.#design.tell(along, player.frame, () => { player.playing = !player.still.matches; });
+        await this.#player.goOn((frame, ongoing) => this.#design.tell(along, frame, ongoing));
       }
     } catch (error) {
-      player.playing = playing;
       this.onerror(error);
     } finally {
       this.#next = null;

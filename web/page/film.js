@@ -2,6 +2,11 @@
 
 const KINDS = [["video/webm;codecs=vp9", "webm"], ["video/webm;codecs=vp8", "webm"], ["video/webm", "webm"], ["video/mp4", "mp4"]];
 
+/** A film with fewer bytes has only a header. */
+const HEADER = 1000;
+/** How long the encoder may take to write more than that after the end of the walk, milliseconds. */
+const PATIENCE = 5000;
+
 /** The kind of film that this browser can record; null if it cannot record films. */
 export function filmKind() {
   if (!("MediaRecorder" in globalThis) || !("captureStream" in HTMLCanvasElement.prototype)) return null;
@@ -32,6 +37,12 @@ export async function film({ canvas, player, label, colours, onprogress, title, 
     if (player.time < last || player.time >= player.walk.duration || signal.aborted) break;
     copyFrame(pen, canvas, colours, label(player.time), title);
     onprogress(player.time / player.walk.duration);
+  }
+  // On a busy machine the encoder may have written only the header by now.
+  const isEmpty = () => parts.reduce((sum, { size }) => sum + size, 0) < HEADER;
+  for (const end = performance.now() + PATIENCE; isEmpty() && performance.now() < end && !signal.aborted;) {
+    recorder.requestData();
+    await new Promise(resolve => setTimeout(resolve, 100));
   }
   recorder.stop();
   await stopped;

@@ -1,5 +1,5 @@
 // The finished robot that walks while the library loads.
-/* global Walker: of drawing.js */
+/* global Walker: of robot.js */
 
 /** How long the finished robot is shown before the page's own design takes the stage, milliseconds. */
 export const GREETING = 4000;

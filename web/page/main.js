@@ -1,20 +1,23 @@
 // Connects the controls of the page with what they do.
-/* global Stage, Ternary, Curve, decimals, levelAt: of drawing.js */
+/* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
 import { Editor } from "./editor.js";
 import { Errand } from "./errand.js";
-import { film, filmKind, save } from "./film.js";
+import { filmKind, save } from "./film.js";
 import { GroundEditor } from "./ground.js";
 import { GREETING, hello, mayBegin } from "./hello.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
 import { Push } from "./push.js";
 import { Race } from "./race.js";
+import { Refusals } from "./refusal.js";
 import { DEFAULT, OWN, Scene } from "./scene.js";
 import { Strip } from "./strip.js";
+import { Visit } from "./visit.js";
+import { takeFilm, takeLink } from "./take.js";
 import { sentence, showVerdict } from "./words.js";
 
 const $ = id => document.getElementById(id);
@@ -38,30 +41,36 @@ const scene = new Scene(client, $("settings"), mayChange, sceneKnown);
 const ground = new GroundEditor($("ground"), points => scene.setGround(points));
 const chips = new Chips(
   { ground: $("chip-ground"), gravity: $("chip-gravity"), size: $("chip-size") },
-  settings => changeAndDesign(() => scene.set(...settings)),
+  chooseWorld,
 );
+const visit = new Visit({ scene, player, design, onvisit: () => { looked = null; } });
 const push = new Push({
-  canvas: $("stage"), stage, player, design, onpush: () => { looked = null; }, onerror: fail,
+  canvas: $("stage"), stage, player, design, onpush: () => { looked = null; }, onerror: error => refusal.show(error),
 });
 const editor = new Editor({
-  canvas: $("stage"), stage, player, onerror: fail,
+  canvas: $("stage"), stage, player, onerror: error => refusal.show(error),
   parts: {
     fieldset: $("editor"), legend: $("bar"), previous: $("previous"), next: $("next"), undo: $("undo"),
     materials: [...document.getElementsByName("material")],
   },
 });
 const errand = new Errand({
-  canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: fail,
+  canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: error => refusal.show(error),
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
+const refusal = new Refusals({ text: $("refusal"), details: $("details"), scene, before: $("status") });
 const race = new Race($("lanes"));
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
 let recording = null;
 /** The timer for the next update of the main button. */
 let waiting;
-/** The finished robot that is on the stage until the page's own design takes it; null afterwards. */
+/** The walk of the finished robot that is on the stage until the page's own design takes it; null afterwards. */
 let greeting = null;
+/** That robot in the form that links have. */
+let greeter = null;
+/** The other world that the chips show; null for the robot's own world. */
+let elsewhere = null;
 /** The walk whose robot the link contains. */
 let linkedWalk = null;
 
@@ -70,6 +79,7 @@ async function greet() {
   const finished = await hello();
   if (finished === null || design.iteration > 0) return;
   greeting = finished.walk;
+  greeter = new URLSearchParams(finished.link.slice(1)).get("robot");
   player.show(greeting, { restart: true });
   tellPlay();
   $("time").max = greeting.duration;
@@ -78,6 +88,16 @@ async function greet() {
   const next = mayBegin() ? "The next one is designed while you watch." : "Press “Design a robot” for another one.";
   $("status").textContent = designs ? `This robot is finished. ${next}` : "This robot is finished.";
   if (mayBegin()) setTimeout(endGreeting, GREETING);
+}
+
+/** Makes the robot that greets a finished robot of the page, which can be touched, in place of the page's own design. */
+async function adopt() {
+  if (greeting === null || !designs || scene.name !== DEFAULT || scene.changed.size > 0) return;
+  const { time } = player;
+  greeting = null;
+  scene.robot = greeter;
+  await scene.check();
+  player.seek(time);
 }
 
 /** Gives the stage to the page's own design. */
@@ -100,11 +120,12 @@ async function begin() {
     if (!names.includes(scene.name)) {
       return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; expected one of ${names.join(", ")}.`);
     }
-    await scene.check();
+    // Something else may be opened in the meantime.
+    if (!(await scene.check())) return;
     if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
     if (design.state === "ready" && mayBegin()) await work();
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   }
 }
 
@@ -112,18 +133,17 @@ async function begin() {
 async function openInstead(name, reason) {
   scene.robot = null;
   await scene.choose(name);
-  placeRefusal(null);
-  $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
+  refusal.say(`The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`);
 }
 
 /** Is called when the library has checked a scene. Prepares the robot, or shows the error. */
 async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
-  forgetRefusal();
+  refusal.forget();
   if (error) {
     design.abandon("empty");
-    return fail(error);
+    return refuse(error);
   }
   keepAddress();
   const { settings, profile } = scene.checked;
@@ -134,13 +154,14 @@ async function sceneKnown(error) {
   await prepare();
 }
 
-/** Writes the link into the address. The page's own scene needs none. Back returns to a finished robot. */
+/** Writes the link into the address. The page's own scene needs none. Back returns to a finished robot, and to the
+ * robot before an edit. */
 function keepAddress() {
   const isOwn = !linked && scene.link === `#scene=${DEFAULT}&seed=1`;
   if (isOwn && location.hash === "") return;
   const before = new URLSearchParams(location.hash.slice(1));
-  const leaves = before.has("robot") && scene.robot === null;
-  history[leaves ? "pushState" : "replaceState"](null, "", scene.link);
+  const isOther = before.has("robot") && scene.robot !== before.get("robot");
+  history[isOther ? "pushState" : "replaceState"](null, "", scene.link);
 }
 
 /** Asks before a change that would discard a design in progress. */
@@ -181,36 +202,15 @@ async function prepare() {
   } catch (error) {
     // If the worker was stopped, the code that stopped it sets the next state.
     if (!(error instanceof Stopped)) design.abandon("empty");
-    fail(error);
+    refuse(error);
     return false;
   }
 }
 
-/** Shows an error of the library in the section that has the focus. A stopped worker is shown in a dialog instead. */
-function fail(error) {
-  if (error instanceof Stopped) return;
-  if (!(error instanceof Refused)) throw error;
-  const field = scene.fieldOf(error.message);
-  const shownField = $("details").open ? field : undefined;
-  placeRefusal(shownField?.closest("form"));
-  shownField?.setAttribute("aria-invalid", "true");
-  shownField?.setAttribute("aria-describedby", "refusal");
-  $("refusal").textContent = error.message;
-  $("status").textContent = "This setting cannot be used.";
-}
-
-/** Puts the error into a form, or, without a form, under the main button. */
-function placeRefusal(form) {
-  if (form) form.append($("refusal"));
-  else $("robot").insertBefore($("refusal"), $("status"));
-}
-
-function forgetRefusal() {
-  $("refusal").textContent = "";
-  for (const field of document.querySelectorAll("[aria-invalid]")) {
-    field.removeAttribute("aria-invalid");
-    field.removeAttribute("aria-describedby");
-  }
+/** Shows the error of a scene that cannot be used. */
+function refuse(error) {
+  refusal.show(error);
+  if (error instanceof Refused) $("status").textContent = "This setting cannot be used.";
 }
 
 function stopped(message) {
@@ -229,7 +229,7 @@ function shown() {
 const waits = state => state === "preparing" || state === "measuring" || (state === "paused" && design.iterates);
 
 function tellButton(state) {
-  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: "Design another" };
+  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: design.elsewhere ? "Design for this world" : "Design another" };
   const long = waits(state) && client.busyFor >= LONG;
   $("design").textContent = long ? "Cancel" : words[state] ?? "Design a robot";
   $("design").disabled = !long && ["empty", "stopped", "preparing", "measuring"].includes(state);
@@ -240,6 +240,12 @@ function tellButton(state) {
 function changed(state) {
   const busy = state === "working" || state === "measuring";
   tellButton(state);
+  $("home").hidden = state !== "finished" || design.told === null;
+  $("home").textContent = design.elsewhere ? "Back to its own world" : "Back to its own walk";
+  if (design.elsewhere !== elsewhere) {
+    elsewhere = design.elsewhere;
+    if (scene.checked !== null) chips.show(visit.settings);
+  }
   $("save-design").disabled = state !== "finished";
   $("save-scene").disabled = $("race").disabled = scene.checked === null;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
@@ -273,7 +279,7 @@ async function keepRobot() {
     scene.robot = bytes && toText(bytes);
     keepAddress();
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   }
 }
 
@@ -304,8 +310,8 @@ function show(how = {}) {
   $("along").textContent = walk.along === null ? "diverged" : `${decimals(walk.along, 2)} m`;
   const number = looked ?? design.iteration;
   const came = design.delivered?.measured === null;
-  $("strip").classList.toggle("empty", came);
-  $("attempt-title").textContent = came ? "from the link" : "attempt";
+  $("strip").classList.toggle("empty", came === true);
+  $("attempt-title").textContent = came ? "a finished robot" : "attempt";
   $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
   $("back").disabled = number === 0;
   $("ahead").disabled = $("latest").disabled = looked === null;
@@ -368,7 +374,7 @@ function tellStatus(state) {
   // Screen readers do not read texts that change with every iteration.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   $("status").textContent = sentence(state, design);
-  showVerdict($("verdict"), state === "finished" ? design.delivered.measured?.verdict : null);
+  showVerdict($("verdict"), (state === "finished" && design.told === null && design.delivered.verdict) || []);
 }
 
 function tellTime(time) {
@@ -392,6 +398,7 @@ async function pressDesign() {
   if ($("design").textContent === "Cancel") return cancel();
   greeting = null;
   if (design.state === "working") return design.pause();
+  if (design.elsewhere) return changeAndDesign(() => scene.set(...Object.entries(design.elsewhere.settings)));
   if (design.state === "finished") return newSeed(scene.seed + 1);
   if (design.state === "cancelled" && !(await prepare())) return;
   await work();
@@ -402,7 +409,7 @@ async function work() {
   try {
     await design.work();
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   }
 }
 
@@ -410,6 +417,29 @@ async function work() {
 function cancel() {
   client.start();
   design.abandon("cancelled");
+}
+
+/** Lets the finished robot walk on in another world, with the same body. Otherwise changes the scene. */
+async function chooseWorld(kind, name, settings) {
+  if (kind !== "size") await adopt();
+  if (kind === "size" || design.state !== "finished") return changeAndDesign(() => scene.set(...Object.entries(settings)));
+  try {
+    await visit.move(kind, name, settings);
+  } catch (error) {
+    chips.show(visit.settings);
+    refusal.show(error);
+  }
+}
+
+/** Brings the finished robot back to its own world and to the start of its walk. */
+async function goHome() {
+  looked = null;
+  refusal.forget();
+  try {
+    await design.home();
+  } catch (error) {
+    refusal.show(error);
+  }
 }
 
 /** Sets the seed. If a robot is being designed or is finished, a design with the new seed begins at once. */
@@ -430,54 +460,30 @@ async function startRace() {
     await scene.check();
     $("saved").textContent = `Seed ${best.seed} won the race: ${decimals(best.along, 2)} m.`;
   } catch (error) {
-    fail(error);
+    refusal.show(error);
   } finally {
     $("race").textContent = "Race of seeds";
   }
 }
 
+const tell = text => { $("saved").textContent = text; };
+
 async function saveFilm() {
-  const style = getComputedStyle(document.documentElement);
-  const colour = name => style.getPropertyValue(`--${name}`).trim();
   recording = new AbortController();
   $("save-film").disabled = true;
-  const { walk } = player;
   try {
-    const { blob, ending } = await film({
-      canvas: $("stage"), player, signal: recording.signal,
-      label: time => `${time.toFixed(1)} s   ${decimals(walk.at(time).metres, 2)} m`,
-      title: [document.title, `${location.host}${location.pathname}`],
-      colours: { paper: colour("panel"), ink: colour("ink") },
-      onprogress: share => { $("saved").textContent = `Recording the walk: ${Math.round(100 * share)} %`; },
-    });
-    save(`cosmic-${scene.name}-${scene.seed}.${ending}`, blob);
-    $("saved").textContent = "The animation is saved.";
-  } catch (error) {
-    if (error.name !== "AbortError") throw error;
-    $("saved").textContent = "No animation was saved, because another robot replaced this one.";
+    await takeFilm({ canvas: $("stage"), player, signal: recording.signal, name: `cosmic-${scene.name}-${scene.seed}`, tell });
   } finally {
     recording = null;
-    $("save-film").disabled = filmKind() === null;
+    $("save-film").disabled = false;
     tellPlay();
   }
 }
 
-/** Shares the link: with the system's dialog on telephones, otherwise by copying it. */
 async function share() {
   keepAddress();
   if (location.hash === "") history.replaceState(null, "", scene.link);
-  const what = scene.robot === null ? "The link designs this robot again." : `The link has ${location.href.length} characters and holds this robot.`;
-  try {
-    if (navigator.share && matchMedia("(pointer: coarse)").matches) {
-      await navigator.share({ title: document.title, url: location.href });
-    } else {
-      await navigator.clipboard.writeText(location.href);
-      $("saved").textContent = `The link is copied. ${what}`;
-    }
-  } catch (error) {
-    if (error.name === "AbortError") return;
-    $("saved").textContent = "The browser does not allow the page to copy. The link is in the address bar.";
-  }
+  await takeLink({ holdsRobot: scene.robot !== null, tell });
 }
 
 function connect() {
@@ -507,6 +513,8 @@ function connect() {
   on("save-scene", () => save("scene.toml", new Blob([scene.checked.toml], { type: "text/plain" })));
   on("save-film", saveFilm);
   on("link", share);
+  on("stage", adopt, "pointerdown");
+  on("home", goHome);
   on("stay", () => $("leave").close("stay"));
   on("go", () => $("leave").close("go"));
   on("restart", () => {
@@ -528,6 +536,7 @@ function connect() {
 
 connect();
 tellPlay();
+$("strip").classList.toggle("empty", scene.robot !== null);
 greet();
 // honest.js says that nothing can be designed.
 const designs = typeof WebAssembly === "object";

@@ -3,8 +3,11 @@
 
 /** A void bar longer than this many rest lengths is not shown: one of its nodes was left behind. */
 const LEFT_BEHIND = 2;
-/** The stage shows this fraction of a world's width, so that the robot takes a third of it. */
-export const CLOSE = 0.86;
+/** The fraction of the stage's width that a robot takes: of a wide stage, and of a narrow one, which is not this many times
+ * as wide as high. */
+const [WIDE, NARROW, ASPECT] = [1 / 3, 1 / 2, 1.7];
+/** The largest fraction of the stage's height that a robot takes. */
+const TALLEST = 0.68;
 /** The seconds after which most of the change from one robot to the next is done. */
 const BLEND = 0.12;
 
@@ -45,6 +48,11 @@ export class Player {
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
     this.playing = !this.still.matches;
     everyFrame(passed => this.#tick(passed));
+    new ResizeObserver(() => {
+      if (this.#walk === null) return;
+      this.#fit();
+      this.paint();
+    }).observe(stage.canvas);
   }
 
   get walk() {
@@ -56,25 +64,20 @@ export class Player {
     return this.#walk?.at(this.time).frame ?? 0;
   }
 
-  /** The x in the middle of the stage, m. */
-  get middle() {
-    return this.#shown.camera[0];
-  }
-
   /**
    * Shows another robot from now on, at the current time. If it `goesOn`, its walk begins where the last one was left,
    * and stops at its end.
    */
   show(walk, { withVoid = false, restart = false, goesOn = false } = {}) {
     const same = this.#walk?.world === walk.world;
-    if (!same) this.#stage.world = { ...walk.world, width: CLOSE * walk.world.width, payloads: walk.robot.payloads };
     if (!same || restart || goesOn) this.time = 0;
     this.#stops = goesOn;
     // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk.
     if (this.still.matches && !this.playing && !restart) this.time = walk.duration;
     this.#walk = walk;
+    if (!same) this.#fit();
     this.withVoid = withVoid;
-    const blends = same && (goesOn || !restart) && this.playing;
+    const blends = (goesOn || (same && !restart)) && this.playing;
     this.#blend = blends ? 1 : 0;
     if (blends) {
       const { positions, camera } = walk.at(this.time);
@@ -84,11 +87,39 @@ export class Player {
     if (!this.playing) this.paint();
   }
 
+  /** Chooses how much of the world the stage shows: `width` in the world of a `Stage`. */
+  #fit() {
+    const { world, robot: { start, payloads } } = this.#walk;
+    const { clientWidth, clientHeight } = this.#stage.canvas;
+    const aspect = clientWidth / clientHeight;
+    const [across, tall] = [0, 1].map(axis => {
+      const places = start.filter((_, k) => k % 2 === axis);
+      return Math.max(...places) - Math.min(...places);
+    });
+    const wide = across * Math.min(2.4 / aspect, 2) / (aspect > ASPECT ? WIDE : NARROW);
+    this.#stage.world = { ...world, payloads, width: Math.max(wide, tall * Math.min(2.4, 2 * aspect) / TALLEST) };
+  }
+
   /** Whether a void bar is near the robot, and not stretched to a node that was left behind. */
   #isNear([i, j, rest]) {
     const [at, { body }] = [this.#shown.positions, this.#walk];
     const length = Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]);
     return (body.has(i) || body.has(j)) && length < LEFT_BEHIND * rest;
+  }
+
+  /**
+   * Lets the robot stand still in this frame of its walk while `ask(frame, ongoing)` computes how it goes on from there.
+   * `ask` calls `ongoing` before the new walk is shown.
+   */
+  async goOn(ask) {
+    const { playing } = this;
+    this.playing = false;
+    try {
+      await ask(this.frame, () => { this.playing = !this.still.matches; });
+    } catch (error) {
+      this.playing = playing;
+      throw error;
+    }
   }
 
   toggle() {

@@ -62,14 +62,10 @@ export class Push {
 
   /** Pushes the robot at this moment of its walk. `velocity` is [x, y] in m/s. */
   async push(velocity) {
-    const player = this.#player;
-    const { playing } = player;
     this.onpush();
-    player.playing = false;
     try {
-      await this.#design.push(velocity, player.frame, () => { player.playing = !player.still.matches; });
+      await this.#player.goOn((frame, ongoing) => this.#design.push(velocity, frame, ongoing));
     } catch (error) {
-      player.playing = playing;
       this.onerror(error);
     }
   }

@@ -129,14 +129,17 @@ export class Scene {
     });
   }
 
-  /** Lets the library check the scene. If it is called again before the answer, only the last answer counts. */
+  /**
+   * Lets the library check the scene. If it is called again before the answer, only the last answer counts.
+   * @returns whether the answer counts.
+   */
   async check() {
     const asked = ++this.#asked;
     if (this.#client.busyFor > PATIENCE) this.#client.start();
     try {
       const own = await this.#client.ask({ do: "check", scene: this.#text, settings: [] });
       const { toml, profile, settings } = await this.#client.ask({ do: "check", ...this.asked });
-      if (asked !== this.#asked) return;
+      if (asked !== this.#asked) return false;
       this.#own = flat(own.settings);
       this.checked = { toml, profile, settings: flat(settings) };
       for (const [key, value] of this.changed) {
@@ -145,10 +148,11 @@ export class Scene {
       this.#show();
       await this.onchange(null);
     } catch (error) {
-      if (asked !== this.#asked) return;
+      if (asked !== this.#asked) return false;
       this.checked = null;
       await this.onchange(error);
     }
+    return asked === this.#asked;
   }
 
   #build() {

@@ -10,6 +10,7 @@ const HOW = {
   fine_tuning: "the body is ready, and the robot learns to use it",
 };
 
+const range = (low, high) => metres(low) === metres(high) ? metres(low) : `${decimals(low, 2)} to ${metres(high)}`;
 const metres = x => `${decimals(x, 2)} m`;
 
 export function working(design) {
@@ -23,18 +24,31 @@ export function finished({ delivered, seconds, iteration }) {
   const { walk, asDesigned, measured } = delivered;
   if (walk.along === null) return walk === asDesigned ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
   if (walk !== asDesigned) return `Changed by you: it walks ${metres(walk.along)}; before, it was ${metres(asDesigned.along ?? 0)}. Click a bar to change it again.`;
-  const touch = "Click a bar to change it, or drag the robot to push it.";
-  if (measured === null) return `This robot came with the link. It walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. ${touch}`;
+  const touch = "Click a bar, drag the robot, or choose another ground.";
+  if (measured === null) return `This robot is finished. It walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. ${touch}`;
   const { p10, p50, p90 } = measured.spread;
   const { verdict, reason } = measured.reliability;
   const far = [p50, p10, p90].every(Number.isFinite)
-    ? `from slightly different starts it walks ${decimals(p10, 2)} to ${metres(p90)}`
+    ? `from slightly different starts it walks ${range(p10, p90)}`
     : "from some slightly different starts it falls apart";
   const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
   return `Finished after ${iteration} attempts and ${Math.round(seconds)} s: ${far}.${doubt} ${touch}`;
 }
 
-export function told({ walk, along, left }) {
+/** The other world in which the robot walks. */
+function place({ ground, gravity }) {
+  const on = ground && { flat: "on flat ground", steps: "on steps", rough: "on rough ground", uphill: "uphill", downhill: "downhill" }[ground.name];
+  return [gravity && `with the gravity of ${gravity.name === "Moon" ? "the Moon" : gravity.name}`, on].filter(Boolean).join(" and ");
+}
+
+function visits({ walk }, { elsewhere, delivered }) {
+  const here = place(elsewhere.changes);
+  if (walk.along === null) return `The same robot ${here}: ${walk.diverged}.`;
+  const [far, home] = [walk, delivered.walk].map(({ along }) => metres(along ?? 0));
+  return `The same robot, now ${here}: it walks ${far} in ${walk.duration.toFixed(1)} s. In its own world it walks ${home}.`;
+}
+
+function told({ walk, along, left }) {
   if (along === null) return walk.along === null ? `After your push: ${walk.diverged}.` : "You pushed the robot. It walks on from there.";
   if (left === null) return `Told to go to ${metres(along)}: ${walk.diverged}.`;
   return `Told to go to ${metres(along)}. After ${walk.duration.toFixed(1)} s the robot is ${metres(left)} away from it.`;
@@ -42,7 +56,9 @@ export function told({ walk, along, left }) {
 
 /** The sentence for a state of the design. */
 export function sentence(state, design) {
-  if (design.told !== null && ["ready", "paused", "finished"].includes(state)) return told(design.told);
+  if (design.told !== null && ["ready", "paused", "finished"].includes(state)) {
+    return design.told.visits ? visits(design.told, design) : told(design.told);
+  }
   return {
     empty: "",
     preparing: "Preparing the robot …",
@@ -54,9 +70,10 @@ export function sentence(state, design) {
   }[state] ?? (state === "finished" ? finished(design) : working(design));
 }
 
-/** Shows a list of { text, level }, where the level is "good", "doubtful" or "bad". Hides it without items. */
-export function showVerdict(list, items) {
-  list.hidden = !items || items.length === 0;
-  list.replaceChildren(...(items ?? []).map(({ text, level }) =>
-    Object.assign(document.createElement("li"), { textContent: text, className: level })));
+/** Shows a verdict: a list of clauses [words, items]. An item is { text, level }; its level ("good", "doubtful" or "bad")
+ * is its colour. */
+export function showVerdict(line, clauses) {
+  const item = ({ text, level }) => Object.assign(document.createElement("span"), { textContent: text, className: level });
+  const clause = ([words, items]) => [words, ...items.flatMap((it, k) => (k > 0 ? [", ", item(it)] : [item(it)])), ". "];
+  line.replaceChildren(...clauses.flatMap(clause));
 }

@@ -30,6 +30,10 @@ enum Request {
     /// Lets the robot that was shown last walk on after a push, from a frame of its walk. `velocity` is added to the
     /// velocity of every node, m/s.
     Push { velocity: [f64; 2], frame: usize },
+    /// Lets the robot that was shown last walk on from a frame of its walk in a world with other settings of the physics.
+    Visit { settings: Vec<String>, frame: usize },
+    /// Judges the delivered robot with its edits: the verdict.
+    Judge,
     /// Packs the delivered robot, with its edits, into bytes for a link.
     Share,
     /// Opens a robot that was packed for a link, in its scene.
@@ -85,6 +89,8 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Edit { materials } => session.edit(materials),
         Request::Tell { along, frame } => session.tell(along, frame),
         Request::Push { velocity, frame } => session.push(velocity, frame),
+        Request::Visit { settings, frame } => session.visit(&settings, frame),
+        Request::Judge => session.judge(),
         Request::Share => session.share(),
         Request::Open { scene, bytes } => session.open(scene.read()?, &bytes),
         Request::Design => session.design(),

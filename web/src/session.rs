@@ -8,7 +8,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::record::DesignFile;
-use cosmic::scene::{GoalKind, Scene};
+use cosmic::scene::{GoalKind, PhysicsSettings, Scene};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 use cosmic::task::Task;
 use cosmic::verdict::Measured;
@@ -27,6 +27,8 @@ struct Work {
     delivered: Option<Robot>,
     /// The delivered robot with the materials that the user has edited, if any.
     edited: Option<Robot>,
+    /// The world in which the user lets the finished robot walk on; `None` in the world of the scene.
+    elsewhere: Option<Task>,
     /// The walk that was shown last; `None` if it diverged.
     walk: Option<Walk>,
 }
@@ -55,7 +57,7 @@ impl Session {
         let progress = codesign.begin(seed)?;
         let mut begun = Work::of(codesign, progress);
         let first = begun.present();
-        let answer = json!({ "world": view::world(&begun.codesign), "first": first });
+        let answer = json!({ "world": begun.world(), "first": first });
         self.0 = Some(begun);
         Ok(answer)
     }
@@ -98,8 +100,7 @@ impl Session {
         Ok(json!({
             "spread": spread,
             "reliability": reliability,
-            "verdict": verdict,
-            "verdict_line": verdict.to_text(),
+            "verdict": verdict.clauses(),
             "volumes": [volume, actuator_volume],
             "iteration": iteration,
             "robot": shown,
@@ -150,11 +151,38 @@ impl Session {
         Ok(json!({ "robot": work.walk_on(robot, first, &start, &task).0 }))
     }
 
+    /// Lets the robot that was shown last walk on from a frame of its walk in a world where some settings of the physics
+    /// are others, such as gravity and ground. Later goals and pushes happen in that world.
+    pub(crate) fn visit(&mut self, settings: &[String], frame: usize) -> Answer {
+        let work = self.work()?;
+        let (robot, first, mut start) = work.moment(frame)?;
+        let there = work.task_with(settings)?;
+        let solid = solid_nodes(&robot, &there);
+        let lift = clearance(&start, &solid, work.task()) - clearance(&start, &solid, &there);
+        for x in &mut start.x {
+            *x += Vector::upright(0.0, lift);
+        }
+        work.elsewhere = Some(there);
+        let task = work.later(first);
+        let shown = work.walk_on(robot, first, &start, &task).0;
+        Ok(json!({ "world": work.world(), "robot": shown }))
+    }
+
+    /// Judges the finished robot with its edits, from one walk in the world of the scene.
+    pub(crate) fn judge(&mut self) -> Answer {
+        let work = self.work()?;
+        let robot = work.finished()?;
+        let evaluator = work.codesign.evaluator();
+        let seen = evaluator.observe(&robot.projected, &robot.controller);
+        let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
+        let measured = Measured::of_rollout(&seen, scene, lattice, evaluator.is_far());
+        Ok(json!({ "verdict": measured.verdict().clauses() }))
+    }
+
     /// Packs the robot that was delivered, with its edits, into bytes for a link.
     pub(crate) fn share(&mut self) -> Answer {
         let work = self.work()?;
-        let robot = work.edited.as_ref().or(work.delivered.as_ref());
-        let robot = robot.ok_or_else(nothing)?;
+        let robot = work.finished()?;
         let task = work.codesign.task();
         let bytes = packed::pack(
             &work.codesign.scene().controller,
@@ -180,7 +208,7 @@ impl Session {
         };
         let shown = begun.show(&robot);
         begun.delivered = Some(robot);
-        let answer = json!({ "world": view::world(&begun.codesign), "robot": shown });
+        let answer = json!({ "world": begun.world(), "robot": shown });
         self.0 = Some(begun);
         Ok(answer)
     }
@@ -188,8 +216,7 @@ impl Session {
     /// Returns the text of `design.json` for the delivered robot, including edits.
     pub(crate) fn design(&mut self) -> Answer {
         let work = self.work()?;
-        let robot = work.edited.as_ref().or(work.delivered.as_ref());
-        let robot = robot.ok_or_else(nothing)?;
+        let robot = work.finished()?;
         let lattice = &work.codesign.task().lattice;
         let file = DesignFile::new(
             lattice,
@@ -217,8 +244,46 @@ impl Work {
             progress,
             delivered: None,
             edited: None,
+            elsewhere: None,
             walk: None,
         }
+    }
+
+    /// The task in the world in which the robot walks.
+    fn task(&self) -> &Task {
+        let own = self.codesign.task();
+        self.elsewhere.as_ref().unwrap_or(own)
+    }
+
+    /// Returns the lattice and the world in which the robot walks, for an answer.
+    fn world(&self) -> Value {
+        view::world(self.task(), self.codesign.scene().schedule.iterations)
+    }
+
+    /// The finished robot with its edits.
+    fn finished(&self) -> cosmic::Result<&Robot> {
+        let robot = self.edited.as_ref().or(self.delivered.as_ref());
+        robot.ok_or_else(nothing)
+    }
+
+    /// Returns the task in a world where some settings of the physics are others. Duration and time step stay.
+    fn task_with(&self, settings: &[String]) -> cosmic::Result<Task> {
+        let (own, scene) = (self.codesign.task(), self.codesign.scene());
+        let physics = PhysicsSettings {
+            steps: own.physics.steps,
+            dt: own.physics.dt,
+            ..scene.clone().set(settings)?.physics
+        };
+        let task = Task::new(
+            own.lattice.clone(),
+            &physics,
+            &scene.controller,
+            &own.materials,
+            &own.sharpness,
+        );
+        Ok(task
+            .with_one_piece(scene.design.one_piece)
+            .with_moved(scene.objective.body))
     }
 
     /// Returns the robot that was shown last, the steps on its clock in a frame of its walk, and its state there.
@@ -237,7 +302,7 @@ impl Work {
 
     /// Returns the task with a clock that ends with the steps of the scene, but begins after `first` steps.
     fn later(&self, first: usize) -> Task {
-        let (scene, mut task) = (self.codesign.scene(), self.codesign.task().clone());
+        let (scene, mut task) = (self.codesign.scene(), self.task().clone());
         let mut physics = task.physics.clone();
         physics.steps += first;
         task.simulator = Simulator::new(&task.lattice, &physics, &scene.controller);
@@ -266,6 +331,7 @@ impl Work {
 
     /// Returns the robot after the last iteration and its rollout, in the precision in which gradients are computed.
     fn present(&mut self) -> Value {
+        self.elsewhere = None;
         let robot = Robot {
             design: self.progress.design.clone(),
             projected: self.codesign.evaluator().design(&self.progress),
@@ -278,8 +344,9 @@ impl Work {
         self.answer(&robot, 0, seen.ok_or("its walk diverges".to_owned()))
     }
 
-    /// Returns a robot and its rollout in double precision.
+    /// Returns a robot and its rollout in double precision, in the world of the scene.
     fn show(&mut self, robot: &Robot) -> Value {
+        self.elsewhere = None;
         let task = self.codesign.task();
         let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
         let seen = rollout(task, robot, &start, &span);
@@ -317,7 +384,7 @@ impl Work {
         first: usize,
         seen: Result<Trajectory<f64>, String>,
     ) -> Value {
-        let ground = self.codesign.task().ground();
+        let ground = self.task().ground();
         let along = |seen: &Trajectory<f64>| {
             let from = seen.states[0].x[seen.marker.payload];
             ground.along(seen.position(seen.last_step())) - ground.along(from)
@@ -338,6 +405,26 @@ impl Work {
             "diverged": seen.err(),
         })
     }
+}
+
+/// Returns the nodes that have a solid bar; all nodes if there is no solid bar.
+fn solid_nodes(robot: &Robot, task: &Task) -> Vec<usize> {
+    let materials = robot.projected.materials();
+    let bars = task.lattice.edges.iter().zip(&materials);
+    let solid = bars.filter(|(_, material)| material.is_solid());
+    let nodes: Vec<usize> = solid.flat_map(|(edge, _)| *edge).collect();
+    if nodes.is_empty() {
+        return (0..task.lattice.positions.len()).collect();
+    }
+    nodes
+}
+
+/// Returns the height of the lowest of these nodes above the terrain, in metres.
+fn clearance(state: &State<f64>, nodes: &[usize], task: &Task) -> f64 {
+    let (ground, profile) = (task.ground(), task.physics.ground.resolved());
+    let above = |x: Vector<f64>| x.up() - profile.height_in_world(&ground, x.forward());
+    let heights = nodes.iter().map(|&node| above(state.x[node]));
+    heights.fold(f64::INFINITY, f64::min)
 }
 
 /// Simulates a robot and checks every state. Returns its states, or the reason why it diverged.

@@ -4,6 +4,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::geometry::{Ground, Range, Vector, flat};
 use cosmic::lattice::State;
 use cosmic::simulator::Trajectory;
+use cosmic::task::Task;
 use serde_json::{Value, json};
 
 /// The longest time between two frames of a rollout, in seconds. It is short enough for several frames in a step of the
@@ -25,11 +26,10 @@ pub(crate) fn every(codesign: &CoDesign) -> usize {
 }
 
 /// Returns the lattice with lengths in metres, its world, and the number of iterations.
-pub(crate) fn world(codesign: &CoDesign) -> Value {
-    let (scene, lattice) = (codesign.scene(), &codesign.task().lattice);
-    let ground = codesign.task().ground();
+pub(crate) fn world(task: &Task, iterations: usize) -> Value {
+    let (lattice, ground) = (&task.lattice, task.ground());
     let [cos, sin] = ground.tangent().array();
-    let limit = scene.materials.max_strain[2];
+    let limit = task.materials.max_strain[2];
     let payloads: Vec<usize> = lattice.payload.iter().map(|payload| payload.node).collect();
     let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];
     json!({
@@ -41,21 +41,21 @@ pub(crate) fn world(codesign: &CoDesign) -> Value {
         },
         "world": {
             "width": 3.4 * lattice.side(),
-            "ground": terrain(codesign, &ground),
+            "ground": terrain(task, &ground),
             "cos": cos,
             "sin": sin,
             "limit": if limit > 0.0 { limit } else { 1.0 },
             "origin": origin.forward(),
         },
-        "iterations": scene.schedule.iterations,
+        "iterations": iterations,
     })
 }
 
 /// Returns the corners of the terrain in the world, in metres. On both sides the terrain extends farther than any robot
 /// gets.
-fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<Vector<f64>> {
-    let side = codesign.task().lattice.side();
-    let profile = codesign.scene().physics.ground.resolved();
+fn terrain(task: &Task, ground: &Ground) -> Vec<Vector<f64>> {
+    let side = task.lattice.side();
+    let profile = task.physics.ground.resolved();
     let points = profile.between(Range::default().widened(100.0 * side));
     let points = points.into_iter();
     points.map(|point| ground.point_to_world(point)).collect()

@@ -12,13 +12,14 @@ export const installed = browser => PLACES[browser].find(existsSync);
 
 export async function launch(browser, options = {}) {
   const args = browser === "chrome" ? ["--no-sandbox", "--autoplay-policy=no-user-gesture-required"] : ["--width=1280", "--height=900"];
-  // Firefox ESR cannot set the size of a page, so the page has the size of the window.
-  const ofBrowser = browser === "chrome" ? {} : { defaultViewport: null };
-  return puppeteer.launch({ browser, executablePath: installed(browser), args, ...ofBrowser, ...options });
+  return puppeteer.launch({ browser, executablePath: installed(browser), args, protocolTimeout: 600_000, ...options });
 }
 
+/** Whether pages of a browser can be told which features of media they have. In Firefox, only preferences can. */
+const tellsFeatures = async browser => !(await browser.version()).includes("irefox");
+
 /** Opens a page. Returns the page, and a list that collects its errors and its requests to other servers. */
-export async function open(browser, address, { width = 1280, height = 900, touch = false, features = [], sized = true } = {}) {
+export async function open(browser, address, { width = 1280, height = 900, touch = false, features = [] } = {}) {
   const page = await browser.newPage();
   const faults = [];
   page.on("console", message => { if (["error", "warn"].includes(message.type())) faults.push(`console: ${message.text()}`); });
@@ -28,8 +29,8 @@ export async function open(browser, address, { width = 1280, height = 900, touch
     if (!url.startsWith(new URL(address).origin) && !/^(blob|data):/.test(url)) faults.push(`request: ${url}`);
   });
   page.on("requestfailed", request => faults.push(`failed: ${request.url()}`));
-  if (sized) await page.setViewport({ width, height, hasTouch: touch });
-  if (features.length > 0) await page.emulateMediaFeatures(features);
+  await page.setViewport({ width, height, hasTouch: touch });
+  if (features.length > 0 && await tellsFeatures(browser)) await page.emulateMediaFeatures(features);
   await page.goto(address);
   return { page, faults };
 }

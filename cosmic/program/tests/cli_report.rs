@@ -484,7 +484,8 @@ fn a_run_of_an_earlier_version_is_shown() {
         assert!(loads.remove(key).is_some(), "{key}");
     }
     bench.write("run/summary.json", old.to_string());
-    report(&bench).ok();
+    let verdict = report(&bench).ok().error;
+    let verdict = verdict.trim().trim_start_matches("verdict: ");
     let page = bench.read("run/report.html");
     assert!(page.contains("mass not known") && page.contains("<b>not known</b>"));
     let pairs = whole["loads"]["most_tangles"].as_u64().unwrap();
@@ -498,6 +499,10 @@ fn a_run_of_an_earlier_version_is_shown() {
     assert!(
         told.contains("not known") && told.contains("mass not known"),
         "{told}"
+    );
+    assert!(
+        told.contains(&format!("run: {verdict}")),
+        "{verdict}; {told}"
     );
 }
 

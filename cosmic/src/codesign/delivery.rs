@@ -8,17 +8,14 @@ use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
-use crate::design::{Design, Material, Mixture, Structure, volumes};
+use crate::design::{Design, Material, Mixture, Structure};
 use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::Controller;
 use crate::random::Purpose;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
-use crate::simulator::{BarLoad, Divergence, Energy, Guarded, Loads, Span, Trajectory};
+use crate::simulator::{BarLoad, Divergence, Energy, Loads, Trajectory};
 use crate::task::together;
-
-/// The states in [`Delivery::trajectory`] are this number of steps apart.
-const KEEP_EVERY: usize = 16;
 
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,41 +110,21 @@ impl Evaluator {
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
         let spreads = self.spreads(&design, &judged, &domains);
         go_on()?;
-        let steps = self.scene.physics.steps;
-        let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
-        let span = Span::from_start(kept);
-        let Guarded {
-            trajectory,
-            divergence,
-        } = (self.task).guarded(&design, controller, &self.start, &span);
+        let seen = self.observe(&design, controller);
         go_on()?;
-        let moved = match divergence {
-            Some(_) => Vector::NAN,
-            None => self.between(&self.start, &trajectory),
-        };
-        let merit = self.unperturbed(&design, controller, moved.forward());
+        let merit = self.unperturbed(&design, controller, seen.moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
         let varied = self.varied(progress.seed, Purpose::Variation);
         let varied = self.spreads(&design, &[controller], &varied).remove(0);
         go_on()?;
-        let layout = design.layout();
-        let structure = layout.map(|layout| Structure::new(&self.task.lattice, layout));
-        go_on()?;
-        let layout = layout.filter(|_| divergence.is_none());
-        let (simulator, body) = (&self.task.simulator, self.task.body(&design));
-        let bars =
-            layout.map(|layout| simulator.loads(layout, &body, controller, &self.start, steps));
-        let bars = bars.unwrap_or_default();
-        go_on()?;
-        let [volume, actuator_volume] = volumes(&design.mixtures());
         Some(Delivery {
             design: progress.design.clone(),
             materials: design.materials(),
             controller: controller.clone(),
             iteration: chosen.iteration,
-            displacement: self.task.ground().vector_to_world(moved),
-            along: moved.forward(),
+            displacement: self.task.ground().vector_to_world(seen.moved),
+            along: seen.moved.forward(),
             selection,
             selection_score: self.score(&selection, merit),
             robust: varied.displacement,
@@ -161,16 +138,14 @@ impl Evaluator {
                 (false, GoalKind::Fixed | GoalKind::Two) => Some(spreads[0].merit),
                 (false, GoalKind::Given) => Some(varied.merit),
             },
-            volume,
-            actuator_volume,
-            structure,
-            loads: layout
-                .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &self.task.materials)),
-            energy: layout
-                .map(|layout| simulator.energy_of(layout, &bars, &body, steps, moved.forward())),
-            bars,
-            trajectory,
-            divergence,
+            volume: seen.volume,
+            actuator_volume: seen.actuator_volume,
+            structure: seen.structure,
+            loads: seen.loads,
+            energy: seen.energy,
+            bars: seen.bars,
+            trajectory: seen.trajectory,
+            divergence: seen.divergence,
         })
     }
 

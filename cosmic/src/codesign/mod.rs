@@ -43,6 +43,7 @@ mod domains;
 mod slope;
 mod slopes;
 mod constraints;
+mod observed;
 mod delivery;
 mod begin;
 mod review;
@@ -55,6 +56,7 @@ pub use begin::CoDesign;
 pub use delivery::Delivery;
 pub use domains::VARIED;
 pub use evaluator::Evaluator;
+pub use observed::Observed;
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::{Quantiles, quantile};
 #[cfg(feature = "files")]

@@ -1,6 +1,6 @@
 //! Compares several runs side by side: their numbers, and their robots in motion.
 
-use super::files::{RobotFiles, complete, read_trajectory};
+use super::files::{RobotFiles, complete_from, read_trajectory};
 use super::motion::Motion;
 use super::numbers::{Shown, departures, with_numbers, with_six};
 use super::verdict::line;
@@ -75,11 +75,7 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
         let scene = read_scene_to_show(folder, registry)?.scene;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         // Runs of earlier versions may lack these files. Their verdict then lacks the loads that only the files have.
-        if let Ok(robot) = RobotFiles::read(&folder.join(DESIGN), registry)
-            && let Ok(trajectory) = read_trajectory(folder, &robot)
-        {
-            complete(&mut run.summary, &robot, &trajectory, folder);
-        }
+        complete_from(folder, &mut run.summary, registry);
         let measured = run.summary.measured(&scene, &lattice);
         run.seconds = Some(measured.seconds);
         run.verdict = Some(measured.verdict());
@@ -167,10 +163,16 @@ impl Comparison {
             include_str!("page/race.html").to_owned()
                 + &page::script(&lanes.into(), include_str!("page/race.js"))
         };
+        // Narrow windows scroll the tables.
+        let scrolls = |label: &str, table: &str| {
+            format!(
+                "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\">{table}</div>"
+            )
+        };
         let body = format!(
-            "<h1>{title}</h1>\n{verdicts}{race}<div class=\"six\">{short}</div>\n<details><summary>All \
-             numbers</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" \
-             aria-label=\"Numbers\">{table}</div></details>\n"
+            "<h1>{title}</h1>\n{verdicts}{race}{}\n<details><summary>All numbers</summary>\n{}</details>\n",
+            scrolls("The most important numbers", &short),
+            scrolls("All numbers", &table),
         );
         Ok(page::html(title, &body))
     }

@@ -226,7 +226,7 @@ impl Chart {
 }
 
 /// Returns a range that contains most of the numbers: from the 2 % quantile to the 98 % quantile, widened on either side by
-/// its size. Infinite if these quantiles are equal. `page/drawing.js` computes the same range.
+/// its size. Infinite if these quantiles are equal. `page/charts.js` computes the same range.
 fn robust(numbers: &[f64]) -> Range {
     let finite = numbers.iter().copied().filter(|x| x.is_finite());
     let mut sorted: Vec<f64> = finite.collect();

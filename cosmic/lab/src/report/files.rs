@@ -205,14 +205,19 @@ impl RunFiles {
     }
 }
 
+/// Adds to the summary of a run of an earlier version what the run's other files tell about loads, as far as these files
+/// can be read.
+pub(super) fn complete_from(folder: &Path, summary: &mut Summary, registry: &Registry) {
+    if let Ok(robot) = RobotFiles::read(&folder.join(run::DESIGN), registry)
+        && let Ok(trajectory) = read_trajectory(folder, &robot)
+    {
+        complete(summary, &robot, &trajectory, folder);
+    }
+}
+
 /// Adds to the summary of a run of an earlier version what the run's other files tell about loads. Leaves it as it is if
 /// this program does not have all laws of the scene, or if the run did not record its loads.
-pub(super) fn complete(
-    summary: &mut Summary,
-    robot: &RobotFiles,
-    trajectory: &TrajectoryFile,
-    folder: &Path,
-) {
+fn complete(summary: &mut Summary, robot: &RobotFiles, trajectory: &TrajectoryFile, folder: &Path) {
     let Some(loads) = &summary.loads else { return };
     let is_complete = loads.most_tangles.is_some();
     let Some(layout) = robot.design.design().layout().map(<[_]>::to_vec) else {

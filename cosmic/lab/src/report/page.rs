@@ -139,7 +139,11 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
 pub(super) fn script(data: &Value, of_page: &str) -> String {
     // A `</script>` in a text would end the script element, so `<` is escaped.
     let data = data.to_string().replace('<', "\\u003c");
-    let drawing = include_str!("page/drawing.js");
+    let drawing = concat!(
+        include_str!("page/drawing.js"),
+        include_str!("page/robot.js"),
+        include_str!("page/charts.js")
+    );
     format!(
         "<script type=\"application/json\" id=\"data\">{data}</script>\n\
          <script>\n{drawing}{of_page}</script>\n"

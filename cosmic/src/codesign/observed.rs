@@ -1,0 +1,72 @@
+//! What one rollout tells about a robot: how far it gets, how its bars are loaded and the energy that it needs.
+
+use super::evaluator::Evaluator;
+use crate::design::{Design, Mixture, Structure, volumes};
+use crate::geometry::Vector;
+use crate::policy::Controller;
+use crate::simulator::{BarLoad, Divergence, Energy, Guarded, Loads, Span, Trajectory};
+
+/// The states in [`Observed::trajectory`] are this number of steps apart.
+const KEEP_EVERY: usize = 16;
+
+/// A robot in one rollout from the unperturbed start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observed {
+    /// The states after every 16 steps, and the last state.
+    pub trajectory: Trajectory<f64>,
+    /// Where the rollout diverged, if it did.
+    pub divergence: Option<Divergence>,
+    /// The displacement of the payload along the axes of the ground, in metres; NaN for a diverged rollout.
+    pub moved: Vector<f64>,
+    /// How the bars are connected; `None` for an undecided design, which has no bars.
+    pub structure: Option<Structure>,
+    /// The loads of each edge over all steps, `None` for a void edge. Empty if `loads` is `None`.
+    pub bars: Vec<Option<BarLoad>>,
+    /// The loads of the robot; `None` for an undecided design and for a diverged rollout.
+    pub loads: Option<Loads>,
+    /// The energy that the robot needs; `None` if `loads` is `None`.
+    pub energy: Option<Energy>,
+    /// Mean share of solid material (skeleton and actuator) over the edges.
+    pub volume: f64,
+    /// Mean share of actuators over the edges.
+    pub actuator_volume: f64,
+}
+
+impl Evaluator {
+    /// Simulates a robot from the unperturbed start and measures the loads of its bars. `design` is in the form that is
+    /// simulated.
+    pub fn observe(&self, design: &Design<Mixture<f64>>, controller: &Controller<f64>) -> Observed {
+        let (task, steps) = (&self.task, self.scene.physics.steps);
+        let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
+        let span = Span::from_start(kept);
+        let Guarded {
+            trajectory,
+            divergence,
+        } = task.guarded(design, controller, &self.start, &span);
+        let moved = match divergence {
+            Some(_) => Vector::NAN,
+            None => self.between(&self.start, &trajectory),
+        };
+        let structure = design.layout();
+        let structure = structure.map(|layout| Structure::new(&task.lattice, layout));
+        let layout = design.layout().filter(|_| divergence.is_none());
+        let (simulator, body) = (&task.simulator, task.body(design));
+        let bars =
+            layout.map(|layout| simulator.loads(layout, &body, controller, &self.start, steps));
+        let bars = bars.unwrap_or_default();
+        let [volume, actuator_volume] = volumes(&design.mixtures());
+        Observed {
+            loads: layout
+                .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &task.materials)),
+            energy: layout
+                .map(|layout| simulator.energy_of(layout, &bars, &body, steps, moved.forward())),
+            trajectory,
+            divergence,
+            moved,
+            structure,
+            bars,
+            volume,
+            actuator_volume,
+        }
+    }
+}

@@ -1,0 +1,41 @@
+// What a visitor takes along: a film of the walk, and the link. `tell` shows what happens.
+/* global decimals: of drawing.js */
+
+import { film, save } from "./film.js";
+
+/** Records the walk on the stage and saves it under a name. */
+export async function takeFilm({ canvas, player, signal, name, tell }) {
+  const style = getComputedStyle(document.documentElement);
+  const colour = name => style.getPropertyValue(`--${name}`).trim();
+  const { walk } = player;
+  try {
+    const { blob, ending } = await film({
+      canvas, player, signal,
+      label: time => `${time.toFixed(1)} s   ${decimals(walk.at(time).metres, 2)} m`,
+      title: [document.title, `${location.host}${location.pathname}`],
+      colours: { paper: colour("panel"), ink: colour("ink") },
+      onprogress: share => tell(`Recording the walk: ${Math.round(100 * share)} %`),
+    });
+    save(`${name}.${ending}`, blob);
+    tell("The animation is saved.");
+  } catch (error) {
+    if (error.name !== "AbortError") throw error;
+    tell("No animation was saved, because another robot replaced this one.");
+  }
+}
+
+/** Shares the address of the page: with the system's dialog on telephones, otherwise by copying it. */
+export async function takeLink({ holdsRobot, tell }) {
+  const what = holdsRobot ? `The link has ${location.href.length} characters and holds this robot.` : "The link designs this robot again.";
+  try {
+    if (navigator.share && matchMedia("(pointer: coarse)").matches) {
+      await navigator.share({ title: document.title, url: location.href });
+    } else {
+      await navigator.clipboard.writeText(location.href);
+      tell(`The link is copied. ${what}`);
+    }
+  } catch (error) {
+    if (error.name === "AbortError") return;
+    tell("The browser does not allow the page to copy. The link is in the address bar.");
+  }
+}

@@ -1,0 +1,86 @@
+// What the tests of the page share: checks, links to scenes, and the use of controls.
+import { readFileSync, readdirSync, statSync } from "node:fs";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { open as openPage, text } from "./browsers.mjs";
+
+export const here = path => fileURLToPath(new URL(path, import.meta.url));
+export const linkTo = (scene, settings) => `#scene=${scene}&seed=1&${settings.map(setting => `set=${encodeURIComponent(setting)}`).join("&")}`;
+/** The link to a scene whose design takes only a few seconds. */
+export const SMALL = linkTo("stability", [
+  "lattice.columns=3", "lattice.rows=3", "physics.steps=512", "schedule.iterations=120", "schedule.attraction_from=40",
+  "schedule.snap_at=80", "schedule.horizon=[128, 256]", "loss.window=64",
+]);
+/** The settings of a small robot that goes where it is told. */
+export const TOLD = ["lattice.columns=3", "lattice.rows=3", "controller.hidden=4", "physics.steps=2048", "schedule.iterations=12", "schedule.horizon=[128, 256]", "loss.window=64"];
+/** The finished robot that greets, and its link. */
+export const HELLO = JSON.parse(readFileSync(here("../page/hello.json")));
+
+/** Opens the page without its greeting and without a design of its own, and unfolds the details. */
+export async function open(browser, address, how) {
+  const url = new URL(address);
+  if (!url.search.includes("greets")) url.search += `${url.search ? "&" : "?"}wait`;
+  const opened = await openPage(browser, url.href, how);
+  await unfold(opened.page);
+  return opened;
+}
+
+export const unfold = page => page.evaluate(() => { document.getElementById("details").open = true; });
+
+/** Goes back in the history, and waits until the page has loaded again, as it does for another address. */
+export async function goBack(page) {
+  await page.evaluate(() => {
+    globalThis.isOld = true;
+    setTimeout(() => history.back());
+  });
+  const isNew = () => page.evaluate(() => !globalThis.isOld && document.readyState === "complete").catch(() => false);
+  for (const end = Date.now() + 20_000; Date.now() < end && !(await isNew()); await wait(50));
+}
+
+/** Scrolls an element into view. Returns its box in the window. */
+export async function boxOf(page, selector) {
+  await page.$eval(selector, element => element.scrollIntoView({ block: "center" }));
+  return (await page.$(selector)).boundingBox();
+}
+
+let failures = 0;
+export function check(is, says) {
+  console.log(`${is ? "ok  " : "FAIL"} ${says}`);
+  if (!is) failures += 1;
+}
+
+/** The number of checks that have failed. */
+export const failed = () => failures;
+
+export const wait = milliseconds => new Promise(resolve => setTimeout(resolve, milliseconds));
+export const press = (page, id) => page.$eval(`#${id}`, element => element.click());
+export const value = (page, id) => page.$eval(`#${id}`, element => element.value);
+
+/** Checks that the function `is` returns true on the page within 20 seconds. */
+export async function until(page, says, is, ...given) {
+  check(await page.waitForFunction(is, { timeout: 20_000 }, ...given).then(() => true, () => false), says);
+}
+
+export const linkHas = part => decodeURIComponent(location.href.replaceAll("+", " ")).includes(part);
+
+export async function set(page, selector, to) {
+  await page.$eval(selector, (element, to) => {
+    element.value = to;
+    element.dispatchEvent(new Event("input", { bubbles: true }));
+    element.dispatchEvent(new Event("change", { bubbles: true }));
+  }, to);
+}
+
+/** Waits until the page has saved a file whose name matches. */
+export async function saved(folder, matches, timeout = 60_000) {
+  for (const end = Date.now() + timeout; Date.now() < end; await wait(100)) {
+    const name = readdirSync(folder).find(name => matches.test(name));
+    if (name && statSync(join(folder, name)).size > 0) return join(folder, name);
+  }
+  throw new Error(`nothing was saved that matches ${matches}`);
+}
+
+export async function close(page, faults) {
+  check(faults.length === 0, `no errors, no foreign requests${faults.map(fault => `\n       ${fault}`).join("")}`);
+  await page.close();
+}

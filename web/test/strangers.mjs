@@ -1,0 +1,99 @@
+// What a stranger sees: the first seconds, browsers that cannot run the page, and pictures.
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { open as openPage, ready, text } from "./browsers.mjs";
+import { here, SMALL, HELLO, open, unfold, check, wait, value, until, close } from "./helpers.mjs";
+
+/** A stranger opens the page: a finished robot walks at once, and then a design begins by itself. */
+export async function stranger(browser, address) {
+  for (const slower of [1, 4]) {
+    const page = await browser.newPage();
+    if (slower > 1) await page.emulateCPUThrottling(slower);
+    await page.evaluateOnNewDocument(() => {
+      const far = () => Number.parseFloat(document.getElementById("along")?.textContent ?? "");
+      const first = {};
+      globalThis.first = first;
+      const look = () => {
+        if (first.step === undefined && far() > 0.02) first.step = performance.now();
+        if (first.attempt === undefined && document.getElementById("strip")?.getAttribute("aria-valuenow") > 0) first.attempt = performance.now();
+        if (first.walk === undefined && /: 0\.[1-9]|: [1-9]/.test(document.getElementById("strip")?.getAttribute("aria-valuetext") ?? "")) first.walk = performance.now();
+        requestAnimationFrame(look);
+      };
+      look();
+    });
+    await page.goto(address);
+    await page.waitForFunction(() => globalThis.first.step !== undefined && globalThis.first.walk !== undefined, { timeout: 120_000 });
+    const seconds = time => (time / 1000).toFixed(1);
+    const first = await page.evaluate(() => globalThis.first);
+    console.log(`     a processor ${slower} times slower: the finished robot walks after ${seconds(first.step)} s, the first attempt is over after ${seconds(first.attempt)} s, the design walks 0.1 m after ${seconds(first.walk)} s`);
+    check(first.step < first.attempt, "the finished robot walks before the library has designed anything");
+    await page.waitForFunction(() => document.getElementById("design").textContent === "Design another", { timeout: 240_000 });
+    check(/^Finished after 120 attempts/.test(await text(page, "status")), `and the design begins by itself: ${await text(page, "status")}`);
+    await page.close();
+  }
+  const { page: first, faults: wrong } = await openPage(browser, address);
+  await first.waitForFunction(() => Number.parseFloat(document.getElementById("along").textContent) > 0.2, { timeout: 20_000 });
+  await first.select("#chip-gravity", "Moon");
+  await until(first, "the finished robot that greets walks on with the gravity of the Moon", () => document.getElementById("status").textContent.startsWith("The same robot, now with the gravity of the Moon"));
+  await close(first, wrong);
+  const { page, faults } = await openPage(browser, address, { features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
+  await ready(page);
+  await wait(1500);
+  check(await text(page, "design") === "Design a robot" && await text(page, "attempt-title") === "a finished robot", "with reduced motion no design begins by itself, and the finished robot stands");
+  await close(page, faults);
+}
+
+/** The page says why it cannot work without scripts, without WebAssembly and from a file. It works without a network. */
+export async function without(browser, address) {
+  const page = await browser.newPage();
+  await page.setJavaScriptEnabled(false);
+  await page.goto(address);
+  check((await page.evaluate(() => document.querySelector("noscript").innerText)).includes("needs JavaScript"), "without scripts the page says what it needs");
+  await page.setJavaScriptEnabled(true);
+  await page.goto(pathToFileURL(here("../dist/index.html")).href);
+  check((await text(page, "honest")).includes("http.server") && await page.$eval("#honest", place => place.clientHeight > 0), "from a file it says how to open it");
+  await page.close();
+  const old = await browser.newPage();
+  await old.evaluateOnNewDocument(() => { delete globalThis.WebAssembly; });
+  await old.goto(address);
+  await until(old, "without WebAssembly the finished robot walks", () => Number.parseFloat(document.getElementById("along").textContent) > 0.3);
+  check((await text(old, "honest")).includes("WebAssembly") && !(await old.$("#stopped[open]")), "and the page says why no robot can be designed");
+  await old.close();
+  const { page: kept } = await open(browser, address + SMALL);
+  await kept.evaluate(() => navigator.serviceWorker.ready);
+  await wait(500);
+  await kept.setOfflineMode(true);
+  await kept.reload();
+  await ready(kept);
+  check(true, "without a network it opens again");
+  await kept.close();
+}
+
+/** Takes pictures: of the page as it opens, of a robot in another world, and of the details. */
+export async function shots(browser, address, folder, schemes) {
+  mkdirSync(folder, { recursive: true });
+  for (const scheme of schemes) {
+    for (const [width, height] of [[400, 800], [1280, 800], [2560, 1300]]) {
+      const features = [{ name: "prefers-color-scheme", value: scheme }];
+      const { page, faults } = await openPage(browser, address + HELLO.link, { width, height, features });
+      const take = async name => {
+        await wait(700);
+        await page.screenshot({ path: join(folder, `${name}-${width}-${scheme}.png`) });
+      };
+      await until(page, `pictures at ${width} px, ${scheme}`, () => document.querySelector("#verdict span"));
+      await wait(1500);
+      await take("robot");
+      await page.select("#chip-ground", "steps");
+      await until(page, "on steps", () => document.getElementById("status").textContent.startsWith("The same robot"));
+      await take("visit");
+      await unfold(page);
+      for (const [name, part] of [["details", "#play"], ["edit", "#editor"]]) {
+        await page.$eval(part, element => element.scrollIntoView({ block: "start" }));
+        await take(name);
+      }
+      check(await page.evaluate(() => document.documentElement.scrollWidth) <= width, "nothing is wider than the window");
+      await close(page, faults);
+    }
+  }
+}

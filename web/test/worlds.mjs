@@ -1,0 +1,160 @@
+// Tests of robots that walk on: to a goal, after a push, in another world.
+import { readFileSync, readdirSync } from "node:fs";
+import { Engine } from "../page/engine.js";
+import { toBytes } from "../page/packed.js";
+import { OWN } from "../page/scene.js";
+import { ready, says, text } from "./browsers.mjs";
+import { SMALL, here, linkTo, TOLD, HELLO, open, unfold, goBack, boxOf, check, press, value, until, set, close } from "./helpers.mjs";
+
+/** The library of the page, in this process. */
+function library() {
+  const built = readdirSync(here("../dist"), { recursive: true }).find(name => name.endsWith("cosmic.wasm"));
+  return new Engine(new WebAssembly.Module(readFileSync(here(`../dist/${built}`))));
+}
+
+/** The positions of all nodes in the frames of a walk, in units. */
+function framesOf({ counts }) {
+  let at = counts[0].map(() => 0);
+  return counts.map(moved => (at = at.map((count, k) => count + moved[k])));
+}
+
+/** A robot that is told the same goal again walks on as if nothing had happened: its state and its clock go on. */
+export function goingOn() {
+  const engine = library();
+  engine.ask({ do: "begin", scene: { scene: "errand", settings: TOLD }, seed: 1 });
+  const tell = (along, frame) => framesOf(engine.ask({ do: "tell", along, frame }).robot.walk);
+  const apart = (walk, other) => Math.max(...walk.flatMap((frame, k) => frame.map((x, i) => Math.abs(x - other[k][i]))));
+  const whole = tell(1, 4).slice(6, 16);
+  const again = tell(1, 6).slice(0, 10);
+  tell(1, 0);
+  const other = tell(-1, 0).slice(0, 10);
+  // Positions are rounded to units.
+  check(apart(whole, again) <= 1, `a walk that is told the same goal goes on: ${apart(whole, again)} units apart`);
+  check(apart(again, other) > 1, `with the goal behind, it does not: ${apart(again, other)} units apart`);
+  for (const [request, reason] of [
+    [{ do: "tell", along: 1, frame: 9999 }, /`frame` is 9999; the walk has \d+ frames/],
+    [{ do: "begin", scene: { scene: "stability", settings: TOLD.slice(0, 2) }, seed: 1 }, null],
+    [{ do: "tell", along: 1, frame: 0 }, /only robots with given goals can be told where to go/],
+  ]) {
+    let refusal = null;
+    try {
+      engine.ask(request);
+    } catch (error) {
+      refusal = error.message;
+    }
+    check(reason === null ? refusal === null : reason.test(refusal), `${JSON.stringify(request.do)}: ${refusal}`);
+  }
+}
+
+/** A robot walks on in another world as if nothing had happened, until something differs there. */
+export function visiting() {
+  const engine = library();
+  const bytes = toBytes(new URLSearchParams(HELLO.link.slice(1)).get("robot"));
+  const home = () => engine.ask({ do: "open", scene: { scene: OWN.creature.toml, settings: [] }, bytes });
+  const { world, robot } = home();
+  const visit = (...settings) => engine.ask({ do: "visit", settings, frame: 20 });
+  const apart = (walk, other) => Math.max(...walk.flatMap((frame, k) => frame.map((x, i) => Math.abs(x - other[k][i]))));
+  const [start, own] = [20, 40].map(to => framesOf(robot.walk).slice(20, to + 1));
+  const same = framesOf(visit().robot.walk).slice(0, own.length);
+  // Positions are rounded to units.
+  check(apart(own, same) <= 1, `a robot in a world without a difference walks on: ${apart(own, same)} units apart`);
+  for (const setting of ["physics.gravity=1.62", "physics.incline_deg=8", "physics.incline_deg=-8"]) {
+    home();
+    const there = visit(setting);
+    const solid = new Set(world.robot.edges.filter((_, e) => robot.materials[e] > 0).flat());
+    const level = ([[x0, y0], [x1, y1]], x) => y0 + (x - x0) * (y1 - y0) / (x1 - x0);
+    const lowest = (frame, { ground }) => Math.min(...[...solid].map(i => frame[2 * i + 1] * robot.walk.unit - level(ground, frame[2 * i] * robot.walk.unit)));
+    const [before, after] = [lowest(start[0], world.world), lowest(framesOf(there.robot.walk)[0], there.world.world)];
+    // Two positions are rounded to units.
+    check(Math.abs(before - after) <= 2 * robot.walk.unit, `${setting}: its lowest foot is ${(1000 * before).toFixed(1)} mm above the ground before, ${(1000 * after).toFixed(1)} mm after`);
+    check(there.robot.walk === null || apart(framesOf(there.robot.walk).slice(0, own.length), own) > 1, "and it walks another way");
+  }
+  const { verdict } = engine.ask({ do: "judge" });
+  check(verdict[0][1][0].text.endsWith("m/s") && verdict.flatMap(([, items]) => items).every(({ level }) => /^(good|doubtful|bad)$/.test(level)), `its verdict: ${verdict.map(([words, items]) => words + items.map(({ text }) => text).join(", ")).join(". ")}`);
+}
+
+/** Limits of what can be built do not depend on the starts, so the verdict of a delivery has the limits of one walk. */
+export function judging() {
+  const engine = library();
+  const settings = new URLSearchParams(SMALL.slice(1)).getAll("set");
+  engine.ask({ do: "begin", scene: { scene: "stability", settings }, seed: 1 });
+  while (!engine.ask({ do: "iterate", shown: false }).done);
+  const limits = ({ verdict }) => JSON.stringify(verdict.slice(1));
+  const [delivered, judged] = [limits(engine.ask({ do: "deliver" })), limits(engine.ask({ do: "judge" }))];
+  check(delivered === judged && delivered.length > 2, `one walk shows the limits of the delivery: ${judged}`);
+}
+
+/** The finished robot walks on in other worlds, and comes back with a click. */
+export async function worlds(browser, address) {
+  const { page, faults } = await open(browser, address + HELLO.link);
+  await until(page, "a finished robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await until(page, "it has a verdict", () => document.querySelector("#verdict span"));
+  const [url, own] = [page.url(), await text(page, "along")];
+  const says = (what, part) => until(page, what, part => document.getElementById("status").textContent.startsWith(`The same robot, now ${part}`), part);
+  await page.select("#chip-gravity", "Moon");
+  await says("on the Moon", "with the gravity of the Moon:");
+  console.log(`     ${await text(page, "status")}`);
+  await page.select("#chip-ground", "uphill");
+  await says("uphill on the Moon", "with the gravity of the Moon and uphill:");
+  await page.evaluate(() => globalThis.push([1, 1]));
+  await until(page, "a push there", () => document.getElementById("status").textContent.startsWith("You pushed the robot"));
+  await page.select("#chip-gravity", "Earth");
+  await says("with its own gravity", "uphill:");
+  check(page.url() === url, "the address still holds the robot in its own world");
+  await press(page, "home");
+  await until(page, "a click brings it back", own => document.getElementById("along").textContent === own && document.getElementById("home").hidden && document.getElementById("chip-ground").value === "flat", own);
+  await page.select("#chip-gravity", "Jupiter");
+  await until(page, "on Jupiter", () => document.getElementById("status").textContent.startsWith("The same robot"));
+  check(await text(page, "design") === "Design for this world", `the main button: ${await text(page, "design")}`);
+  await press(page, "design");
+  await until(page, "designs a robot for that world", () => location.hash.includes("gravity%3D24.8") && !location.hash.includes("robot=") && document.getElementById("design").textContent === "Pause");
+  await goBack(page);
+  await until(page, "Back returns to the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await unfold(page);
+  await press(page, "next");
+  await page.click("[name=material][value='1']");
+  await until(page, "an edit is in the address", url => location.href !== url, url);
+  await goBack(page);
+  await until(page, "Back undoes it", (url, own) => location.href === url && document.getElementById("along").textContent === own, url, own);
+  await close(page, faults);
+}
+
+/** The robot goes where one clicks on the ground, and where the slider is moved by keys. */
+export async function errand(browser, address) {
+  const { page, faults } = await open(browser, address + linkTo("errand", TOLD));
+  await ready(page);
+  check(await page.$eval("#errand", row => row.getBoundingClientRect().height > 0), "a robot with given goals has the controls for its goal");
+  const box = await boxOf(page, "#stage");
+  const toldTo = async (says, is) => {
+    await until(page, says, is => /^Told to go to /.test(document.getElementById("status").textContent) && Number(document.getElementById("goal").value) * is > 0, is);
+    console.log(`     ${await text(page, "status")}`);
+  };
+  await page.mouse.click(box.x + 0.9 * box.width, box.y + 0.9 * box.height);
+  await toldTo("a click ahead of the robot", 1);
+  await page.mouse.click(box.x + 0.1 * box.width, box.y + 0.9 * box.height);
+  await toldTo("a click behind it", -1);
+  check(await page.$eval("#stage", canvas => {
+    const { width, height } = canvas;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, Math.floor(0.25 * width), Math.floor(0.6 * height));
+    return data.some((x, k) => k % 4 === 3 && x > 200);
+  }), "a flag is there");
+  await press(page, "design");
+  await says(page, "Pause");
+  await page.mouse.click(box.x + 0.9 * box.width, box.y + 0.9 * box.height);
+  await says(page, "Resume");
+  await toldTo("a click while the robot is designed pauses the design", 1);
+  await press(page, "design");
+  await says(page, "Design another");
+  await page.focus("#goal");
+  const before = Number(await value(page, "goal"));
+  await page.keyboard.press("ArrowLeft");
+  await until(page, "an arrow key moves the goal", before => document.getElementById("status").textContent.startsWith("Told") && Number(document.getElementById("goal").value) < before, before);
+  check((await text(page, "status")).includes(await text(page, "place")), await text(page, "status"));
+  await set(page, "#speed", "4");
+  await until(page, "the walk to the goal stops at its end", () => document.getElementById("play").textContent === "Play walk" && document.getElementById("time").max - document.getElementById("time").value < 1e-6);
+  await press(page, "undo");
+  await until(page, "the robot as designed walks again", () => document.getElementById("status").textContent.startsWith("Finished"));
+  await page.select("#scene", "stability");
+  await until(page, "other scenes have no such controls", () => document.getElementById("errand").getBoundingClientRect().height === 0);
+  await close(page, faults);
+}
