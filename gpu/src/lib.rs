@@ -3,7 +3,9 @@
 mod device;
 mod population;
 mod robots;
+mod on_gpu;
 
 pub use device::{Gpu, GpuError, adapters};
 pub use population::{Cotangents, Members, Population, Sweep};
+pub use on_gpu::OnGpu;
 pub use robots::{Gradients, RobotsOnGpu};

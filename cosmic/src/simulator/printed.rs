@@ -24,6 +24,8 @@ pub struct PrintedRobots {
     pub program: Printed,
     /// The inputs of all steps of the span, one step after the other.
     pub inputs: Arc<[f64]>,
+    /// The cotangents that the reverse sweep computes.
+    pub wanted: Wanted,
     /// For each parameter, whether all members share it.
     common: Vec<bool>,
     simulator: Simulator,
@@ -71,7 +73,7 @@ impl Simulator {
         workgroup: usize,
     ) -> Result<PrintedRobots, Refused> {
         self.check(robots.bodies, &[]);
-        let robot = self.robot.for_bodies(robots.bodies);
+        let robot = (self.robot.for_bodies(robots.bodies)).metered(span.metered);
         let plan = self.plan(robot.clone(), span);
         let numbers = self.population_numbers(&robot, robots);
         let common: Vec<bool> = numbers.iter().map(|lists| lists.len() == 1).collect();
@@ -90,11 +92,15 @@ impl Simulator {
             common: (0..common.len()).filter(chosen).collect(),
             wanted: (0..common.len()).filter(is_wanted).collect(),
             entries: plan.entries.clone(),
+            state_bound: plan.state_bound,
+            cotangent_bound: plan.cotangent_bound,
+            cotangent_units: plan.cotangent_units.clone(),
             ..Options::default()
         };
         Ok(PrintedRobots {
             program: wgsl::print(&robot, &options)?,
             inputs: plan.inputs,
+            wanted,
             common,
             simulator: self.clone(),
             robot,
@@ -163,7 +169,7 @@ impl PrintedRobots {
     pub fn starts<R: Real>(&self, starts: &[State<R>]) -> Vec<R> {
         starts
             .iter()
-            .flat_map(|start| self.simulator.flatten(start))
+            .flat_map(|start| self.robot.started(self.simulator.flatten(start)))
             .collect()
     }
 

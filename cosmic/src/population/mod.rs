@@ -1,0 +1,102 @@
+//! Populations of robots that are simulated together, in single precision, by something else than the processor.
+//!
+//! [`Populations`] is what an optimisation needs from a GPU. The package `cosmic-gpu` implements it. [`Gathering`] joins
+//! what several optimisations ask for at the same time.
+
+#[cfg(feature = "files")]
+mod gathering;
+
+use std::sync::Arc;
+
+#[cfg(feature = "files")]
+pub use gathering::{Gathering, Seat};
+
+use crate::geometry::Vector;
+use crate::lattice::{Body, State};
+use crate::objective::AnyLoss;
+use crate::policy::Controller;
+use crate::simulator::{Robots, Simulator, Span, Surroundings, Trajectory, Wanted};
+
+/// Robots that one simulator simulates over one span, each from its own start.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// The simulator.
+    pub simulator: Simulator,
+    /// The span of the rollouts.
+    pub span: Span,
+    /// One for all robots, or one for each.
+    pub surroundings: Vec<Surroundings<f64>>,
+    /// One for all robots, or one for each.
+    pub bodies: Vec<Body<f64>>,
+    /// One for all robots, or one for each.
+    pub controllers: Vec<Controller<f64>>,
+    /// The start of each robot.
+    pub starts: Vec<State<f64>>,
+}
+
+impl Asked {
+    /// The robots.
+    pub fn robots(&self) -> Robots<'_, f64> {
+        Robots {
+            surroundings: &self.surroundings,
+            bodies: &self.bodies,
+            controllers: &self.controllers,
+        }
+    }
+}
+
+/// Robots whose losses are differentiated.
+#[derive(Clone)]
+pub struct AskedSlopes {
+    /// The robots.
+    pub of: Asked,
+    /// The inputs by which their losses are differentiated: bodies, controllers, or neither.
+    pub by: Wanted,
+    /// The loss.
+    pub loss: Arc<dyn AnyLoss>,
+    /// The positions from which the displacement of each robot counts; empty if these are the starts.
+    pub origins: Vec<Vec<Vector<f64>>>,
+}
+
+/// The loss of a robot, with its derivatives.
+#[derive(Clone, Debug)]
+pub struct SlopeOfRobot {
+    /// The loss.
+    pub loss: f64,
+    /// The trajectory.
+    pub trajectory: Trajectory<f64>,
+    /// The derivatives by the numbers of the body; zeros unless they are wanted.
+    pub body: Body<f64>,
+    /// The derivatives by the numbers of the controller; zeros unless they are wanted.
+    pub controller: Vec<f64>,
+}
+
+/// The reason why a population cannot be simulated, as a sentence without a full stop.
+pub type Refused = String;
+
+/// Simulates populations of robots in single precision and differentiates their losses.
+///
+/// A result depends only on its own robot, and not on the others that are simulated with it. If a span is
+/// [watched](Span::watched), the observed numbers of a robot that was absurd or too fast are NaN.
+pub trait Populations: Send + Sync {
+    /// The name of the device, for messages.
+    fn name(&self) -> String;
+
+    /// Checks that the device can compute rollouts, or slopes if `by` says by which inputs, of robots like these.
+    ///
+    /// # Errors
+    /// If it cannot.
+    fn check(&self, asked: &Asked, by: Option<Wanted>) -> Result<(), Refused>;
+
+    /// Computes the rollouts of several populations, in their order.
+    ///
+    /// # Errors
+    /// If the device stopped working, or if [`check`](Self::check) would refuse.
+    fn rollouts(&self, asked: &[Asked]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused>;
+
+    /// Computes the losses of several populations and their derivatives, in their order.
+    ///
+    /// # Errors
+    /// Like [`rollouts`](Self::rollouts).
+    fn slopes(&self, asked: &[AskedSlopes]) -> Result<Vec<Vec<SlopeOfRobot>>, Refused>;
+}

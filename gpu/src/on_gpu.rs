@@ -1,0 +1,322 @@
+//! Populations of `cosmic` on a device.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use cosmic::geometry::Vector;
+use cosmic::lattice::{Body, State};
+use cosmic::policy::Controller;
+use cosmic::population::{Asked, AskedSlopes, Populations, Refused, SlopeOfRobot};
+use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory, Wanted};
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::device::{Gpu, GpuError};
+use crate::population::Population;
+use crate::robots::RobotsOnGpu;
+
+/// The number of invocations that carry one robot.
+const WORKGROUP: usize = 64;
+
+/// A device that simulates populations. It keeps the programs that it has compiled.
+pub struct OnGpu {
+    gpu: Gpu,
+    compiled: Mutex<Vec<Compiled>>,
+    /// The threads that prepare robots for the device.
+    pool: ThreadPool,
+}
+
+/// A program that is compiled, with its text. Without `reverses`, only its forward sweep is.
+struct Compiled {
+    source: String,
+    reverses: bool,
+    population: Arc<Population>,
+}
+
+/// Robots of several populations that one program simulates.
+struct Joined<'a> {
+    device: RobotsOnGpu,
+    /// For each robot, the number of its population, and its number there.
+    members: Vec<[usize; 2]>,
+    asked: Vec<&'a Asked>,
+    /// Whether the robots share what their only population shares.
+    shares: bool,
+}
+
+/// The robots of a part of the members.
+struct Part {
+    surroundings: Vec<Surroundings<f64>>,
+    bodies: Vec<Body<f64>>,
+    controllers: Vec<Controller<f64>>,
+    starts: Vec<State<f64>>,
+}
+
+impl Part {
+    fn robots(&self) -> Robots<'_, f64> {
+        Robots {
+            surroundings: &self.surroundings,
+            bodies: &self.bodies,
+            controllers: &self.controllers,
+        }
+    }
+}
+
+impl OnGpu {
+    /// Prepares a device.
+    ///
+    /// # Errors
+    /// If no threads can be started.
+    pub fn new(gpu: Gpu) -> Result<Self, GpuError> {
+        let pool = ThreadPoolBuilder::new().build();
+        Ok(Self {
+            gpu,
+            compiled: Mutex::default(),
+            pool: pool.map_err(|error| GpuError::Failed(error.to_string()))?,
+        })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// The robots of a population as a program, with which it can be joined to others.
+    pub fn printed(&self, asked: &Asked, wanted: Wanted) -> Result<PrintedRobots, Refused> {
+        if asked.span.observed.first() == Some(&0) {
+            return Err("the loss reads the state at the start, which a GPU does not observe".into());
+        }
+        let (shares, two) = (shares(asked), |count: usize| if count == 1 { 1 } else { 2 });
+        let [surroundings, bodies, controllers] = match shares {
+            true => [
+                asked.surroundings.len(),
+                asked.bodies.len(),
+                asked.controllers.len(),
+            ]
+            .map(two),
+            false => [2; 3],
+        };
+        let bodies = match bodies {
+            1 => vec![asked.bodies[0].clone()],
+            // Robots that differ, now or later, have one program: that of a robot that lacks nothing.
+            _ => vec![asked.bodies[0].map(|_| 1.0); 2],
+        };
+        let robots = Robots {
+            surroundings: &vec![asked.surroundings[0].clone(); surroundings],
+            bodies: &bodies,
+            controllers: &vec![asked.controllers[0].clone(); controllers],
+        };
+        let printed = (asked.simulator).printed(&robots, &asked.span, wanted, WORKGROUP);
+        printed.map_err(|error| error.to_string())
+    }
+
+    /// Compiles a program, unless it is compiled already.
+    fn compiled(
+        &self,
+        printed: &PrintedRobots,
+        reverses: bool,
+    ) -> Result<Arc<Population>, GpuError> {
+        let program = &printed.program;
+        let mut known = self
+            .compiled
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let same = |known: &&Compiled| {
+            known.source == program.source() && (known.reverses || !reverses)
+        };
+        if let Some(known) = known.iter().find(same) {
+            return Ok(Arc::clone(&known.population));
+        }
+        let population = Arc::new(match reverses {
+            true => Population::new(&self.gpu, program.clone())?,
+            false => Population::only_forward(&self.gpu, program.clone())?,
+        });
+        known.push(Compiled {
+            source: program.source().to_owned(),
+            reverses,
+            population: Arc::clone(&population),
+        });
+        Ok(population)
+    }
+
+    /// Joins populations that have the same program and the same inputs.
+    fn joined<'a>(
+        &self,
+        asked: &[&'a Asked],
+        wanted: &[Wanted],
+        reverses: bool,
+    ) -> Result<Vec<Joined<'a>>, Refused> {
+        let printed = asked.par_iter().zip(wanted);
+        let printed = printed.map(|(asked, wanted)| self.printed(asked, *wanted));
+        let printed: Vec<PrintedRobots> = printed.collect::<Result<_, _>>()?;
+        let mut joined: Vec<Joined> = Vec::new();
+        for (p, (asked, printed)) in asked.iter().zip(printed).enumerate() {
+            let is_same = |other: &&mut Joined| {
+                let other_printed = other.device.printed();
+                other_printed.program.source() == printed.program.source()
+                    && other_printed.span().observed == printed.span().observed
+                    && other_printed.inputs == printed.inputs
+                    && !other.shares
+                    && !shares(asked)
+            };
+            let members = (0..asked.starts.len()).map(|k| [p, k]);
+            match joined.iter_mut().find(is_same) {
+                Some(other) => other.members.extend(members),
+                None => joined.push(Joined {
+                    device: RobotsOnGpu::of(
+                        self.compiled(&printed, reverses).map_err(refused)?,
+                        printed,
+                    ),
+                    members: members.collect(),
+                    asked: Vec::new(),
+                    shares: shares(asked),
+                }),
+            }
+        }
+        for joined in &mut joined {
+            joined.asked = asked.to_vec();
+        }
+        Ok(joined)
+    }
+}
+
+/// Whether the robots of a population share something.
+fn shares(asked: &Asked) -> bool {
+    asked.starts.len() > 1 && asked.bodies.len() == 1 && asked.controllers.len() == 1
+}
+
+fn refused(error: GpuError) -> Refused {
+    error.to_string()
+}
+
+impl Joined<'_> {
+    /// The robots with these numbers. A single robot comes twice, so that it does not count as shared.
+    fn part(&self, members: &[[usize; 2]]) -> Part {
+        if self.shares {
+            let asked = self.asked[members[0][0]];
+            let own = |count: usize| count > 1;
+            let chosen = |k: &[usize; 2]| k[1];
+            let numbers: Vec<usize> = members.iter().map(chosen).collect();
+            return Part {
+                surroundings: picked(&asked.surroundings, &numbers, own),
+                bodies: picked(&asked.bodies, &numbers, own),
+                controllers: picked(&asked.controllers, &numbers, own),
+                starts: numbers.iter().map(|&k| asked.starts[k].clone()).collect(),
+            };
+        }
+        let members = match members {
+            [only] => &[*only, *only],
+            members => members,
+        };
+        let all = members.par_iter().map(|&[p, k]| (self.asked[p], k));
+        Part {
+            surroundings: (all.clone())
+                .map(|(of, k)| of.surroundings[k % of.surroundings.len()].clone())
+                .collect(),
+            bodies: (all.clone())
+                .map(|(of, k)| of.bodies[k % of.bodies.len()].clone())
+                .collect(),
+            controllers: (all.clone())
+                .map(|(of, k)| of.controllers[k % of.controllers.len()].clone())
+                .collect(),
+            starts: all.map(|(of, k)| of.starts[k].clone()).collect(),
+        }
+    }
+
+    /// The members in parts that fit the device.
+    fn parts(&self, reverses: bool) -> impl Iterator<Item = &[[usize; 2]]> {
+        self.members.chunks(self.device.room(reverses).max(2))
+    }
+}
+
+/// The entries with these numbers if each robot has its own, otherwise the only entry.
+fn picked<T: Clone>(list: &[T], numbers: &[usize], own: impl Fn(usize) -> bool) -> Vec<T> {
+    match own(list.len()) {
+        true => numbers.iter().map(|&k| list[k].clone()).collect(),
+        false => list.to_vec(),
+    }
+}
+
+/// Lists with room for an answer for each robot of each population.
+fn places<T: Clone>(asked: &[&Asked]) -> Vec<Vec<Option<T>>> {
+    asked
+        .iter()
+        .map(|asked| vec![None; asked.starts.len()])
+        .collect()
+}
+
+fn filled<T>(places: Vec<Vec<Option<T>>>) -> Vec<Vec<T>> {
+    let each = |list: Vec<Option<T>>| {
+        let list = list.into_iter();
+        list.map(|answer| answer.expect("every robot is in one part"))
+            .collect()
+    };
+    places.into_iter().map(each).collect()
+}
+
+impl Populations for OnGpu {
+    fn name(&self) -> String {
+        self.gpu.adapter().name.clone()
+    }
+
+    fn check(&self, asked: &Asked, by: Option<Wanted>) -> Result<(), Refused> {
+        let printed = self.printed(asked, by.unwrap_or_default())?;
+        let compiled = self.compiled(&printed, by.is_some());
+        compiled.map(drop).map_err(refused)
+    }
+
+    fn rollouts(&self, asked: &[Asked]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused> {
+        self.pool.install(|| {
+            let asked: Vec<&Asked> = asked.iter().collect();
+            let wanted = vec![Wanted::default(); asked.len()];
+            let mut answers = places(&asked);
+            for joined in self.joined(&asked, &wanted, false)? {
+                for members in joined.parts(false) {
+                    let part = joined.part(members);
+                    let walked = joined.device.rollouts(&part.robots(), &part.starts);
+                    for (&[p, k], walked) in members.iter().zip(walked.map_err(refused)?) {
+                        answers[p][k] = Some(walked);
+                    }
+                }
+            }
+            Ok(filled(answers))
+        })
+    }
+
+    fn slopes(&self, asked: &[AskedSlopes]) -> Result<Vec<Vec<SlopeOfRobot>>, Refused> {
+        self.pool.install(|| {
+            let of: Vec<&Asked> = asked.iter().map(|asked| &asked.of).collect();
+            let wanted: Vec<Wanted> = asked.iter().map(|asked| asked.by).collect();
+            let mut answers = places(&of);
+            for joined in self.joined(&of, &wanted, true)? {
+                for members in joined.parts(true) {
+                    let part = joined.part(members);
+                    // A single robot comes twice.
+                    let member = |k: usize| members[k % members.len()];
+                    let origin = |k: usize| -> Option<&[Vector<f64>]> {
+                        let [p, k] = member(k);
+                        asked[p].origins.get(k).map(Vec::as_slice)
+                    };
+                    let found = joined.device.gradients_by(
+                        &part.robots(),
+                        &part.starts,
+                        origin,
+                        |k, seen| asked[member(k)[0]].loss.loss_of(seen),
+                    );
+                    let found = found.map_err(refused)?;
+                    let bodies = found.bodies.into_iter().zip(found.controllers);
+                    let walked = found.losses.into_iter().zip(found.trajectories);
+                    for ((&[p, k], (loss, trajectory)), (body, controller)) in
+                        members.iter().zip(walked).zip(bodies)
+                    {
+                        answers[p][k] = Some(SlopeOfRobot {
+                            loss,
+                            trajectory,
+                            body,
+                            controller,
+                        });
+                    }
+                }
+            }
+            Ok(filled(answers))
+        })
+    }
+}
