@@ -2,6 +2,8 @@
 
 use std::error::Error;
 use std::fmt::{self, Display};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use autodiff::wgsl::{GROUPS_IN_A_ROW, Printed};
@@ -55,6 +57,25 @@ impl Display for GpuError {
 }
 
 impl Error for GpuError {}
+
+impl GpuError {
+    /// The message. The text of a refused program is written to a file in this folder, which the message then names.
+    pub fn told(&self, folder: &Path) -> String {
+        let Self::Refused(_, text) = self else {
+            return self.to_string();
+        };
+        let mut hasher = DefaultHasher::new();
+        text.hash(&mut hasher);
+        let path = folder.join(format!("cosmic-refused-{:016x}.wgsl", hasher.finish()));
+        match std::fs::write(&path, text) {
+            Ok(()) => format!("{self}; the program is in {}", path.display()),
+            Err(error) => format!(
+                "{self}; the program cannot be written to {}: {error}",
+                path.display()
+            ),
+        }
+    }
+}
 
 /// The interfaces that are tried: Vulkan, Metal and DirectX 12.
 fn instance() -> Instance {
@@ -175,7 +196,7 @@ impl Gpu {
     }
 
     /// How many steps a dispatch should take.
-    pub(crate) fn steps_at_once(&self) -> usize {
+    pub fn steps_at_once(&self) -> usize {
         match self.adapter.device_type {
             // Mesa's driver silently leaves all loops of an invocation after 65535 turns.
             DeviceType::Cpu => 16,
@@ -242,7 +263,10 @@ impl Gpu {
         let pipelines = pipelines.map(|entry| pipeline(entry)).collect();
         match block_on(scope.pop()) {
             None => self.checked().map(|()| pipelines),
-            Some(error) => Err(GpuError::Refused(error.to_string(), printed.source().to_owned())),
+            Some(error) => Err(GpuError::Refused(
+                error.to_string(),
+                printed.source().to_owned(),
+            )),
         }
     }
 

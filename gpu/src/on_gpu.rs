@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
-use cosmic::population::{Asked, AskedSlopes, Populations, Refused, SlopeOfRobot};
+use cosmic::population::{Batch, GradientBatch, Populations, Refused, RobotGradient};
 use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory, Wanted};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -15,7 +15,7 @@ use crate::population::Population;
 use crate::robots::RobotsOnGpu;
 
 /// The number of invocations that carry one robot.
-const WORKGROUP: usize = 64;
+pub const WORKGROUP: usize = 64;
 
 /// A device that simulates populations. It keeps the programs that it has compiled.
 pub struct OnGpu {
@@ -37,7 +37,7 @@ struct Joined<'a> {
     device: RobotsOnGpu,
     /// For each robot, the number of its population, and its number there.
     members: Vec<[usize; 2]>,
-    asked: Vec<&'a Asked>,
+    asked: Vec<&'a Batch>,
     /// Whether the robots share what their only population shares.
     shares: bool,
 }
@@ -80,9 +80,11 @@ impl OnGpu {
     }
 
     /// The robots of a population as a program, with which it can be joined to others.
-    pub fn printed(&self, asked: &Asked, wanted: Wanted) -> Result<PrintedRobots, Refused> {
+    pub fn printed(&self, asked: &Batch, wanted: Wanted) -> Result<PrintedRobots, Refused> {
         if asked.span.observed.first() == Some(&0) {
-            return Err("the loss reads the state at the start, which a GPU does not observe".into());
+            return Err(
+                "the loss reads the state at the start, which a GPU does not observe".into(),
+            );
         }
         let (shares, two) = (shares(asked), |count: usize| if count == 1 { 1 } else { 2 });
         let [surroundings, bodies, controllers] = match shares {
@@ -115,13 +117,9 @@ impl OnGpu {
         reverses: bool,
     ) -> Result<Arc<Population>, GpuError> {
         let program = &printed.program;
-        let mut known = self
-            .compiled
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let same = |known: &&Compiled| {
-            known.source == program.source() && (known.reverses || !reverses)
-        };
+        let mut known = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        let same =
+            |known: &&Compiled| known.source == program.source() && (known.reverses || !reverses);
         if let Some(known) = known.iter().find(same) {
             return Ok(Arc::clone(&known.population));
         }
@@ -140,7 +138,7 @@ impl OnGpu {
     /// Joins populations that have the same program and the same inputs.
     fn joined<'a>(
         &self,
-        asked: &[&'a Asked],
+        asked: &[&'a Batch],
         wanted: &[Wanted],
         reverses: bool,
     ) -> Result<Vec<Joined<'a>>, Refused> {
@@ -179,12 +177,12 @@ impl OnGpu {
 }
 
 /// Whether the robots of a population share something.
-fn shares(asked: &Asked) -> bool {
+fn shares(asked: &Batch) -> bool {
     asked.starts.len() > 1 && asked.bodies.len() == 1 && asked.controllers.len() == 1
 }
 
 fn refused(error: GpuError) -> Refused {
-    error.to_string()
+    error.told(&std::env::temp_dir())
 }
 
 impl Joined<'_> {
@@ -236,7 +234,7 @@ fn picked<T: Clone>(list: &[T], numbers: &[usize], own: impl Fn(usize) -> bool) 
 }
 
 /// Lists with room for an answer for each robot of each population.
-fn places<T: Clone>(asked: &[&Asked]) -> Vec<Vec<Option<T>>> {
+fn places<T: Clone>(asked: &[&Batch]) -> Vec<Vec<Option<T>>> {
     asked
         .iter()
         .map(|asked| vec![None; asked.starts.len()])
@@ -257,15 +255,15 @@ impl Populations for OnGpu {
         self.gpu.adapter().name.clone()
     }
 
-    fn check(&self, asked: &Asked, by: Option<Wanted>) -> Result<(), Refused> {
+    fn check(&self, asked: &Batch, by: Option<Wanted>) -> Result<(), Refused> {
         let printed = self.printed(asked, by.unwrap_or_default())?;
         let compiled = self.compiled(&printed, by.is_some());
         compiled.map(drop).map_err(refused)
     }
 
-    fn rollouts(&self, asked: &[Asked]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused> {
+    fn rollouts(&self, asked: &[Batch]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused> {
         self.pool.install(|| {
-            let asked: Vec<&Asked> = asked.iter().collect();
+            let asked: Vec<&Batch> = asked.iter().collect();
             let wanted = vec![Wanted::default(); asked.len()];
             let mut answers = places(&asked);
             for joined in self.joined(&asked, &wanted, false)? {
@@ -281,9 +279,9 @@ impl Populations for OnGpu {
         })
     }
 
-    fn slopes(&self, asked: &[AskedSlopes]) -> Result<Vec<Vec<SlopeOfRobot>>, Refused> {
+    fn gradients(&self, asked: &[GradientBatch]) -> Result<Vec<Vec<RobotGradient>>, Refused> {
         self.pool.install(|| {
-            let of: Vec<&Asked> = asked.iter().map(|asked| &asked.of).collect();
+            let of: Vec<&Batch> = asked.iter().map(|asked| &asked.of).collect();
             let wanted: Vec<Wanted> = asked.iter().map(|asked| asked.by).collect();
             let mut answers = places(&of);
             for joined in self.joined(&of, &wanted, true)? {
@@ -307,7 +305,7 @@ impl Populations for OnGpu {
                     for ((&[p, k], (loss, trajectory)), (body, controller)) in
                         members.iter().zip(walked).zip(bodies)
                     {
-                        answers[p][k] = Some(SlopeOfRobot {
+                        answers[p][k] = Some(RobotGradient {
                             loss,
                             trajectory,
                             body,

@@ -222,9 +222,7 @@ impl RobotsOnGpu {
             };
             let surroundings = surroundings.map(Var::constant);
             let start = start.map(Var::constant);
-            let mut walked = self
-                .printed
-                .trajectory(seen, &surroundings, &body, &start);
+            let mut walked = self.printed.trajectory(seen, &surroundings, &body, &start);
             if let (Some(origin), false) = (origin, walked.start.is_empty()) {
                 walked.start = origin.iter().map(|x| x.map(Var::constant)).collect();
             }
@@ -275,7 +273,10 @@ impl RobotsOnGpu {
         for (g, direct) in gradient.iter_mut().zip(direct) {
             *g += direct;
         }
-        (body.with_numbers(&gradient[..own]), gradient[own..].to_vec())
+        (
+            body.with_numbers(&gradient[..own]),
+            gradient[own..].to_vec(),
+        )
     }
 }
 

@@ -263,7 +263,7 @@ fn a_planted_error_is_seen() {
     let Some(gpu) = gpu() else { return };
     let begun = Begun::new(&Scene::load("stability").unwrap());
     let mut printed = begun.printed(64);
-    let source = &mut printed.program.source;
+    let mut source = printed.program.source().to_owned();
     let adjoints = source.match_indices("fn adjoint_").map(|(at, _)| at);
     let body = |at: usize| at + source[at..].find("\n}").expect("a function ends");
     let (start, end) = adjoints
@@ -272,9 +272,31 @@ fn a_planted_error_is_seen() {
         .expect("there are kernels");
     let result = start + source[start..end].rfind(">(").expect("it returns an array") + 2;
     source.insert_str(result, "1.5f * ");
+    // SAFETY: no index and no loop has changed.
+    printed.program = unsafe { printed.program.with_source(source) };
     let compared = begun.compare(&gpu, printed).unwrap();
     println!("with an error: {compared:?}");
     assert!(compared.cosine < 0.999, "{compared:?}");
+}
+
+/// The message about a program that the driver refuses names a file with its text.
+#[test]
+fn a_refused_program_is_written_to_a_file() {
+    let Some(gpu) = gpu() else { return };
+    let begun = Begun::new(&Scene::load("stability").unwrap());
+    let program = begun.printed(8).program;
+    let broken = program.source().replace("fn forward(", "fn no_forward(");
+    // SAFETY: no index and no loop has changed.
+    let program = unsafe { program.with_source(broken.clone()) };
+    let Err(refused) = cosmic_gpu::Population::new(&gpu, program) else {
+        panic!("a program without an entry point was accepted");
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let said = refused.told(folder.path());
+    println!("{said}");
+    assert!(said.contains("the driver of the GPU refused"), "{said}");
+    let (_, path) = said.rsplit_once("the program is in ").expect(&said);
+    assert_eq!(std::fs::read_to_string(path).unwrap(), broken);
 }
 
 /// What does not fit is refused with the numbers.

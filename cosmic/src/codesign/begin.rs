@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::evaluator::Evaluator;
-use super::on_device::{OnDevice, asked_of};
+use super::on_device::{OnDevice, batch_of};
 use super::progress::Progress;
 use super::schedule::Schedule;
 use super::slopes::Sought;
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
 use crate::policy::Controller;
-use crate::population::Populations;
+use crate::population::{Batch, Populations, Refused};
 use crate::projection::Projection;
 use crate::scene::{GradientPrecision, Scene};
 use crate::simulator::{Span, StepCheck};
@@ -132,6 +132,30 @@ impl CoDesign {
         Ok(self)
     }
 
+    /// Like [`on`](Self::on), but for [rollouts](Evaluator::reach_all) only, and for scenes of any precision.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the device refuses the rollouts of this scene.
+    pub fn rolling_on(mut self, device: Arc<dyn Populations>) -> Result<Self> {
+        let progress = self.first(0)?;
+        let asked = self.rolled(&progress);
+        device.check(&asked, None).map_err(refused_by(&*device))?;
+        self.evaluator.device = Some(OnDevice::new(device));
+        Ok(self)
+    }
+
+    /// The rollout of a robot, for checks.
+    fn rolled(&self, progress: &Progress) -> Batch {
+        let span = Span {
+            watched: true,
+            metered: self.evaluator.loss.reads_efforts(),
+            ..Span::from_start(vec![self.scene().physics.steps])
+        };
+        let design = self.evaluator.design(progress);
+        let nominal = [self.evaluator.nominal()];
+        batch_of(&[&design], &progress.controller, &nominal, &span)
+    }
+
     /// Checks that a device can compute the rollouts and the gradients of this scene.
     fn check_device(&self, device: &dyn Populations) -> Result<()> {
         let evaluator = &self.evaluator;
@@ -147,22 +171,10 @@ impl CoDesign {
             let asked = evaluator.asked(&nominal, &[sought], &at);
             all.extend(asked.into_iter().map(|asked| (asked.of, Some(asked.by))));
         }
-        let span = Span {
-            watched: true,
-            metered: self.evaluator.loss.reads_efforts(),
-            ..Span::from_start(vec![self.scene().physics.steps])
-        };
-        let rolled = asked_of(&[&design], &progress.controller, &nominal, &span);
-        all.push((rolled, None));
-        let refused = |why: String| {
-            Error::Usage(format!(
-                "{} cannot run this scene: {why}; leave out --device gpu to run it on the processor",
-                device.name()
-            ))
-        };
+        all.push((self.rolled(&progress), None));
         let mut all = all.iter();
         all.try_for_each(|(asked, by)| device.check(asked, *by))
-            .map_err(refused)
+            .map_err(refused_by(device))
     }
 
     /// True if rollouts and gradients are computed on a [device](Self::on).
@@ -347,5 +359,15 @@ impl CoDesign {
         let start = self.start_of(seed)?;
         let design = self.task().projected(Projection::Performance, &start);
         Ok(self.evaluator.step_check_of(&design))
+    }
+}
+
+/// The error of a device that refuses a scene.
+fn refused_by(device: &dyn Populations) -> impl Fn(Refused) -> Error {
+    move |why| {
+        Error::Usage(format!(
+            "{} cannot run this scene: {why}; leave out --device gpu to run it on the processor",
+            device.name()
+        ))
     }
 }

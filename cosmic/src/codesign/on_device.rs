@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use crate::design::{Design, Mixture};
 use crate::domain::Domain;
 use crate::policy::Controller;
-use crate::population::{Asked, AskedSlopes, Populations, Refused, SlopeOfRobot};
+use crate::population::{Batch, GradientBatch, Populations, Refused, RobotGradient};
 use crate::simulator::{Span, Trajectory};
 
 /// A device, and the error with which it stopped working. After an error no result counts; whoever iterates asks for it.
@@ -29,15 +29,17 @@ impl OnDevice {
 
     /// Notes an error.
     fn noted<T>(&self, result: Result<T, Refused>) -> Option<T> {
-        result.map_err(|error| self.failed.get_or_init(|| error)).ok()
+        result
+            .map_err(|error| self.failed.get_or_init(|| error))
+            .ok()
     }
 
-    pub(super) fn slopes(&self, asked: &[AskedSlopes]) -> Option<Vec<Vec<SlopeOfRobot>>> {
-        self.noted(self.populations.slopes(asked))
+    pub(super) fn gradients(&self, asked: &[GradientBatch]) -> Option<Vec<Vec<RobotGradient>>> {
+        self.noted(self.populations.gradients(asked))
     }
 
     /// Simulates the robots of some populations.
-    pub(super) fn rollouts(&self, asked: &[Asked]) -> Option<Vec<Vec<Trajectory<f64>>>> {
+    pub(super) fn rollouts(&self, asked: &[Batch]) -> Option<Vec<Vec<Trajectory<f64>>>> {
         self.noted(self.populations.rollouts(asked))
     }
 
@@ -49,24 +51,24 @@ impl OnDevice {
         domains: &[Domain],
         span: &Span,
     ) -> Option<Vec<Trajectory<f64>>> {
-        let asked = asked_of(designs, controller, domains, span);
+        let asked = batch_of(designs, controller, domains, span);
         Some(self.rollouts(&[asked])?.remove(0))
     }
 }
 
 /// Robots with one controller, each in its own domain. `designs` has one design for all domains, or one for each.
-pub(super) fn asked_of(
+pub(super) fn batch_of(
     designs: &[&Design<Mixture<f64>>],
     controller: &Controller<f64>,
     domains: &[Domain],
     span: &Span,
-) -> Asked {
+) -> Batch {
     let surroundings = domains
         .iter()
         .map(|domain| domain.task.simulator.surroundings());
     let bodies = domains.iter().enumerate();
     let bodies = bodies.map(|(k, domain)| domain.task.body(designs[k % designs.len()]));
-    Asked {
+    Batch {
         simulator: domains[0].task.simulator.clone(),
         span: span.clone(),
         surroundings: surroundings.collect(),

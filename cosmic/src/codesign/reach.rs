@@ -105,7 +105,9 @@ impl Evaluator {
         };
         if self.device.is_some() {
             // A device simulates all of them together.
-            let of_each = designs.iter().flat_map(|design| vec![design; domains.len()]);
+            let of_each = designs
+                .iter()
+                .flat_map(|design| vec![design; domains.len()]);
             let all: Vec<Domain> = (designs.iter().flat_map(|_| domains.clone())).collect();
             let reached =
                 self.reach_many(&of_each.collect::<Vec<_>>(), controller, &all, precision);
@@ -182,6 +184,22 @@ impl Evaluator {
     ) -> Reached {
         let (domains, precision) = (std::slice::from_ref(domain), GradientPrecision::F64);
         self.reach_many(&[design], controller, domains, precision)[0]
+    }
+
+    /// Simulates a robot in full rollouts in several domains, and returns the results. They are computed on the device,
+    /// in single precision, if there is one, and otherwise on the processor, in double precision.
+    pub fn reach_all(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        domains: &[Domain],
+    ) -> Vec<Reached> {
+        if self.device.is_some() && !domains.is_empty() {
+            let precision = GradientPrecision::F32;
+            return self.reach_many(&[design], controller, domains, precision);
+        }
+        let reach = |domain: &Domain| self.reach(design, controller, domain);
+        domains.par_iter().map(reach).collect()
     }
 
     /// The kind of merit by which robots of this scene are ranked.
@@ -305,9 +323,7 @@ impl Evaluator {
         };
         let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
         let all = match (precision, &self.device) {
-            (GradientPrecision::F64, _) => {
-                roll_in::<f64>(&borrowed, controller, domains, &watched)
-            }
+            (GradientPrecision::F64, _) => roll_in::<f64>(&borrowed, controller, domains, &watched),
             (GradientPrecision::F32, None) => {
                 roll_in::<f32>(&borrowed, controller, domains, &watched)
             }

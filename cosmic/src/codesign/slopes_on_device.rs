@@ -5,14 +5,14 @@ use std::borrow::Cow;
 use autodiff::{Tape, Var};
 
 use super::evaluator::Evaluator;
-use super::on_device::{OnDevice, asked_of};
+use super::on_device::{OnDevice, batch_of};
 use super::reach::{Goal, Reached};
 use super::slope::{At, Slope};
 use super::slopes::Sought;
 use crate::domain::{Domain, turned_back};
 use crate::geometry::Vector;
 use crate::inputs::{CONTROLLER, DESIGN};
-use crate::population::{AskedSlopes, SlopeOfRobot};
+use crate::population::{GradientBatch, RobotGradient};
 use crate::scene::{GoalKind, HorizonMode, MovedBody};
 use crate::simulator::{Span, Wanted};
 use crate::task::Task;
@@ -29,7 +29,7 @@ impl Evaluator {
         let domains = self.domains_of(body, at);
         let asked = self.asked(&domains, sought, at);
         let asked = self.after_head(device, asked, at);
-        let Some(found) = asked.and_then(|asked| device.slopes(&asked)) else {
+        let Some(found) = asked.and_then(|asked| device.gradients(&asked)) else {
             return std::array::from_fn(|_| Slope {
                 loss: f64::NAN,
                 displacement: f64::NAN,
@@ -70,7 +70,7 @@ impl Evaluator {
         domains: &[Domain],
         sought: &[Sought; N],
         at: &At,
-    ) -> Vec<AskedSlopes> {
+    ) -> Vec<GradientBatch> {
         let task = &*domains[0].task;
         let span = task.span_of(&*self.loss, &at.horizon);
         let first = domains[0].task.as_ref();
@@ -95,8 +95,8 @@ impl Evaluator {
                 first: self.first_of(first, &span, at),
                 ..span.clone()
             };
-            AskedSlopes {
-                of: asked_of(&designs, &at.inputs.controller, &repeated, &span),
+            GradientBatch {
+                of: batch_of(&designs, &at.inputs.controller, &repeated, &span),
                 by,
                 loss: self.loss.clone(),
                 origins: Vec::new(),
@@ -120,9 +120,9 @@ impl Evaluator {
     fn after_head(
         &self,
         device: &OnDevice,
-        mut asked: Vec<AskedSlopes>,
+        mut asked: Vec<GradientBatch>,
         at: &At,
-    ) -> Option<Vec<AskedSlopes>> {
+    ) -> Option<Vec<GradientBatch>> {
         let first = asked[0].of.span.first;
         if at.horizon.mode == HorizonMode::Head || first == 0 {
             return Some(asked);
@@ -134,11 +134,13 @@ impl Evaluator {
         });
         let reached = device.rollouts(&heads.collect::<Vec<_>>())?;
         for (asked, reached) in asked.iter_mut().zip(reached) {
-            asked.origins = asked.of.starts.iter().map(|start| start.x.clone()).collect();
-            asked.of.starts = reached
-                .into_iter()
-                .flat_map(|seen| seen.states)
+            asked.origins = asked
+                .of
+                .starts
+                .iter()
+                .map(|start| start.x.clone())
                 .collect();
+            asked.of.starts = reached.into_iter().flat_map(|seen| seen.states).collect();
         }
         Some(asked)
     }
@@ -146,12 +148,12 @@ impl Evaluator {
     /// The slope of a robot in one domain, from its losses for all goals.
     fn slope_of(
         &self,
-        of_goals: &[&SlopeOfRobot],
+        of_goals: &[&RobotGradient],
         sought: Sought,
         domain: &Domain,
         at: &At,
     ) -> Slope {
-        let result = |of: &SlopeOfRobot| -> (f64, Vec<f64>, Reached) {
+        let result = |of: &RobotGradient| -> (f64, Vec<f64>, Reached) {
             let moved: Vector<f64> = self.between(&domain.start, &of.trajectory);
             let gradient = match sought {
                 Sought::Design(_) | Sought::Shares => {
@@ -186,7 +188,7 @@ impl Evaluator {
 }
 
 /// The derivatives by the design vectors `z`, from those by the numbers of the body.
-fn by_vectors(of: &SlopeOfRobot, sought: Sought, task: &Task, z: &[[f64; 3]]) -> Vec<f64> {
+fn by_vectors(of: &RobotGradient, sought: Sought, task: &Task, z: &[[f64; 3]]) -> Vec<f64> {
     let mut tape = Tape::new();
     let body = tape.record(z.as_flattened(), |z: &[Var<f64>]| {
         let (z, _) = z.as_chunks();

@@ -1,15 +1,16 @@
 //! Populations of robots that are simulated together, in single precision, by something else than the processor.
 //!
-//! [`Populations`] is what an optimisation needs from a GPU. The package `cosmic-gpu` implements it. [`Gathering`] joins
+//! [`Populations`] is what an optimisation needs from a GPU. The package `cosmic-gpu` implements it. [`Batcher`] joins
 //! what several optimisations ask for at the same time.
 
 #[cfg(feature = "files")]
-mod gathering;
+mod batcher;
 
+use std::fmt;
 use std::sync::Arc;
 
 #[cfg(feature = "files")]
-pub use gathering::{Gathering, Seat};
+pub use batcher::{Batcher, Client};
 
 use crate::geometry::Vector;
 use crate::lattice::{Body, State};
@@ -19,7 +20,7 @@ use crate::simulator::{Robots, Simulator, Span, Surroundings, Trajectory, Wanted
 
 /// Robots that one simulator simulates over one span, each from its own start.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct Batch {
     /// The simulator.
     pub simulator: Simulator,
     /// The span of the rollouts.
@@ -34,7 +35,7 @@ pub struct Asked {
     pub starts: Vec<State<f64>>,
 }
 
-impl Asked {
+impl Batch {
     /// The robots.
     pub fn robots(&self) -> Robots<'_, f64> {
         Robots {
@@ -47,9 +48,9 @@ impl Asked {
 
 /// Robots whose losses are differentiated.
 #[derive(Clone)]
-pub struct AskedSlopes {
+pub struct GradientBatch {
     /// The robots.
-    pub of: Asked,
+    pub of: Batch,
     /// The inputs by which their losses are differentiated: bodies, controllers, or neither.
     pub by: Wanted,
     /// The loss.
@@ -60,7 +61,7 @@ pub struct AskedSlopes {
 
 /// The loss of a robot, with its derivatives.
 #[derive(Clone, Debug)]
-pub struct SlopeOfRobot {
+pub struct RobotGradient {
     /// The loss.
     pub loss: f64,
     /// The trajectory.
@@ -74,6 +75,12 @@ pub struct SlopeOfRobot {
 /// The reason why a population cannot be simulated, as a sentence without a full stop.
 pub type Refused = String;
 
+impl fmt::Debug for dyn Populations {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_tuple("Populations").field(&self.name()).finish()
+    }
+}
+
 /// Simulates populations of robots in single precision and differentiates their losses.
 ///
 /// A result depends only on its own robot, and not on the others that are simulated with it. If a span is
@@ -86,17 +93,17 @@ pub trait Populations: Send + Sync {
     ///
     /// # Errors
     /// If it cannot.
-    fn check(&self, asked: &Asked, by: Option<Wanted>) -> Result<(), Refused>;
+    fn check(&self, asked: &Batch, by: Option<Wanted>) -> Result<(), Refused>;
 
     /// Computes the rollouts of several populations, in their order.
     ///
     /// # Errors
     /// If the device stopped working, or if [`check`](Self::check) would refuse.
-    fn rollouts(&self, asked: &[Asked]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused>;
+    fn rollouts(&self, asked: &[Batch]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused>;
 
     /// Computes the losses of several populations and their derivatives, in their order.
     ///
     /// # Errors
     /// Like [`rollouts`](Self::rollouts).
-    fn slopes(&self, asked: &[AskedSlopes]) -> Result<Vec<Vec<SlopeOfRobot>>, Refused>;
+    fn gradients(&self, asked: &[GradientBatch]) -> Result<Vec<Vec<RobotGradient>>, Refused>;
 }

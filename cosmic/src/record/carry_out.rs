@@ -119,7 +119,13 @@ pub fn resume_with(
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let registry = codesign.scene().registry().clone();
-    resume_if(folder, &registry, |_| Ok(()), (Some(codesign), None), observer)
+    resume_if(
+        folder,
+        &registry,
+        |_| Ok(()),
+        (Some(codesign), None),
+        observer,
+    )
 }
 
 /// Like [`resume`], but only if the run in the folder has the plan `plan`.
@@ -141,7 +147,13 @@ pub fn resume_of_on(
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let accept = |found: &RunPlan| found.check_same(plan, folder);
-    resume_if(folder, plan.scene.registry(), accept, (None, device), observer)
+    resume_if(
+        folder,
+        plan.scene.registry(),
+        accept,
+        (None, device),
+        observer,
+    )
 }
 
 /// Continues the run in a folder if `accept` accepts its plan. If `own` is given, this optimisation of the caller is

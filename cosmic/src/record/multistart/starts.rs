@@ -3,17 +3,13 @@
 use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
-use crate::population::{Gathering, Populations};
+use crate::population::{Batcher, Populations};
 use crate::record::run::{Observer, Run, take_up};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
-use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-/// The largest number of starts that advance together on a device. Each has two threads, which mostly wait.
-const MOST_TOGETHER: usize = 512;
 
 /// The seeds of a plan, in order.
 pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
@@ -25,7 +21,7 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
 /// start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the folder
 /// of the search (`folder`), not the folder of a start.
 ///
-/// With a device, all starts have a thread, and what they compute there is [gathered](Gathering).
+/// With a device, all starts have a thread, and what they compute there is [gathered](Batcher).
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     seeds: &[u64],
@@ -35,18 +31,13 @@ pub(super) fn side_by_side<T: Send>(
 ) -> Result<Vec<T>> {
     let crew = match device {
         None => Crew::shared_out(rayon::current_num_threads(), seeds.len()),
-        Some(_) => Crew::of_one(NonZeroUsize::new(seeds.len().min(MOST_TOGETHER))),
+        Some(_) => Crew::on_device(seeds.len()),
     };
-    let gathering = (device.clone()).map(|device| Gathering::new(device, crew.at_work));
+    let batcher = Batcher::of(device, crew);
     let observer = Mutex::new(observer);
     in_parallel(seeds.len(), crew, |k, failed| {
         let observer = &observer;
-        let seat = gathering.as_ref().map(|gathering| {
-            if k >= crew.at_work {
-                gathering.join();
-            }
-            Arc::new(gathering.seat()) as Arc<dyn Populations>
-        });
+        let seat = Batcher::client(&batcher, k, crew);
         let result = work(seeds[k], seat, &mut OfOne { observer, failed });
         result.map_err(|mut error| {
             if let Error::Interrupted { run, .. }

@@ -61,7 +61,10 @@ pub trait Observer: Send {
 impl Observer for () {}
 
 /// This optimisation on a device, if there is one.
-pub(in crate::record) fn on(codesign: CoDesign, device: Option<Arc<dyn Populations>>) -> Result<CoDesign> {
+pub(in crate::record) fn on(
+    codesign: CoDesign,
+    device: Option<Arc<dyn Populations>>,
+) -> Result<CoDesign> {
     match device {
         Some(device) => codesign.on(device),
         None => Ok(codesign),

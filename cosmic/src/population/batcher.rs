@@ -1,11 +1,12 @@
-//! [`Gathering`], which joins what several threads ask for at the same time.
+//! [`Batcher`], which joins what several threads ask for at the same time.
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::{Asked, AskedSlopes, Populations, Refused, SlopeOfRobot};
+use super::{Batch, GradientBatch, Populations, Refused, RobotGradient};
+use crate::parallel::Crew;
 use crate::simulator::{Trajectory, Wanted};
 
 /// After this time without a new request, those that wait are answered, even if some threads compute something else. It
@@ -13,8 +14,8 @@ use crate::simulator::{Trajectory, Wanted};
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Joins the requests of several threads to one population. A thread that asks waits until all threads with a
-/// [`Seat`] have asked too; the last one asks the device for all. A result does not depend on which threads were joined.
-pub struct Gathering {
+/// [`Client`] have asked too; the last one asks the device for all. A result does not depend on which threads were joined.
+pub struct Batcher {
     device: Arc<dyn Populations>,
     state: Mutex<Waiting>,
     changed: Condvar,
@@ -34,21 +35,20 @@ struct Waiting {
 }
 
 enum Question {
-    Rollouts(Vec<Asked>),
-    Slopes(Vec<AskedSlopes>),
+    Rollouts(Vec<Batch>),
+    Slopes(Vec<GradientBatch>),
 }
 
 enum Answer {
     Rollouts(Vec<Vec<Trajectory<f64>>>),
-    Slopes(Vec<Vec<SlopeOfRobot>>),
+    Slopes(Vec<Vec<RobotGradient>>),
 }
 
-/// The place of a thread in a gathering. The others no longer wait for the thread after it is dropped.
-pub struct Seat(Arc<Gathering>);
+/// The place of a thread in a batcher. The others no longer wait for the thread after it is dropped.
+pub struct Client(Arc<Batcher>);
 
-impl Gathering {
-    /// A gathering of `seats` threads, each of which must [take its seat](Self::seat) or [leave it](Self::leave).
-    pub fn new(device: Arc<dyn Populations>, seats: usize) -> Arc<Self> {
+impl Batcher {
+    fn new(device: Arc<dyn Populations>, seats: usize) -> Arc<Self> {
         let state = Waiting {
             seats,
             is_busy: false,
@@ -64,14 +64,23 @@ impl Gathering {
         })
     }
 
-    /// Takes one of the seats.
-    pub fn seat(self: &Arc<Self>) -> Seat {
-        Seat(Arc::clone(self))
+    /// A batcher with a seat for each job that this crew does at the same time; `None` without a device.
+    pub fn of(device: &Option<Arc<dyn Populations>>, crew: Crew) -> Option<Arc<Self>> {
+        Some(Self::new(device.clone()?, crew.at_work))
     }
 
-    /// Adds a seat.
-    pub fn join(&self) {
-        self.state().seats += 1;
+    /// The seat of job number `job` of this crew. The first jobs take the seats that are there; each later job brings
+    /// its own.
+    pub fn client(
+        batcher: &Option<Arc<Self>>,
+        job: usize,
+        crew: Crew,
+    ) -> Option<Arc<dyn Populations>> {
+        let batcher = batcher.as_ref()?;
+        if job >= crew.at_work {
+            batcher.state().seats += 1;
+        }
+        Some(Arc::new(Client(Arc::clone(batcher))))
     }
 
     fn leave(&self) {
@@ -135,7 +144,7 @@ impl Gathering {
             }
         }
         let mut answers = rollouts.answered(|asked| self.device.rollouts(asked), Answer::Rollouts);
-        answers.extend(slopes.answered(|asked| self.device.slopes(asked), Answer::Slopes));
+        answers.extend(slopes.answered(|asked| self.device.gradients(asked), Answer::Slopes));
         answers
     }
 }
@@ -187,23 +196,23 @@ impl<T> Joined<T> {
     }
 }
 
-impl Populations for Seat {
+impl Populations for Client {
     fn name(&self) -> String {
         self.0.device.name()
     }
 
-    fn check(&self, asked: &Asked, by: Option<Wanted>) -> Result<(), Refused> {
+    fn check(&self, asked: &Batch, by: Option<Wanted>) -> Result<(), Refused> {
         self.0.device.check(asked, by)
     }
 
-    fn rollouts(&self, asked: &[Asked]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused> {
+    fn rollouts(&self, asked: &[Batch]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused> {
         match self.0.ask(Question::Rollouts(asked.to_vec()))? {
             Answer::Rollouts(all) => Ok(all),
             Answer::Slopes(_) => unreachable!("an answer is of the kind of its question"),
         }
     }
 
-    fn slopes(&self, asked: &[AskedSlopes]) -> Result<Vec<Vec<SlopeOfRobot>>, Refused> {
+    fn gradients(&self, asked: &[GradientBatch]) -> Result<Vec<Vec<RobotGradient>>, Refused> {
         match self.0.ask(Question::Slopes(asked.to_vec()))? {
             Answer::Slopes(all) => Ok(all),
             Answer::Rollouts(_) => unreachable!("an answer is of the kind of its question"),
@@ -211,7 +220,7 @@ impl Populations for Seat {
     }
 }
 
-impl Drop for Seat {
+impl Drop for Client {
     fn drop(&mut self) {
         self.0.leave();
     }
