@@ -163,8 +163,8 @@ pub enum Error {
     },
     /// The device on which a run computed stopped working. The run is saved and can be resumed, also on the processor.
     #[error(
-        "the GPU stopped working after iteration {iteration}: {why}; the run is saved: {} on the processor, or add \
-         --device gpu",
+        "the GPU stopped working after iteration {iteration}: {why}; the run is saved; on the processor, {}; on a GPU, add \
+         --device gpu to this command",
         go_on(run, *own_loss)
     )]
     DeviceFailed {

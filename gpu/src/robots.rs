@@ -248,13 +248,26 @@ impl RobotsOnGpu {
         direct: &[f64],
     ) -> (Body<f64>, Vec<f64>) {
         let (surroundings, body, controller) = of_member(robots, k);
-        let flat = [&body.numbers()[..], controller.numbers()].concat();
-        let own = flat.len() - controller.numbers().len();
+        let wanted = self.printed.wanted;
+        let mut flat = Vec::new();
+        if wanted.bodies {
+            flat.extend(body.numbers());
+        }
+        let own = flat.len();
+        if wanted.controllers {
+            flat.extend(controller.numbers());
+        }
         let mut tape = Tape::new();
         let numbers = tape.record(&flat, |x| {
-            let body = body.with_numbers(&x[..own]);
+            let (of_body, of_controller) = x.split_at(own);
+            let body = match wanted.bodies {
+                true => body.with_numbers(of_body),
+                false => body.map(Var::constant),
+            };
             let mut of_policy = controller.map(Var::constant);
-            of_policy.numbers_mut().copy_from_slice(&x[own..]);
+            if wanted.controllers {
+                of_policy.numbers_mut().copy_from_slice(of_controller);
+            }
             self.printed
                 .numbers_of_one(&surroundings.map(Var::constant), &body, &of_policy)
         });

@@ -72,11 +72,12 @@ impl Evaluator {
         at: &At,
     ) -> Vec<GradientBatch> {
         let task = &*domains[0].task;
-        let span = task.span_of(&*self.loss, &at.horizon);
-        let first = domains[0].task.as_ref();
-        let designs: Vec<_> = (domains.iter())
-            .flat_map(|domain| sought.map(|sought| sought.design(&domain.task, &at.inputs.z)))
-            .collect();
+        let mut span = task.span_of(&*self.loss, &at.horizon);
+        if at.horizon.mode == HorizonMode::Tail {
+            span.first = task.physics.steps - span.steps();
+        }
+        let of_domain = |domain: &Domain| sought.map(|s| s.design(&domain.task, &at.inputs.z));
+        let designs: Vec<_> = domains.iter().flat_map(of_domain).collect();
         let designs: Vec<_> = designs.iter().collect();
         let by = Wanted {
             bodies: sought[0].blocks() == DESIGN,
@@ -88,13 +89,8 @@ impl Evaluator {
                 Goal::Ahead => Cow::Borrowed(domains),
                 Goal::Behind => Cow::Owned(turned_back(domains)),
             };
-            let repeated: Vec<Domain> = (towards.iter())
-                .flat_map(|domain| vec![domain.clone(); N])
-                .collect();
-            let span = Span {
-                first: self.first_of(first, &span, at),
-                ..span.clone()
-            };
+            let repeated = towards.iter().flat_map(|domain| vec![domain.clone(); N]);
+            let repeated: Vec<Domain> = repeated.collect();
             GradientBatch {
                 of: batch_of(&designs, &at.inputs.controller, &repeated, &span),
                 by,
@@ -105,14 +101,6 @@ impl Evaluator {
         match self.scene.controller.goals {
             GoalKind::Two => vec![towards(Goal::Ahead), towards(Goal::Behind)],
             GoalKind::Fixed | GoalKind::Given => vec![towards(Goal::Ahead)],
-        }
-    }
-
-    /// The number of steps on the clock at the beginning of the span.
-    fn first_of(&self, task: &Task, span: &Span, at: &At) -> usize {
-        match at.horizon.mode {
-            HorizonMode::Head => at.horizon.first,
-            HorizonMode::Tail => task.physics.steps - span.steps(),
         }
     }
 

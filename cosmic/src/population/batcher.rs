@@ -1,8 +1,8 @@
 //! [`Batcher`], which joins what several threads ask for at the same time.
 
 use std::collections::HashMap;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use super::{Batch, GradientBatch, Populations, Refused, RobotGradient};
@@ -113,6 +113,8 @@ impl Batcher {
                 let answers = self.answers(asked);
                 state = self.state();
                 state.is_busy = false;
+                // The others get time to ask again, so that all are joined again.
+                state.last = Instant::now();
                 state.answers.extend(answers);
                 self.changed.notify_all();
                 continue;
@@ -125,7 +127,9 @@ impl Batcher {
     /// Asks the device for all rollouts, and for all slopes.
     fn answers(&self, asked: Vec<(usize, Question)>) -> Vec<(usize, Result<Answer, Refused>)> {
         let numbers: Vec<usize> = asked.iter().map(|(number, _)| *number).collect();
-        let answers = catch_unwind(AssertUnwindSafe(|| self.answered(asked)));
+        // On a thread of its own: a thread of a pool that waits for the device could take up work of its pool, which would
+        // then wait for this answer.
+        let answers = thread::scope(|scope| scope.spawn(|| self.answered(asked)).join());
         // The others must not wait for ever if the device panics.
         let panicked = |_| {
             let says = "it stopped with an error of its own".to_owned();

@@ -89,7 +89,7 @@ pub trait Populations: Send + Sync {
     /// The name of the device, for messages.
     fn name(&self) -> String;
 
-    /// Checks that the device can compute rollouts, or slopes if `by` says by which inputs, of robots like these.
+    /// Checks that the device can simulate robots like these, and differentiate by the inputs `by` if it is not `None`.
     ///
     /// # Errors
     /// If it cannot.
