@@ -81,11 +81,6 @@ impl OnGpu {
 
     /// The robots of a population as a program, with which it can be joined to others.
     pub fn printed(&self, asked: &Batch, wanted: Wanted) -> Result<PrintedRobots, Refused> {
-        if asked.span.observed.first() == Some(&0) {
-            return Err(
-                "the loss reads the state at the start, which a GPU does not observe".into(),
-            );
-        }
         let (shares, two) = (shares(asked), |count: usize| if count == 1 { 1 } else { 2 });
         let [surroundings, bodies, controllers] = match shares {
             true => [
@@ -182,7 +177,11 @@ fn shares(asked: &Batch) -> bool {
 }
 
 fn refused(error: GpuError) -> Refused {
-    error.told(&std::env::temp_dir())
+    match error {
+        // The caller says that the device stopped working.
+        GpuError::Failed(why) => why,
+        error => error.told(&std::env::temp_dir()),
+    }
 }
 
 impl Joined<'_> {

@@ -17,6 +17,8 @@ pub struct RobotsOnGpu {
     population: Arc<Population>,
     printed: PrintedRobots,
     inputs: Vec<f32>,
+    /// The numbers of steps after which the program observes the state.
+    observed: Vec<usize>,
 }
 
 /// The results of a gradient, for each member.
@@ -59,6 +61,9 @@ impl RobotsOnGpu {
         Self {
             population,
             inputs: printed.inputs.iter().map(|&x| x as f32).collect(),
+            observed: (printed.span().observed.iter().copied())
+                .filter(|&step| step > 0)
+                .collect(),
             printed,
         }
     }
@@ -70,9 +75,22 @@ impl RobotsOnGpu {
 
     /// The largest number of members that fit the device at once.
     pub fn room(&self, reverses: bool) -> usize {
-        let observed = &self.printed.span().observed;
-        let steps = observed.last().copied().unwrap_or(0);
-        self.population.room(steps, observed.len(), reverses)
+        let steps = self.observed.last().copied().unwrap_or(0);
+        self.population.room(steps, self.observed.len(), reverses)
+    }
+
+    /// The numbers of the state at the start that belong to the observed numbers; empty if the start is not observed. The
+    /// program observes only later states.
+    fn at_start(&self, start: &State<f64>) -> Vec<f64> {
+        if self.printed.span().observed.first() != Some(&0) {
+            return Vec::new();
+        }
+        let flat = self.printed.starts(std::slice::from_ref(start));
+        let nodes = start.x.len();
+        let observed = self.printed.span().nodes.min(nodes);
+        let of_nodes = (0..4).flat_map(|k| (0..observed).map(move |node| k * nodes + node));
+        let entries = of_nodes.chain(4 * nodes..flat.len());
+        entries.map(|entry| f64::from(flat[entry] as f32)).collect()
     }
 
     /// Runs robots forward and returns the sweep. With `reverses`, it can be followed by a reverse sweep.
@@ -80,13 +98,12 @@ impl RobotsOnGpu {
         let numbers = self.numbers(robots, starts.len());
         let single = |start: &State<f64>| single(self.printed.starts(std::slice::from_ref(start)));
         let starts: Vec<Vec<f32>> = starts.par_iter().map(single).collect();
-        let observed = &self.printed.span().observed;
         let members = Members {
             starts: &starts.concat(),
             parameters: &numbers,
-            steps: observed.last().copied().unwrap_or(0),
+            steps: self.observed.last().copied().unwrap_or(0),
             inputs: &self.inputs,
-            observed,
+            observed: &self.observed,
         };
         let sweep = self.population.prepare(&members, reverses);
         sweep.forward();
@@ -143,10 +160,11 @@ impl RobotsOnGpu {
         let parts = seen.par_chunks(seen.len() / starts.len()).enumerate();
         let trajectory = |(k, part): (usize, &[f32])| {
             let value = |&x: &f32| if exceeded[k] { f64::NAN } else { f64::from(x) };
-            let part: Vec<f64> = part.iter().map(value).collect();
+            let mut seen = self.at_start(&starts[k]);
+            seen.extend(part.iter().map(value));
             let (surroundings, body, _) = of_member(robots, k);
             self.printed
-                .trajectory(&part, surroundings, body, &starts[k])
+                .trajectory(&seen, surroundings, body, &starts[k])
         };
         Ok(parts.map(trajectory).collect())
     }
@@ -216,13 +234,15 @@ impl RobotsOnGpu {
         let (mut tape, mut trajectory) = (Tape::new(), None);
         let value = tape.record(&numbers, |x| {
             let (seen, of_body) = x.split_at(seen.len());
+            let at_start = self.at_start(start).into_iter().map(Var::constant);
+            let seen: Vec<_> = at_start.chain(seen.iter().copied()).collect();
             let body = match of_body {
                 [] => body.map(Var::constant),
                 of_body => body.with_numbers(of_body),
             };
             let surroundings = surroundings.map(Var::constant);
             let start = start.map(Var::constant);
-            let mut walked = self.printed.trajectory(seen, &surroundings, &body, &start);
+            let mut walked = self.printed.trajectory(&seen, &surroundings, &body, &start);
             if let (Some(origin), false) = (origin, walked.start.is_empty()) {
                 walked.start = origin.iter().map(|x| x.map(Var::constant)).collect();
             }
