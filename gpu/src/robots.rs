@@ -306,10 +306,16 @@ impl RobotsOnGpu {
         for (g, direct) in gradient.iter_mut().zip(direct) {
             *g += direct;
         }
-        (
-            body.with_numbers(&gradient[..own]),
-            gradient[own..].to_vec(),
-        )
+        let (of_body, of_controller) = gradient.split_at(own);
+        let body = match wanted.bodies {
+            true => body.with_numbers(of_body),
+            false => body.map(|_| 0.0),
+        };
+        let controller = match wanted.controllers {
+            true => of_controller.to_vec(),
+            false => vec![0.0; controller.numbers().len()],
+        };
+        (body, controller)
     }
 }
 
