@@ -177,6 +177,11 @@ impl Gpu {
         self.device.destroy();
     }
 
+    /// The memory of a workgroup, in bytes.
+    pub fn memory_of_workgroup(&self) -> usize {
+        self.limits.max_compute_workgroup_storage_size as usize
+    }
+
     /// What the adapter allows.
     pub fn limits(&self) -> &wgpu::Limits {
         &self.limits
@@ -217,7 +222,7 @@ impl Gpu {
         printed: &Printed,
         count: usize,
     ) -> Result<Vec<ComputePipeline>, GpuError> {
-        let most = self.limits.max_compute_workgroup_storage_size as usize;
+        let most = self.memory_of_workgroup();
         let needed = printed.memory[count - 1];
         if needed > most {
             return Err(GpuError::TooLarge(format!(
@@ -376,7 +381,7 @@ impl Gpu {
 }
 
 /// The number of bindings of a printed program.
-const BINDINGS: u32 = 9;
+const BINDINGS: u32 = 10;
 
 /// The bindings of a printed program.
 fn groups(device: &Device) -> wgpu::BindGroupLayout {

@@ -6,7 +6,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::population::{Batch, GradientBatch, Populations, Refused, RobotGradient};
-use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory, Wanted};
+use cosmic::simulator::{PrintedRobots, Robots, Span, Surroundings, Trajectory, Wanted, Workgroup};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -79,8 +79,10 @@ impl OnGpu {
         &self.gpu
     }
 
-    /// The robots of a population as a program, with which it can be joined to others.
-    pub fn printed(&self, asked: &Batch, wanted: Wanted) -> Result<PrintedRobots, Refused> {
+    /// The robots of a population as a program, with which it can be joined to others. If `by` is `None`, only the forward
+    /// sweep must fit a workgroup. Numbers that do not fit lie in a buffer.
+    pub fn printed(&self, asked: &Batch, by: Option<Wanted>) -> Result<PrintedRobots, Refused> {
+        let wanted = by.unwrap_or_default();
         let (shares, two) = (shares(asked), |count: usize| if count == 1 { 1 } else { 2 });
         let [surroundings, bodies, controllers] = match shares {
             true => [
@@ -101,8 +103,20 @@ impl OnGpu {
             bodies: &bodies,
             controllers: &vec![asked.controllers[0].clone(); controllers],
         };
-        let printed = (asked.simulator).printed(&robots, &asked.span, wanted, WORKGROUP);
-        printed.map_err(|error| error.to_string())
+        let printed = |memory: usize| {
+            let workgroup = Workgroup {
+                invocations: WORKGROUP,
+                memory,
+            };
+            let printed = (asked.simulator).printed(&robots, &asked.span, wanted, workgroup);
+            printed.map_err(|error| error.to_string())
+        };
+        let whole = printed(usize::MAX)?;
+        let reverses = usize::from(by.is_some());
+        match self.gpu.memory_of_workgroup() {
+            memory if whole.program.memory[reverses] <= memory => Ok(whole),
+            memory => printed(memory),
+        }
     }
 
     /// Compiles a program, unless it is compiled already.
@@ -130,45 +144,64 @@ impl OnGpu {
         Ok(population)
     }
 
-    /// Joins populations that have the same program and the same inputs.
+    /// Joins populations that have the same program and the same span.
     fn joined<'a>(
         &self,
         asked: &[&'a Batch],
         wanted: &[Wanted],
         reverses: bool,
     ) -> Result<Vec<Joined<'a>>, Refused> {
-        let printed = asked.par_iter().zip(wanted);
-        let printed = printed.map(|(asked, wanted)| self.printed(asked, *wanted));
-        let printed: Vec<PrintedRobots> = printed.collect::<Result<_, _>>()?;
         let mut joined: Vec<Joined> = Vec::new();
-        for (p, (asked, printed)) in asked.iter().zip(printed).enumerate() {
+        for (p, (batch, wanted)) in asked.iter().zip(wanted).enumerate() {
             let is_same = |other: &&mut Joined| {
-                let other_printed = other.device.printed();
-                other_printed.program.source() == printed.program.source()
-                    && other_printed.span().observed == printed.span().observed
-                    && other_printed.inputs == printed.inputs
-                    && !other.shares
-                    && !shares(asked)
+                let [first, _] = other.members[0];
+                !other.shares
+                    && !shares(batch)
+                    && other.device.printed().wanted == *wanted
+                    && is_alike(asked[first], batch)
             };
-            let members = (0..asked.starts.len()).map(|k| [p, k]);
-            match joined.iter_mut().find(is_same) {
-                Some(other) => other.members.extend(members),
-                None => joined.push(Joined {
-                    device: RobotsOnGpu::of(
-                        self.compiled(&printed, reverses).map_err(refused)?,
-                        printed,
-                    ),
-                    members: members.collect(),
-                    asked: Vec::new(),
-                    shares: shares(asked),
-                }),
+            let members = (0..batch.starts.len()).map(|k| [p, k]);
+            if let Some(other) = joined.iter_mut().find(is_same) {
+                other.members.extend(members);
+                continue;
             }
-        }
-        for joined in &mut joined {
-            joined.asked = asked.to_vec();
+            let printed = self.printed(batch, reverses.then_some(*wanted))?;
+            let population = self.compiled(&printed, reverses).map_err(refused)?;
+            joined.push(Joined {
+                device: RobotsOnGpu::of(population, printed),
+                members: members.collect(),
+                asked: asked.to_vec(),
+                shares: shares(batch),
+            });
         }
         Ok(joined)
     }
+}
+
+/// Whether one program simulates the robots of both populations over the same span.
+fn is_alike(a: &Batch, b: &Batch) -> bool {
+    let kind = |batch: &Batch| {
+        let Span {
+            first,
+            nodes,
+            watched,
+            cotangent_bound,
+            metered,
+            ..
+        } = batch.span;
+        let weighs = !batch.bodies[0].presence.is_empty();
+        let identity = batch.simulator.identity();
+        (
+            identity,
+            first,
+            nodes,
+            watched,
+            cotangent_bound,
+            metered,
+            weighs,
+        )
+    };
+    kind(a) == kind(b) && a.span.observed == b.span.observed
 }
 
 /// Whether the robots of a population share something.
@@ -255,7 +288,7 @@ impl Populations for OnGpu {
     }
 
     fn check(&self, asked: &Batch, by: Option<Wanted>) -> Result<(), Refused> {
-        let printed = self.printed(asked, by.unwrap_or_default())?;
+        let printed = self.printed(asked, by)?;
         let compiled = self.compiled(&printed, by.is_some());
         compiled.map(drop).map_err(refused)
     }

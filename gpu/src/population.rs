@@ -1,6 +1,7 @@
 //! Runs a printed program for many members at once.
 
 use autodiff::wgsl::{GROUPS_IN_A_ROW, Printed};
+use rayon::prelude::*;
 use wgpu::{BindGroup, Buffer, ComputePipeline};
 
 use crate::device::{Gpu, GpuError};
@@ -103,6 +104,7 @@ impl Population {
             observed * printed.entries,
             printed.state,
             if reverses { bars } else { 0 },
+            printed.spilled,
         ];
         let bytes = buffers.map(|numbers| 4 * numbers.max(1) as u64);
         let largest_part = bytes.iter().copied().max().unwrap_or(4);
@@ -146,6 +148,7 @@ impl Population {
             0
         });
         let carried = gpu.buffer(members * state);
+        let spilled = gpu.buffer(members * printed.spilled);
         let seen = gpu.buffer(members * of.observed.len() * printed.entries);
         let plan = gpu.plan();
         let [own, common] = [&own, &common].map(|numbers| gpu.filled(numbers));
@@ -153,7 +156,7 @@ impl Population {
         let states = gpu.buffer(members * slots * state);
         gpu.write(&states, 0, of.starts);
         let buffers = [
-            &plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen,
+            &plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen, &spilled,
         ];
         Sweep {
             population: self,
@@ -205,11 +208,9 @@ impl Population {
             self.printed.parameters.len(),
             "the number of parameters"
         );
-        for (placed, numbers) in self.printed.parameters.iter().zip(of.parameters) {
-            let (to, stride) = match placed.is_common {
-                true => (&mut all, common),
-                false => (&mut each, own),
-            };
+        let pairs = || self.printed.parameters.iter().zip(of.parameters);
+        let mut own_places = Vec::new();
+        for (placed, numbers) in pairs() {
             let count = if placed.is_common { 1 } else { members };
             assert_eq!(
                 numbers.len(),
@@ -217,15 +218,19 @@ impl Population {
                 "the numbers of a parameter"
             );
             let places: Vec<usize> = placed.places().collect();
-            for (to, numbers) in to
-                .chunks_mut(stride.max(1))
-                .zip(numbers.chunks(placed.len.max(1)))
-            {
-                for (&place, &number) in places.iter().zip(numbers) {
-                    to[place] = number;
-                }
+            match placed.is_common {
+                true => fill(&mut all, &places, numbers),
+                false => own_places.push((places, numbers)),
             }
         }
+        // The members take most of the time of a large population.
+        let fill_member = |(member, part): (usize, &mut [f32])| {
+            for (places, numbers) in &own_places {
+                fill(part, places, &numbers[member * places.len()..]);
+            }
+        };
+        let parts = each.par_chunks_mut(own.max(1)).enumerate();
+        parts.for_each(fill_member);
         [each, all]
     }
 }
@@ -347,5 +352,12 @@ impl Sweep<'_> {
             parameters: printed.parameters.iter().map(of_parameter).collect(),
             starts: gpu.read(&self.carried, self.members * printed.state)?,
         })
+    }
+}
+
+/// Writes numbers to their places.
+fn fill(to: &mut [f32], places: &[usize], numbers: &[f32]) {
+    for (&place, &number) in places.iter().zip(numbers) {
+        to[place] = number;
     }
 }

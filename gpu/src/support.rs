@@ -116,9 +116,10 @@ impl GpuSupport for Support {
 /// Describes how a sweep runs, or why it cannot.
 fn plan(device: &OnGpu, asked: &Batch, by: Option<Wanted>) -> Value {
     let planned = || -> std::result::Result<String, String> {
-        let printed = device.printed(asked, by.unwrap_or_default())?;
+        let printed = device.printed(asked, by)?;
         let program = printed.program.clone();
         let reverses = usize::from(by.is_some());
+        let spilled = program.spilled;
         let (bytes, barriers) = (program.memory[reverses], program.barriers[reverses]);
         let compiled = match by {
             None => Population::only_forward(device.gpu(), program),
@@ -128,8 +129,12 @@ fn plan(device: &OnGpu, asked: &Batch, by: Option<Wanted>) -> Value {
         let observed = &asked.span.observed;
         let steps = observed.last().copied().unwrap_or(0);
         let room = compiled.room(steps, observed.len(), by.is_some());
+        let spilled = match spilled {
+            0 => String::new(),
+            numbers => format!(", {} bytes in a buffer, which is slower", 4 * numbers),
+        };
         Ok(format!(
-            "up to {room} robots at once, {bytes} bytes of a workgroup, {barriers} barriers a step"
+            "up to {room} robots at once, {bytes} bytes of a workgroup{spilled}, {barriers} barriers a step"
         ))
     };
     json!(planned().unwrap_or_else(|why| format!("not possible: {why}")))

@@ -83,8 +83,14 @@ fn commands_use_a_device() {
     ] {
         assert!(explained.contains(words), "{explained}");
     }
-    let refused = ok(folder, "explain large --device gpu");
-    assert!(refused.contains("not possible: "), "{refused}");
+    let implicit = ok(
+        folder,
+        "explain tiny.toml --set physics.integrator=implicit --device gpu",
+    );
+    assert!(
+        implicit.contains("not possible: ") && implicit.contains("solves linear equations"),
+        "{implicit}"
+    );
     ok(
         folder,
         "optimize tiny.toml --starts 3 --device gpu --out run",

@@ -229,10 +229,6 @@ fn what_a_device_cannot_run_is_refused_before_the_run() {
     for (setting, words) in [
         ("gradient.precision=f64", "double precision"),
         ("physics.integrator=implicit", "solves linear equations"),
-        (
-            "lattice={columns=12,rows=12}",
-            "bytes of a workgroup's memory",
-        ),
     ] {
         let scene = scene("").set(&[setting.to_owned()]).unwrap();
         let run = folder.path().join("run");

@@ -65,6 +65,7 @@ mod kernels;
 mod layers;
 mod sums;
 mod bounds;
+mod spill;
 mod source;
 
 use crate::record::symbol::Symbol;

@@ -23,6 +23,8 @@ pub struct Options {
     pub entries: Option<Vec<usize>>,
     /// For how many steps the reverse sweep keeps the inputs of layers, before it adds them to the cotangents of matrices.
     pub kept: usize,
+    /// How much memory a workgroup has, in bytes. Arrays that do not fit are moved to the buffer `spilled`.
+    pub memory: usize,
     /// Like [`Rollout::state_bound`](crate::Rollout::state_bound): `forward` marks the members of which a number is not
     /// below the bound.
     pub state_bound: Option<f64>,
@@ -40,6 +42,7 @@ impl Default for Options {
             wanted: Vec::new(),
             entries: None,
             kept: 4,
+            memory: usize::MAX,
             state_bound: None,
             cotangent_bound: None,
             cotangent_units: None,
@@ -70,7 +73,7 @@ impl Default for Options {
 ///
 /// # Buffers
 ///
-/// All in group 0. Each member has a part of `own`, `carried`, `bars` and `observed`, one after the other.
+/// All in group 0. Each member has a part of `own`, `carried`, `bars`, `observed` and `spilled`, one after the other.
 ///
 /// | binding | name | numbers |
 /// | --- | --- | --- |
@@ -82,6 +85,7 @@ impl Default for Options {
 /// | 6 | `carried` | the cotangent of the state, which `reverse` reads and replaces; with a bound on states, `forward` adds 1 to a number of the state that was not below the bound |
 /// | 7 | `bars` | the cotangents of parameters, to which `reverse` adds |
 /// | 8 | `observed` | `forward` writes the observed numbers; `reverse` reads their cotangents in the same places |
+/// | 9 | `spilled` | numbers of a step that do not fit the memory of a workgroup: [`spilled`](Self::spilled) for each member |
 #[derive(Clone, Debug)]
 pub struct Printed {
     pub(super) source: String,
@@ -99,6 +103,8 @@ pub struct Printed {
     pub table: Vec<u32>,
     /// The memory of a workgroup that `forward` and `reverse` need, in bytes.
     pub memory: [usize; 2],
+    /// How many numbers of a step each member has in the buffer `spilled`.
+    pub spilled: usize,
     /// The number of barriers in a step of `forward`, and of `reverse`.
     pub barriers: [usize; 2],
 }

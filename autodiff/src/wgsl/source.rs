@@ -9,6 +9,7 @@ use super::library;
 use super::memory::Memory;
 use super::printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
 use super::printing::{Printing, value};
+use super::spill::Spill;
 use super::sums;
 use super::writer::{Access, By, Space, Writer, each, indented};
 use crate::arrays::Array;
@@ -38,6 +39,7 @@ struct Plan {
 @group(0) @binding(6) var<storage, read_write> carried: array<f32>;
 @group(0) @binding(7) var<storage, read_write> bars: array<f32>;
 @group(0) @binding(8) var<storage, read_write> observed: array<f32>;
+@group(0) @binding(9) var<storage, read_write> spilled: array<f32>;
 ";
 
 pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Printed, Refused> {
@@ -72,16 +74,22 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
         ("kept", kept),
     ];
     let mut source = format!("const SIZE = {}u;\n\n{BUFFERS}\n", options.workgroup);
-    for (name, len) in arrays {
-        let _ = writeln!(source, "var<workgroup> {name}: array<f32, {}>;", len.max(1));
+    let spill = Spill::new(&arrays, options.memory);
+    for (name, len) in arrays.iter().filter(|(name, _)| !spill.has(name)) {
+        let _ = writeln!(
+            source,
+            "var<workgroup> {name}: array<f32, {}>;",
+            len.max(&1)
+        );
     }
     let library = library::print(std::mem::take(&mut printing.calls));
     let _ = writeln!(source, "\n{library}");
     for (_, text) in &printing.functions {
         let _ = writeln!(source, "{text}");
     }
-    let _ = write!(source, "{}\n{}", forward.text, reverse.text);
-    let bytes = |count: usize| arrays[..count].iter().map(|(_, len)| 4 * len.max(&1)).sum();
+    let entries = format!("{}\n{}", forward.text, reverse.text);
+    source += &spill.moved(&entries);
+    let bytes = |count: usize| spill.left(&arrays[..count]);
     Ok(Printed {
         source,
         state: step.state,
@@ -91,6 +99,7 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
         lengths: memory.lengths,
         table: printing.tables.numbers,
         memory: [bytes(3), bytes(arrays.len())],
+        spilled: spill.len(),
         barriers: [forward.barriers, reverse.barriers],
     })
 }

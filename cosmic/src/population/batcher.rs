@@ -1,4 +1,4 @@
-//! [`Batcher`], which joins what several threads ask for at the same time.
+//! [`Batcher`], which joins the requests of several threads.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -9,48 +9,51 @@ use super::{Batch, GradientBatch, Populations, Refused, RobotGradient};
 use crate::parallel::Crew;
 use crate::simulator::{Trajectory, Wanted};
 
-/// After this time without a new request, those that wait are answered, even if some threads compute something else. It
-/// is longer than the work between two requests of an optimisation, except at its end.
+/// If no request comes for this time, the waiting requests are answered, even if some threads are busy with other work.
+/// It is longer than the work of an optimisation between two requests, except at its end.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Joins the requests of several threads to one population. A thread that asks waits until all threads with a
-/// [`Client`] have asked too; the last one asks the device for all. A result does not depend on which threads were joined.
+/// Joins the requests of several threads, so that the device gets all of their robots at once. A thread that makes a
+/// request waits until every thread that has a [`Client`] has made one. The results do not depend on which requests were
+/// joined.
 pub struct Batcher {
     device: Arc<dyn Populations>,
     state: Mutex<Waiting>,
     changed: Condvar,
 }
 
-/// The requests that wait, and the answers that were not taken yet.
+/// The waiting requests, and the answers that their threads have not taken yet.
 struct Waiting {
-    /// The number of threads that may ask.
-    seats: usize,
+    /// The number of threads that may make requests.
+    clients: usize,
     /// True while a thread asks the device.
     is_busy: bool,
     /// The number of the next request.
     next: usize,
-    asked: Vec<(usize, Question)>,
+    /// The requests with their numbers.
+    asked: Vec<(usize, Request)>,
+    /// When the last request came, or when the device gave its last answer.
     last: Instant,
     answers: HashMap<usize, Result<Answer, Refused>>,
 }
 
-enum Question {
+enum Request {
     Rollouts(Vec<Batch>),
-    Slopes(Vec<GradientBatch>),
+    Gradients(Vec<GradientBatch>),
 }
 
 enum Answer {
     Rollouts(Vec<Vec<Trajectory<f64>>>),
-    Slopes(Vec<Vec<RobotGradient>>),
+    Gradients(Vec<Vec<RobotGradient>>),
 }
 
-/// The place of a thread in a batcher. The others no longer wait for the thread after it is dropped.
+/// A device whose requests go through a [`Batcher`]. Dropping it tells the batcher that its thread makes no more requests.
 pub struct Client(Arc<Batcher>);
 
 impl Batcher {
-    fn new(device: Arc<dyn Populations>, seats: usize) -> Arc<Self> {
+    fn new(device: Arc<dyn Populations>, clients: usize) -> Arc<Self> {
         let state = Waiting {
-            seats,
+            clients,
             is_busy: false,
             next: 0,
             asked: Vec::new(),
@@ -64,13 +67,13 @@ impl Batcher {
         })
     }
 
-    /// A batcher with a seat for each job that this crew does at the same time; `None` without a device.
+    /// Makes a batcher for the jobs that this crew does at the same time; `None` without a device.
     pub fn of(device: &Option<Arc<dyn Populations>>, crew: Crew) -> Option<Arc<Self>> {
         Some(Self::new(device.clone()?, crew.at_work))
     }
 
-    /// The seat of job number `job` of this crew. The first jobs take the seats that are there; each later job brings
-    /// its own.
+    /// Returns the device for job number `job` of this crew. [`of`](Self::of) has already counted the jobs that begin at
+    /// once; later jobs are counted here.
     pub fn client(
         batcher: &Option<Arc<Self>>,
         job: usize,
@@ -78,14 +81,14 @@ impl Batcher {
     ) -> Option<Arc<dyn Populations>> {
         let batcher = batcher.as_ref()?;
         if job >= crew.at_work {
-            batcher.state().seats += 1;
+            batcher.state().clients += 1;
         }
         Some(Arc::new(Client(Arc::clone(batcher))))
     }
 
     fn leave(&self) {
         let mut state = self.state();
-        state.seats = state.seats.saturating_sub(1);
+        state.clients = state.clients.saturating_sub(1);
         self.changed.notify_all();
     }
 
@@ -93,19 +96,19 @@ impl Batcher {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Asks and waits for the answer.
-    fn ask(&self, question: Question) -> Result<Answer, Refused> {
+    /// Makes a request and waits for the answer.
+    fn ask(&self, request: Request) -> Result<Answer, Refused> {
         let mut state = self.state();
         let own = state.next;
         state.next += 1;
-        state.asked.push((own, question));
+        state.asked.push((own, request));
         state.last = Instant::now();
         loop {
             if let Some(answer) = state.answers.remove(&own) {
                 return answer;
             }
             let waits = state.asked.len();
-            let is_due = waits >= state.seats || state.last.elapsed() >= PATIENCE;
+            let is_due = waits >= state.clients || state.last.elapsed() >= PATIENCE;
             if !state.is_busy && waits > 0 && is_due {
                 state.is_busy = true;
                 let asked = std::mem::take(&mut state.asked);
@@ -113,7 +116,7 @@ impl Batcher {
                 let answers = self.answers(asked);
                 state = self.state();
                 state.is_busy = false;
-                // The others get time to ask again, so that all are joined again.
+                // Gives the answered threads time to join the threads that made requests in the meantime.
                 state.last = Instant::now();
                 state.answers.extend(answers);
                 self.changed.notify_all();
@@ -124,13 +127,13 @@ impl Batcher {
         }
     }
 
-    /// Asks the device for all rollouts, and for all slopes.
-    fn answers(&self, asked: Vec<(usize, Question)>) -> Vec<(usize, Result<Answer, Refused>)> {
+    /// Lets the device compute all requested rollouts, and all requested gradients.
+    fn answers(&self, asked: Vec<(usize, Request)>) -> Vec<(usize, Result<Answer, Refused>)> {
         let numbers: Vec<usize> = asked.iter().map(|(number, _)| *number).collect();
-        // On a thread of its own: a thread of a pool that waits for the device could take up work of its pool, which would
-        // then wait for this answer.
+        // A new thread is needed: while a thread of a pool waits for another pool, it runs jobs of its own pool. Such a job
+        // could make a request and wait for this answer, which would never come.
         let answers = thread::scope(|scope| scope.spawn(|| self.answered(asked)).join());
-        // The others must not wait for ever if the device panics.
+        // If the device panics, the other threads must not wait for ever.
         let panicked = |_| {
             let says = "it stopped with an error of its own".to_owned();
             let refused = |number| (number, Err(says.clone()));
@@ -139,16 +142,16 @@ impl Batcher {
         answers.unwrap_or_else(panicked)
     }
 
-    fn answered(&self, asked: Vec<(usize, Question)>) -> Vec<(usize, Result<Answer, Refused>)> {
+    fn answered(&self, asked: Vec<(usize, Request)>) -> Vec<(usize, Result<Answer, Refused>)> {
         let (mut rollouts, mut slopes) = (Joined::default(), Joined::default());
-        for (number, question) in asked {
-            match question {
-                Question::Rollouts(asked) => rollouts.add(number, asked),
-                Question::Slopes(asked) => slopes.add(number, asked),
+        for (number, request) in asked {
+            match request {
+                Request::Rollouts(asked) => rollouts.add(number, asked),
+                Request::Gradients(asked) => slopes.add(number, asked),
             }
         }
         let mut answers = rollouts.answered(|asked| self.device.rollouts(asked), Answer::Rollouts);
-        answers.extend(slopes.answered(|asked| self.device.gradients(asked), Answer::Slopes));
+        answers.extend(slopes.answered(|asked| self.device.gradients(asked), Answer::Gradients));
         answers
     }
 }
@@ -210,16 +213,16 @@ impl Populations for Client {
     }
 
     fn rollouts(&self, asked: &[Batch]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused> {
-        match self.0.ask(Question::Rollouts(asked.to_vec()))? {
+        match self.0.ask(Request::Rollouts(asked.to_vec()))? {
             Answer::Rollouts(all) => Ok(all),
-            Answer::Slopes(_) => unreachable!("an answer is of the kind of its question"),
+            Answer::Gradients(_) => unreachable!("an answer is of the kind of its request"),
         }
     }
 
     fn gradients(&self, asked: &[GradientBatch]) -> Result<Vec<Vec<RobotGradient>>, Refused> {
-        match self.0.ask(Question::Slopes(asked.to_vec()))? {
-            Answer::Slopes(all) => Ok(all),
-            Answer::Rollouts(_) => unreachable!("an answer is of the kind of its question"),
+        match self.0.ask(Request::Gradients(asked.to_vec()))? {
+            Answer::Gradients(all) => Ok(all),
+            Answer::Rollouts(_) => unreachable!("an answer is of the kind of its request"),
         }
     }
 }

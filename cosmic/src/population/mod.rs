@@ -1,7 +1,7 @@
-//! Populations of robots that are simulated together, in single precision, by something else than the processor.
+//! Populations of robots, which a device such as a GPU simulates together in single precision.
 //!
-//! [`Populations`] is what an optimisation needs from a GPU. The package `cosmic-gpu` implements it. [`Batcher`] joins
-//! what several optimisations ask for at the same time.
+//! The trait [`Populations`] is the interface between optimisations and devices. The package `cosmic-gpu` implements it. A
+//! `Batcher` joins the requests of several optimisations.
 
 #[cfg(feature = "files")]
 mod batcher;
@@ -59,7 +59,7 @@ pub struct GradientBatch {
     pub origins: Vec<Vec<Vector<f64>>>,
 }
 
-/// The loss of a robot, with its derivatives.
+/// The loss of a robot and its derivatives.
 #[derive(Clone, Debug)]
 pub struct RobotGradient {
     /// The loss.
@@ -72,7 +72,7 @@ pub struct RobotGradient {
     pub controller: Vec<f64>,
 }
 
-/// The reason why a population cannot be simulated, as a sentence without a full stop.
+/// The reason why a device cannot simulate a population, as a sentence without a full stop.
 pub type Refused = String;
 
 impl fmt::Debug for dyn Populations {
@@ -83,8 +83,8 @@ impl fmt::Debug for dyn Populations {
 
 /// Simulates populations of robots in single precision and differentiates their losses.
 ///
-/// A result depends only on its own robot, and not on the others that are simulated with it. If a span is
-/// [watched](Span::watched), the observed numbers of a robot that was absurd or too fast are NaN.
+/// The result of a robot must not depend on the other robots. If a span is [watched](Span::watched), and a state of a
+/// robot fails the check, all observations of this robot must be NaN.
 pub trait Populations: Send + Sync {
     /// The name of the device, for messages.
     fn name(&self) -> String;

@@ -21,7 +21,7 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
 /// start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the folder
 /// of the search (`folder`), not the folder of a start.
 ///
-/// With a device, all starts have a thread, and what they compute there is [gathered](Batcher).
+/// With a device, all starts have a thread, and what they compute there is [batched](Batcher).
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     seeds: &[u64],
@@ -37,8 +37,8 @@ pub(super) fn side_by_side<T: Send>(
     let observer = Mutex::new(observer);
     in_parallel(seeds.len(), crew, |k, failed| {
         let observer = &observer;
-        let seat = Batcher::client(&batcher, k, crew);
-        let result = work(seeds[k], seat, &mut OfOne { observer, failed });
+        let device = Batcher::client(&batcher, k, crew);
+        let result = work(seeds[k], device, &mut OfOne { observer, failed });
         result.map_err(|mut error| {
             if let Error::Interrupted { run, .. }
             | Error::DeviceFailed { run, .. }
