@@ -143,7 +143,10 @@ impl Gpu {
             let _ = lost.set(format!("the device was lost: {text}"));
         });
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            let _ = uncaptured.set(error.to_string());
+            // Messages of errors have several lines.
+            let text = error.to_string();
+            let words: Vec<&str> = text.split_whitespace().collect();
+            let _ = uncaptured.set(words.join(" "));
         }));
         let adapter = adapter.get_info();
         Ok(Self {

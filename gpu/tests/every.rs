@@ -95,7 +95,7 @@ fn a_device_computes_what_the_processor_does() {
 
         let rollout = Rollout {
             cotangent_bound,
-            cotangent_units,
+            cotangent_units: cotangent_units.clone(),
             inputs: inputs.iter().map(|&x| f64::from(x)).collect(),
             observed: observed.to_vec(),
             ..Rollout::new(model.clone(), steps)
@@ -127,6 +127,16 @@ fn a_device_computes_what_the_processor_does() {
             let count = values.len();
             let expected = tape.pullback(&y, &cotangents[count * m..][..count]);
             close("observed", &seen[count * m..][..count], &values);
+            // Without the bound, the cotangent of every start is larger.
+            let unit = |k: usize| cotangent_units.as_ref().map_or(1.0, |units| units[k]);
+            let of_start = bars.starts[10 * m..][..10].iter().enumerate();
+            let squares = of_start.map(|(k, &x)| (f64::from(x) / unit(k)).powi(2));
+            let norm = squares.sum::<f64>().sqrt();
+            assert_eq!(
+                norm < 1.001 * bound.norm,
+                cotangent_bound.is_some(),
+                "{norm}"
+            );
             close("starts", &bars.starts[10 * m..][..10], &expected[..10]);
             let mut at = 10;
             for (k, placed) in placed.iter().enumerate() {

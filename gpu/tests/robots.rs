@@ -239,6 +239,35 @@ fn scenes_begin_alike_on_a_device_and_on_the_processor() {
     }
 }
 
+/// In a watched span, the observations of a robot that was too fast are NaN, also those before.
+#[test]
+fn a_robot_that_is_too_fast_has_no_observations() {
+    let Some(gpu) = gpu() else { return };
+    let mut begun = Begun::new(&Scene::load("stability").unwrap());
+    begun.starts[1].v[3] = Vector::upright(1e5, 0.0);
+    let span = Span {
+        watched: true,
+        ..Span::from_start(vec![4, 8])
+    };
+    let printed = begun
+        .simulator
+        .printed(&begun.robots(), &span, Wanted::default(), 64)
+        .unwrap();
+    let device = RobotsOnGpu::new(&gpu, printed).unwrap();
+    let walked = device.rollouts(&begun.robots(), &begun.starts).unwrap();
+    for (k, is_fast) in [false, true].into_iter().enumerate() {
+        let single = |x: f64| x as f32;
+        let here = begun.simulator.rollout(
+            &begun.bodies[k].map(single),
+            &begun.controllers[k].map(single),
+            &begun.starts[k].map(single),
+            &span,
+        );
+        assert!(positions(&here).iter().all(|x| x.is_nan() == is_fast));
+        assert!(positions(&walked[k]).iter().all(|x| x.is_nan() == is_fast));
+    }
+}
+
 /// Numbers of a step that do not fit the memory of a workgroup lie in a buffer: some of them, or all.
 #[test]
 fn numbers_may_lie_in_a_buffer() {
