@@ -220,22 +220,21 @@ fn refused(error: GpuError) -> Refused {
 impl Joined<'_> {
     /// The robots with these numbers. A single robot comes twice, so that it does not count as shared.
     fn part(&self, members: &[[usize; 2]]) -> Part {
-        if self.shares {
-            let asked = self.asked[members[0][0]];
-            let own = |count: usize| count > 1;
-            let chosen = |k: &[usize; 2]| k[1];
-            let numbers: Vec<usize> = members.iter().map(chosen).collect();
-            return Part {
-                surroundings: picked(&asked.surroundings, &numbers, own),
-                bodies: picked(&asked.bodies, &numbers, own),
-                controllers: picked(&asked.controllers, &numbers, own),
-                starts: numbers.iter().map(|&k| asked.starts[k].clone()).collect(),
-            };
-        }
         let members = match members {
             [only] => &[*only, *only],
             members => members,
         };
+        if self.shares {
+            let asked = self.asked[members[0][0]];
+            let chosen = |k: &[usize; 2]| k[1];
+            let numbers: Vec<usize> = members.iter().map(chosen).collect();
+            return Part {
+                surroundings: picked(&asked.surroundings, &numbers),
+                bodies: picked(&asked.bodies, &numbers),
+                controllers: picked(&asked.controllers, &numbers),
+                starts: numbers.iter().map(|&k| asked.starts[k].clone()).collect(),
+            };
+        }
         let all = members.par_iter().map(|&[p, k]| (self.asked[p], k));
         Part {
             surroundings: (all.clone())
@@ -258,10 +257,10 @@ impl Joined<'_> {
 }
 
 /// The entries with these numbers if each robot has its own, otherwise the only entry.
-fn picked<T: Clone>(list: &[T], numbers: &[usize], own: impl Fn(usize) -> bool) -> Vec<T> {
-    match own(list.len()) {
-        true => numbers.iter().map(|&k| list[k].clone()).collect(),
-        false => list.to_vec(),
+fn picked<T: Clone>(list: &[T], numbers: &[usize]) -> Vec<T> {
+    match list {
+        [only] => vec![only.clone()],
+        list => numbers.iter().map(|&k| list[k].clone()).collect(),
     }
 }
 

@@ -7,12 +7,13 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::policy::Controller;
+use cosmic::population::{Batch, Populations};
 use cosmic::scene::{BUILTIN, Scene};
 use cosmic::settings::within;
 use cosmic::simulator::{
     PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
 };
-use cosmic_gpu::{Gpu, GpuError, RobotsOnGpu};
+use cosmic_gpu::{Gpu, GpuError, OnGpu, RobotsOnGpu};
 
 /// Opens a device. Without one, the tests say so and end.
 fn gpu() -> Option<Gpu> {
@@ -236,6 +237,42 @@ fn scenes_begin_alike_on_a_device_and_on_the_processor() {
     let Some(gpu) = gpu() else { return };
     for name in BUILTIN.map(|scene| scene.name) {
         assert_alike(&gpu, name, &Scene::load(name).unwrap());
+    }
+}
+
+/// One robot from several starts walks like several equal robots, also if the population is divided.
+#[test]
+fn robots_may_share_body_and_controller() {
+    let Some(gpu) = gpu() else { return };
+    let begun = Begun::new(&Scene::load("stability").unwrap());
+    let moved = |k: usize| {
+        let mut start = begun.starts[0].clone();
+        start.x[5] = start.x[5] + Vector::upright(0.0, 0.001 * k as f64);
+        start
+    };
+    let shared = Batch {
+        simulator: begun.simulator.clone(),
+        span: Span::from_start(vec![0, 32]),
+        surroundings: begun.surroundings.to_vec(),
+        bodies: begun.bodies[..1].to_vec(),
+        controllers: begun.controllers[..1].to_vec(),
+        starts: (0..3).map(moved).collect(),
+    };
+    let own = Batch {
+        bodies: vec![shared.bodies[0].clone(); 3],
+        controllers: vec![shared.controllers[0].clone(); 3],
+        ..shared.clone()
+    };
+    // Two robots at a time.
+    let device = OnGpu::new(gpu.with_memory(1)).unwrap();
+    let walked = device.rollouts(&[shared.clone(), own]).unwrap();
+    for k in 0..3 {
+        let [a, b] = [&walked[0][k], &walked[1][k]].map(positions);
+        let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
+        // The two programs may order sums differently: rounding of 32 steps.
+        assert!(apart.fold(0.0, f64::max) < 1e-6);
+        // The state at the start is observed too.
+        assert!((walked[0][k].states[0].x[5][1] - shared.starts[k].x[5][1]).abs() < 1e-7);
     }
 }
 
