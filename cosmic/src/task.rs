@@ -304,15 +304,20 @@ impl Task {
         loss: &(impl Loss + ?Sized),
         horizon: &Horizon,
     ) -> Vec<Trajectory<R>> {
+        let seen = self.span_of(loss, horizon);
+        self.over_span(designs, inputs, seen, horizon.mode)
+    }
+
+    /// The span of the steps that carry the gradient over a horizon, with the states and the nodes that the loss reads.
+    pub(crate) fn span_of(&self, loss: &(impl Loss + ?Sized), horizon: &Horizon) -> Span {
         let steps = horizon.steps.min(self.physics.steps);
-        let seen = Span {
+        Span {
             first: horizon.first,
             nodes: loss.nodes().max(self.nodes_of_marker()),
             cotangent_bound: horizon.cotangent_bound,
             metered: loss.reads_efforts(),
             ..Span::from_start(loss.observed(steps))
-        };
-        self.over_span(designs, inputs, seen, horizon.mode)
+        }
     }
 
     /// How many nodes a state must hold so that the [marker](crate::lattice::Marker) can be found in it.

@@ -61,6 +61,7 @@ mod policy {
     mod mlp;
     mod saved;
 }
+mod population;
 mod projection;
 mod property_design;
 mod property_files;

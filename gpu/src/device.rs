@@ -2,6 +2,9 @@
 
 use std::error::Error;
 use std::fmt::{self, Display};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
 
 use autodiff::wgsl::{GROUPS_IN_A_ROW, Printed};
 use pollster::block_on;
@@ -12,12 +15,16 @@ use wgpu::{
     ShaderSource,
 };
 
-/// A device that runs printed programs.
+/// A device that runs printed programs. Copies are the same device.
+#[derive(Clone)]
 pub struct Gpu {
     device: Device,
     queue: Queue,
     adapter: wgpu::AdapterInfo,
     limits: wgpu::Limits,
+    /// The first error that the device has reported outside of a call.
+    failed: Arc<OnceLock<String>>,
+    memory: u64,
     /// The bindings of a printed program.
     groups: wgpu::BindGroupLayout,
 }
@@ -50,6 +57,25 @@ impl Display for GpuError {
 }
 
 impl Error for GpuError {}
+
+impl GpuError {
+    /// The message. The text of a refused program is written to a file in this folder, which the message then names.
+    pub fn told(&self, folder: &Path) -> String {
+        let Self::Refused(_, text) = self else {
+            return self.to_string();
+        };
+        let mut hasher = DefaultHasher::new();
+        text.hash(&mut hasher);
+        let path = folder.join(format!("cosmic-refused-{:016x}.wgsl", hasher.finish()));
+        match std::fs::write(&path, text) {
+            Ok(()) => format!("{self}; the program is in {}", path.display()),
+            Err(error) => format!(
+                "{self}; the program cannot be written to {}: {error}",
+                path.display()
+            ),
+        }
+    }
+}
 
 /// The interfaces that are tried: Vulkan, Metal and DirectX 12.
 fn instance() -> Instance {
@@ -107,13 +133,69 @@ impl Gpu {
         };
         let (device, queue) = block_on(adapter.request_device(&wanted))
             .map_err(|e| GpuError::NotOpened(e.to_string()))?;
+        let failed = Arc::new(OnceLock::new());
+        let [lost, uncaptured] = [(); 2].map(|()| Arc::clone(&failed));
+        device.set_device_lost_callback(move |reason, text| {
+            let text = match text.trim_end_matches('.') {
+                "" => format!("{reason:?}"),
+                text => text.to_owned(),
+            };
+            let _ = lost.set(format!("the device was lost: {text}"));
+        });
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            // Messages of errors have several lines.
+            let text = error.to_string();
+            let words: Vec<&str> = text.split_whitespace().collect();
+            let _ = uncaptured.set(words.join(" "));
+        }));
+        let adapter = adapter.get_info();
         Ok(Self {
             groups: groups(&device),
             device,
             queue,
-            adapter: adapter.get_info(),
+            memory: match adapter.device_type {
+                DeviceType::DiscreteGpu => 4 << 30,
+                _ => 1 << 30,
+            },
+            adapter,
             limits,
+            failed,
         })
+    }
+
+    /// This device with a budget of memory for the buffers of a population, in bytes. It is 4 GiB for a card of its own,
+    /// and 1 GiB for others: a device does not tell how much memory it has.
+    #[must_use]
+    pub fn with_memory(self, memory: u64) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// The budget of memory for the buffers of a population, in bytes.
+    pub fn memory(&self) -> u64 {
+        self.memory
+    }
+
+    /// Gives the device up. Everything that it is asked afterwards fails, as if the adapter were lost.
+    pub fn give_up(&self) {
+        self.device.destroy();
+    }
+
+    /// The memory of a workgroup, in bytes.
+    pub fn memory_of_workgroup(&self) -> usize {
+        self.limits.max_compute_workgroup_storage_size as usize
+    }
+
+    /// What the adapter allows.
+    pub fn limits(&self) -> &wgpu::Limits {
+        &self.limits
+    }
+
+    /// Returns the error that the device has reported, if there is one.
+    fn checked(&self) -> Result<(), GpuError> {
+        match self.failed.get() {
+            Some(failed) => Err(GpuError::Failed(failed.clone())),
+            None => Ok(()),
+        }
     }
 
     /// The name and kind of the adapter.
@@ -122,7 +204,7 @@ impl Gpu {
     }
 
     /// How many steps a dispatch should take.
-    pub(crate) fn steps_at_once(&self) -> usize {
+    pub fn steps_at_once(&self) -> usize {
         match self.adapter.device_type {
             // Mesa's driver silently leaves all loops of an invocation after 65535 turns.
             DeviceType::Cpu => 16,
@@ -137,10 +219,14 @@ impl Gpu {
             .min(self.limits.max_storage_buffer_binding_size)
     }
 
-    /// Compiles both entry points of a program.
-    pub(crate) fn compile(&self, printed: &Printed) -> Result<[ComputePipeline; 2], GpuError> {
-        let most = self.limits.max_compute_workgroup_storage_size as usize;
-        let needed = printed.memory[1];
+    /// Compiles the first entry points of a program: `forward`, or both.
+    pub(crate) fn compile(
+        &self,
+        printed: &Printed,
+        count: usize,
+    ) -> Result<Vec<ComputePipeline>, GpuError> {
+        let most = self.memory_of_workgroup();
+        let needed = printed.memory[count - 1];
         if needed > most {
             return Err(GpuError::TooLarge(format!(
                 "its numbers take {needed} bytes of a workgroup's memory, of which the GPU has {most}"
@@ -149,12 +235,11 @@ impl Gpu {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let text = ShaderModuleDescriptor {
             label: None,
-            source: ShaderSource::Wgsl(printed.source.as_str().into()),
+            source: ShaderSource::Wgsl(printed.source().into()),
         };
         // SAFETY: checks of indices and of loops take half of the time. `autodiff` prints every index as a constant place
         // plus a loop variable below the length of the array, or as an entry of a table that it has made itself; all loops
-        // end after a fixed number of turns. `Population` makes the buffers in the lengths that the program states. Whoever
-        // changes a printed text must keep this so; `Printed` says it.
+        // end after a fixed number of turns. `Population` makes the buffers in the lengths that the program states.
         #[allow(unsafe_code)]
         let module = unsafe {
             let unchecked = wgpu::ShaderRuntimeChecks::unchecked();
@@ -182,10 +267,14 @@ impl Gpu {
                     cache: None,
                 })
         };
-        let pipelines = ["forward", "reverse"].map(pipeline);
+        let pipelines = ["forward", "reverse"][..count].iter();
+        let pipelines = pipelines.map(|entry| pipeline(entry)).collect();
         match block_on(scope.pop()) {
-            None => Ok(pipelines),
-            Some(error) => Err(GpuError::Refused(error.to_string(), printed.source.clone())),
+            None => self.checked().map(|()| pipelines),
+            Some(error) => Err(GpuError::Refused(
+                error.to_string(),
+                printed.source().to_owned(),
+            )),
         }
     }
 
@@ -265,6 +354,7 @@ impl Gpu {
         self.queue.submit([commands.finish()]);
         copy.map_async(wgpu::MapMode::Read, .., |_| {});
         self.wait()?;
+        self.checked()?;
         let view = copy
             .get_mapped_range(..)
             .map_err(|e| GpuError::Failed(e.to_string()))?;
@@ -274,6 +364,7 @@ impl Gpu {
     /// Waits until all work has ended.
     pub fn wait(&self) -> Result<(), GpuError> {
         let waited = self.device.poll(PollType::wait_indefinitely());
+        self.checked()?;
         waited
             .map(|_| ())
             .map_err(|e| GpuError::Failed(e.to_string()))
@@ -293,7 +384,7 @@ impl Gpu {
 }
 
 /// The number of bindings of a printed program.
-const BINDINGS: u32 = 9;
+const BINDINGS: u32 = 10;
 
 /// The bindings of a printed program.
 fn groups(device: &Device) -> wgpu::BindGroupLayout {

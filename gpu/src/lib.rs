@@ -3,7 +3,10 @@
 mod device;
 mod population;
 mod robots;
+mod on_gpu;
 
 pub use device::{Gpu, GpuError, adapters};
+pub use on_gpu::{OnGpu, WORKGROUP};
 pub use population::{Cotangents, Members, Population, Sweep};
 pub use robots::{Gradients, RobotsOnGpu};
+pub use wgpu::AdapterInfo as Adapter;

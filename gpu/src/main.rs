@@ -1,41 +1,33 @@
-//! The program `cosmic-gpu`: lists the devices, and measures how fast they simulate a population.
+//! The program `cosmic` with GPU support, and a command more: `bench` measures how fast a GPU simulates a population.
 
 mod bench;
+mod support;
 
-use std::error::Error;
+use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::Parser;
 
-/// Populations of robots on a GPU
+/// Measure robot-steps per second on a GPU against the number of robots, beside the processor
 #[derive(Parser)]
-struct Arguments {
-    #[command(subcommand)]
-    command: Command,
+#[command(name = "cosmic bench")]
+struct Bench {
+    #[command(flatten)]
+    settings: bench::Settings,
 }
 
-#[derive(Subcommand)]
-enum Command {
-    /// List the adapters of this machine, the one that is taken first
-    Devices,
-    /// Measure robot-steps per second against the number of robots, beside the processor
-    Bench(bench::Settings),
-}
-
-fn main() -> Result<(), Box<dyn Error>> {
-    match Arguments::parse().command {
-        Command::Devices => {
-            let adapters = cosmic_gpu::adapters();
-            if adapters.is_empty() {
-                println!("no adapter of Vulkan, Metal or DirectX 12 was found");
+fn main() -> ExitCode {
+    let mut arguments = std::env::args_os();
+    if arguments.nth(1).is_some_and(|command| command == "bench") {
+        let arguments = std::env::args_os().skip(1);
+        return match bench::run(&Bench::parse_from(arguments).settings) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("error: {error}");
+                ExitCode::from(2)
             }
-            for adapter in adapters {
-                println!(
-                    "{} ({:?}, {:?}, {})",
-                    adapter.name, adapter.device_type, adapter.backend, adapter.driver_info
-                );
-            }
-            Ok(())
-        }
-        Command::Bench(settings) => bench::run(&settings),
+        };
     }
+    cosmic_program::Program::new()
+        .with_gpu(support::Support)
+        .run()
 }

@@ -1,16 +1,17 @@
 //! Runs a printed program for many members at once.
 
-use autodiff::wgsl::Printed;
+use autodiff::wgsl::{GROUPS_IN_A_ROW, Printed};
+use rayon::prelude::*;
 use wgpu::{BindGroup, Buffer, ComputePipeline};
 
 use crate::device::{Gpu, GpuError};
 
 /// A printed program on a device.
-pub struct Population<'a> {
-    gpu: &'a Gpu,
+pub struct Population {
+    gpu: Gpu,
     printed: Printed,
     forward: ComputePipeline,
-    reverse: ComputePipeline,
+    reverse: Option<ComputePipeline>,
     /// How many steps one dispatch takes. A driver ends a dispatch that takes seconds.
     pub steps_at_once: usize,
     /// How much memory the states may take, in bytes.
@@ -35,7 +36,7 @@ pub struct Members<'a> {
 
 /// Members on the device, with the states that a forward sweep stores for a reverse sweep.
 pub struct Sweep<'a> {
-    population: &'a Population<'a>,
+    population: &'a Population,
     members: usize,
     steps: usize,
     /// The number of observed states.
@@ -58,21 +59,58 @@ pub struct Cotangents {
     pub starts: Vec<f32>,
 }
 
-impl<'a> Population<'a> {
+impl Population {
     /// Compiles a program for a device.
     ///
     /// # Errors
     /// If the program is too large for the device, or its driver refuses it.
-    pub fn new(gpu: &'a Gpu, printed: Printed) -> Result<Self, GpuError> {
-        let [forward, reverse] = gpu.compile(&printed)?;
+    pub fn new(gpu: &Gpu, printed: Printed) -> Result<Self, GpuError> {
+        Self::compiled(gpu, printed, 2)
+    }
+
+    /// Compiles only the forward sweep of a program, which takes less of a workgroup's memory.
+    ///
+    /// # Errors
+    /// Like [`new`](Self::new).
+    pub fn only_forward(gpu: &Gpu, printed: Printed) -> Result<Self, GpuError> {
+        Self::compiled(gpu, printed, 1)
+    }
+
+    fn compiled(gpu: &Gpu, printed: Printed, count: usize) -> Result<Self, GpuError> {
+        let mut pipelines = gpu.compile(&printed, count)?.into_iter();
         Ok(Self {
-            gpu,
+            gpu: gpu.clone(),
             printed,
-            forward,
-            reverse,
+            forward: pipelines.next().expect("the first entry point"),
+            reverse: pipelines.next(),
             steps_at_once: gpu.steps_at_once(),
-            memory: 1 << 30,
+            memory: gpu.memory(),
         })
+    }
+
+    /// The largest number of members whose buffers fit the device and the budget of memory. It is at least 1.
+    pub fn room(&self, steps: usize, observed: usize, reverses: bool) -> usize {
+        let printed = &self.printed;
+        let (budget, largest) = (self.memory, self.gpu.largest_buffer());
+        let spread = ((steps as f64).sqrt().ceil() as usize).max(2);
+        let slots = match reverses {
+            true => (steps.div_ceil(spread) + 2 + spread).min(steps + 1),
+            false => 1,
+        };
+        let [own, _, bars] = printed.lengths;
+        let buffers = [
+            own,
+            slots * printed.state,
+            observed * printed.entries,
+            printed.state,
+            if reverses { bars } else { 0 },
+            printed.spilled,
+        ];
+        let bytes = buffers.map(|numbers| 4 * numbers.max(1) as u64);
+        let largest_part = bytes.iter().copied().max().unwrap_or(4);
+        let in_a_row = GROUPS_IN_A_ROW as u64 * u64::from(u16::MAX);
+        let members = (budget / bytes.iter().sum::<u64>()).min(largest / largest_part);
+        members.clamp(1, in_a_row) as usize
     }
 
     /// The program.
@@ -84,8 +122,8 @@ impl<'a> Population<'a> {
     ///
     /// # Panics
     /// If a length does not fit the program.
-    pub fn prepare(&'a self, of: &Members, reverses: bool) -> Sweep<'a> {
-        let (gpu, printed, state) = (self.gpu, &self.printed, self.printed.state);
+    pub fn prepare(&self, of: &Members, reverses: bool) -> Sweep<'_> {
+        let (gpu, printed, state) = (&self.gpu, &self.printed, self.printed.state);
         let members = of.starts.len() / state;
         assert_eq!(
             of.starts.len(),
@@ -109,7 +147,8 @@ impl<'a> Population<'a> {
         } else {
             0
         });
-        let carried = gpu.buffer(if reverses { members * state } else { 0 });
+        let carried = gpu.buffer(members * state);
+        let spilled = gpu.buffer(members * printed.spilled);
         let seen = gpu.buffer(members * of.observed.len() * printed.entries);
         let plan = gpu.plan();
         let [own, common] = [&own, &common].map(|numbers| gpu.filled(numbers));
@@ -117,7 +156,7 @@ impl<'a> Population<'a> {
         let states = gpu.buffer(members * slots * state);
         gpu.write(&states, 0, of.starts);
         let buffers = [
-            &plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen,
+            &plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen, &spilled,
         ];
         Sweep {
             population: self,
@@ -169,11 +208,9 @@ impl<'a> Population<'a> {
             self.printed.parameters.len(),
             "the number of parameters"
         );
-        for (placed, numbers) in self.printed.parameters.iter().zip(of.parameters) {
-            let (to, stride) = match placed.is_common {
-                true => (&mut all, common),
-                false => (&mut each, own),
-            };
+        let pairs = || self.printed.parameters.iter().zip(of.parameters);
+        let mut own_places = Vec::new();
+        for (placed, numbers) in pairs() {
             let count = if placed.is_common { 1 } else { members };
             assert_eq!(
                 numbers.len(),
@@ -181,15 +218,19 @@ impl<'a> Population<'a> {
                 "the numbers of a parameter"
             );
             let places: Vec<usize> = placed.places().collect();
-            for (to, numbers) in to
-                .chunks_mut(stride.max(1))
-                .zip(numbers.chunks(placed.len.max(1)))
-            {
-                for (&place, &number) in places.iter().zip(numbers) {
-                    to[place] = number;
-                }
+            match placed.is_common {
+                true => fill(&mut all, &places, numbers),
+                false => own_places.push((places, numbers)),
             }
         }
+        // The members take most of the time of a large population.
+        let fill_member = |(member, part): (usize, &mut [f32])| {
+            for (places, numbers) in &own_places {
+                fill(part, places, &numbers[member * places.len()..]);
+            }
+        };
+        let parts = each.par_chunks_mut(own.max(1)).enumerate();
+        parts.for_each(fill_member);
         [each, all]
     }
 }
@@ -228,7 +269,7 @@ impl Sweep<'_> {
         every: usize,
         observes: bool,
     ) {
-        let gpu = self.population.gpu;
+        let gpu = &self.population.gpu;
         let plan = [self.members, first, steps, read, write, every, self.count];
         gpu.write(&self.plan, 0, &plan.map(|number| number as u32));
         gpu.write(&self.plan, plan.len(), &[u32::from(observes)]);
@@ -245,6 +286,18 @@ impl Sweep<'_> {
         population.gpu.read(&self.seen, numbers)
     }
 
+    /// The members of which a number of a state was not below the bound on states, if the program has one. Only the forward
+    /// sweep tells.
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn exceeded(&self) -> Result<Vec<bool>, GpuError> {
+        let state = self.population.printed.state;
+        let marks = (self.population.gpu).read(&self.carried, self.members * state)?;
+        let marked = |marks: &[f32]| marks.iter().any(|&mark| mark != 0.0);
+        Ok(marks.chunks(state).map(marked).collect())
+    }
+
     /// Starts the reverse sweep from the cotangents of the observed numbers, which are in the order of
     /// [`observed`](Self::observed).
     ///
@@ -255,7 +308,7 @@ impl Sweep<'_> {
             self.every > 0,
             "these members were not prepared for a reverse sweep, so no states are stored"
         );
-        let (population, gpu) = (self.population, self.population.gpu);
+        let (population, gpu) = (self.population, &self.population.gpu);
         gpu.write(&self.seen, 0, cotangents);
         gpu.clear(&[&self.carried, &self.bars]);
         let at_once = self.steps_at_once();
@@ -272,7 +325,9 @@ impl Sweep<'_> {
                     slots
                 }
             };
-            self.dispatch(&population.reverse, [first, steps], slots, 1, false);
+            let reverse = population.reverse.as_ref();
+            let reverse = reverse.expect("the reverse sweep of this program was not compiled");
+            self.dispatch(reverse, [first, steps], slots, 1, false);
         }
     }
 
@@ -281,7 +336,7 @@ impl Sweep<'_> {
     /// # Errors
     /// If the device is lost.
     pub fn cotangents(&self) -> Result<Cotangents, GpuError> {
-        let (population, gpu) = (self.population, self.population.gpu);
+        let (population, gpu) = (self.population, &self.population.gpu);
         let printed = &population.printed;
         let all = gpu.read(&self.bars, self.members * printed.lengths[2])?;
         let of_parameter = |placed: &autodiff::wgsl::Placed| {
@@ -297,5 +352,12 @@ impl Sweep<'_> {
             parameters: printed.parameters.iter().map(of_parameter).collect(),
             starts: gpu.read(&self.carried, self.members * printed.state)?,
         })
+    }
+}
+
+/// Writes numbers to their places.
+fn fill(to: &mut [f32], places: &[usize], numbers: &[f32]) {
+    for (&place, &number) in places.iter().zip(numbers) {
+        to[place] = number;
     }
 }

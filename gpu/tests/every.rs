@@ -2,8 +2,10 @@
 
 mod program;
 
+use std::sync::Arc;
+
 use autodiff::wgsl::{Options, print};
-use autodiff::{Rollout, Tape, Var};
+use autodiff::{CotangentBound, Rollout, Tape, Var};
 use cosmic_gpu::{Gpu, Members, Population};
 use program::Every;
 
@@ -26,10 +28,25 @@ fn a_device_computes_what_the_processor_does() {
     println!("on {}", gpu.adapter().name);
     let (model, steps, members) = (Every::new(), 50, 3);
     let common = vec![4, 5];
-    for (workgroup, kept, memory) in [(64, 4, 1 << 30), (4, 3, 1 << 30), (32, 1, 2000)] {
+    // The bound is below half of the norms that occur, so that it acts in every stretch.
+    let bound = CotangentBound {
+        norm: 0.05,
+        every: 7,
+    };
+    let units: Arc<[f64]> = (0..10).map(|k| 1.0 + 0.3 * f64::from(k)).collect();
+    for (workgroup, kept, memory, bounds) in [
+        (64, 4, 1 << 30, (None, None)),
+        (4, 3, 1 << 30, (Some(bound), None)),
+        (32, 1, 2000, (Some(bound), Some(units))),
+    ] {
+        let (cotangent_bound, cotangent_units) = bounds;
         let options = Options {
             workgroup,
             kept,
+            cotangent_bound,
+            cotangent_units: cotangent_units.clone(),
+            // No number of a state reaches it.
+            state_bound: Some(1e6),
             common: common.clone(),
             wanted: (0..8).collect(),
             ..Options::default()
@@ -74,7 +91,11 @@ fn a_device_computes_what_the_processor_does() {
         again.forward();
         assert_eq!(again.observed().unwrap(), seen);
 
+        assert_eq!(again.exceeded().unwrap(), [false; 3]);
+
         let rollout = Rollout {
+            cotangent_bound,
+            cotangent_units: cotangent_units.clone(),
             inputs: inputs.iter().map(|&x| f64::from(x)).collect(),
             observed: observed.to_vec(),
             ..Rollout::new(model.clone(), steps)
@@ -106,6 +127,16 @@ fn a_device_computes_what_the_processor_does() {
             let count = values.len();
             let expected = tape.pullback(&y, &cotangents[count * m..][..count]);
             close("observed", &seen[count * m..][..count], &values);
+            // Without the bound, the cotangent of every start is larger.
+            let unit = |k: usize| cotangent_units.as_ref().map_or(1.0, |units| units[k]);
+            let of_start = bars.starts[10 * m..][..10].iter().enumerate();
+            let squares = of_start.map(|(k, &x)| (f64::from(x) / unit(k)).powi(2));
+            let norm = squares.sum::<f64>().sqrt();
+            assert_eq!(
+                norm < 1.001 * bound.norm,
+                cotangent_bound.is_some(),
+                "{norm}"
+            );
             close("starts", &bars.starts[10 * m..][..10], &expected[..10]);
             let mut at = 10;
             for (k, placed) in placed.iter().enumerate() {

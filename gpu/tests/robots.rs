@@ -7,10 +7,13 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::policy::Controller;
+use cosmic::population::{Batch, Populations};
 use cosmic::scene::{BUILTIN, Scene};
 use cosmic::settings::within;
-use cosmic::simulator::{PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted};
-use cosmic_gpu::{Gpu, GpuError, RobotsOnGpu};
+use cosmic::simulator::{
+    PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
+};
+use cosmic_gpu::{Gpu, GpuError, OnGpu, RobotsOnGpu};
 
 /// Opens a device. Without one, the tests say so and end.
 fn gpu() -> Option<Gpu> {
@@ -66,14 +69,18 @@ impl Begun {
         }
     }
 
-    fn printed(&self, steps: usize) -> PrintedRobots {
+    fn printed(&self, steps: usize, memory: usize) -> PrintedRobots {
         let span = Span::from_start(vec![steps / 2, steps]);
         let wanted = Wanted {
             bodies: true,
             controllers: true,
             surroundings: false,
         };
-        let printed = self.simulator.printed(&self.robots(), &span, wanted, 64);
+        let workgroup = Workgroup {
+            invocations: 64,
+            memory,
+        };
+        let printed = (self.simulator).printed(&self.robots(), &span, wanted, workgroup);
         printed.unwrap_or_else(|error| panic!("{error}"))
     }
 
@@ -200,12 +207,23 @@ fn cosine(a: &[f64], b: &[f64]) -> f64 {
 /// about 3e-7 in 64 steps; in 256 steps contacts amplify it, and only the directions of gradients are compared.
 #[track_caller]
 fn assert_alike(gpu: &Gpu, name: &str, scene: &Scene) {
+    assert_alike_in(gpu, name, scene, gpu.memory_of_workgroup());
+}
+
+/// Like [`assert_alike`], for workgroups with this much memory, in bytes.
+#[track_caller]
+fn assert_alike_in(gpu: &Gpu, name: &str, scene: &Scene, memory: usize) {
     let begun = Begun::new(scene);
     for (steps, most) in [(64, 1e-5), (256, f64::INFINITY)] {
-        let compared = match begun.compare(gpu, begun.printed(steps)) {
-            Err(GpuError::TooLarge(why)) => return println!("SKIPPED: {name} does not fit: {why}"),
-            compared => compared.unwrap_or_else(|error| panic!("{name}: {error}")),
-        };
+        let printed = begun.printed(steps, memory);
+        if printed.program.spilled > 0 {
+            println!(
+                "{name}: {} numbers lie in a buffer",
+                printed.program.spilled
+            );
+        }
+        let compared = begun.compare(gpu, printed);
+        let compared = compared.unwrap_or_else(|error| panic!("{name}: {error}"));
         println!("{name}, {steps} steps: {compared:?}");
         assert!(
             compared.position < most && compared.cosine > 0.9999,
@@ -219,6 +237,89 @@ fn scenes_begin_alike_on_a_device_and_on_the_processor() {
     let Some(gpu) = gpu() else { return };
     for name in BUILTIN.map(|scene| scene.name) {
         assert_alike(&gpu, name, &Scene::load(name).unwrap());
+    }
+}
+
+/// One robot from several starts walks like several equal robots, also if the population is divided.
+#[test]
+fn robots_may_share_body_and_controller() {
+    let Some(gpu) = gpu() else { return };
+    let begun = Begun::new(&Scene::load("stability").unwrap());
+    let moved = |k: usize| {
+        let mut start = begun.starts[0].clone();
+        start.x[5] = start.x[5] + Vector::upright(0.0, 0.001 * k as f64);
+        start
+    };
+    let shared = Batch {
+        simulator: begun.simulator.clone(),
+        span: Span::from_start(vec![0, 32]),
+        surroundings: begun.surroundings.to_vec(),
+        bodies: begun.bodies[..1].to_vec(),
+        controllers: begun.controllers[..1].to_vec(),
+        starts: (0..3).map(moved).collect(),
+    };
+    let own = Batch {
+        bodies: vec![shared.bodies[0].clone(); 3],
+        controllers: vec![shared.controllers[0].clone(); 3],
+        ..shared.clone()
+    };
+    // Two robots at a time.
+    let device = OnGpu::new(gpu.with_memory(1)).unwrap();
+    let walked = device.rollouts(&[shared.clone(), own]).unwrap();
+    for k in 0..3 {
+        let [a, b] = [&walked[0][k], &walked[1][k]].map(positions);
+        let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
+        // The two programs may order sums differently: rounding of 32 steps.
+        assert!(apart.fold(0.0, f64::max) < 1e-6);
+        // The state at the start is observed too.
+        assert!((walked[0][k].states[0].x[5][1] - shared.starts[k].x[5][1]).abs() < 1e-7);
+    }
+}
+
+/// In a watched span, the observations of a robot that was too fast are NaN, also those before.
+#[test]
+fn a_robot_that_is_too_fast_has_no_observations() {
+    let Some(gpu) = gpu() else { return };
+    let mut begun = Begun::new(&Scene::load("stability").unwrap());
+    // The last node is at the top; the lowest ones would stop where they touch the ground.
+    let fast = begun.starts[1].v.last_mut().unwrap();
+    *fast = Vector::upright(1e5, 0.0);
+    let span = Span {
+        watched: true,
+        ..Span::from_start(vec![4, 8])
+    };
+    let printed = begun
+        .simulator
+        .printed(&begun.robots(), &span, Wanted::default(), 64)
+        .unwrap();
+    let device = RobotsOnGpu::new(&gpu, printed).unwrap();
+    let walked = device.rollouts(&begun.robots(), &begun.starts).unwrap();
+    for (k, is_fast) in [false, true].into_iter().enumerate() {
+        let single = |x: f64| x as f32;
+        let here = begun.simulator.rollout(
+            &begun.bodies[k].map(single),
+            &begun.controllers[k].map(single),
+            &begun.starts[k].map(single),
+            &span,
+        );
+        assert!(positions(&here).iter().all(|x| x.is_nan() == is_fast));
+        assert!(positions(&walked[k]).iter().all(|x| x.is_nan() == is_fast));
+    }
+}
+
+/// Numbers of a step that do not fit the memory of a workgroup lie in a buffer: some of them, or all.
+#[test]
+fn numbers_may_lie_in_a_buffer() {
+    let Some(gpu) = gpu() else { return };
+    let scene = "base = \"earth\"\nlattice.columns = 3\nlattice.rows = 3";
+    let scene = Scene::parse("small", scene).unwrap();
+    let program = Begun::new(&scene).printed(8, usize::MAX).program;
+    let whole = program.memory[1];
+    assert_eq!(program.spilled, 0);
+    for memory in [whole - 1, whole / 2, 0] {
+        let spilled = Begun::new(&scene).printed(8, memory).program;
+        assert!(spilled.memory[1] <= memory && spilled.spilled > 0);
+        assert_alike_in(&gpu, "small", &scene, memory);
     }
 }
 
@@ -262,8 +363,8 @@ fn laws_act_alike_on_a_device_and_on_the_processor() {
 fn a_planted_error_is_seen() {
     let Some(gpu) = gpu() else { return };
     let begun = Begun::new(&Scene::load("stability").unwrap());
-    let mut printed = begun.printed(64);
-    let source = &mut printed.program.source;
+    let mut printed = begun.printed(64, usize::MAX);
+    let mut source = printed.program.source().to_owned();
     let adjoints = source.match_indices("fn adjoint_").map(|(at, _)| at);
     let body = |at: usize| at + source[at..].find("\n}").expect("a function ends");
     let (start, end) = adjoints
@@ -272,9 +373,31 @@ fn a_planted_error_is_seen() {
         .expect("there are kernels");
     let result = start + source[start..end].rfind(">(").expect("it returns an array") + 2;
     source.insert_str(result, "1.5f * ");
+    // SAFETY: no index and no loop has changed.
+    printed.program = unsafe { printed.program.with_source(source) };
     let compared = begun.compare(&gpu, printed).unwrap();
     println!("with an error: {compared:?}");
     assert!(compared.cosine < 0.999, "{compared:?}");
+}
+
+/// The message about a program that the driver refuses names a file with its text.
+#[test]
+fn a_refused_program_is_written_to_a_file() {
+    let Some(gpu) = gpu() else { return };
+    let begun = Begun::new(&Scene::load("stability").unwrap());
+    let program = begun.printed(8, usize::MAX).program;
+    let broken = program.source().replace("fn forward(", "fn no_forward(");
+    // SAFETY: no index and no loop has changed.
+    let program = unsafe { program.with_source(broken.clone()) };
+    let Err(refused) = cosmic_gpu::Population::new(&gpu, program) else {
+        panic!("a program without an entry point was accepted");
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let said = refused.told(folder.path());
+    println!("{said}");
+    assert!(said.contains("the driver of the GPU refused"), "{said}");
+    let (_, path) = said.rsplit_once("the program is in ").expect(&said);
+    assert_eq!(std::fs::read_to_string(path).unwrap(), broken);
 }
 
 /// What does not fit is refused with the numbers.
@@ -283,7 +406,7 @@ fn what_does_not_fit_is_refused() {
     let Some(gpu) = gpu() else { return };
     let begun = Begun::new(&Scene::load("large").unwrap());
     let refused = begun
-        .compare(&gpu, begun.printed(8))
+        .compare(&gpu, begun.printed(8, usize::MAX))
         .unwrap_err()
         .to_string();
     assert!(

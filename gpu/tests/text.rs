@@ -8,11 +8,11 @@ use program::Every;
 
 /// Parses and checks a text as a device would.
 fn check(printed: &Printed) {
-    let module = naga::front::wgsl::parse_str(&printed.source).unwrap_or_else(|error| {
+    let module = naga::front::wgsl::parse_str(printed.source()).unwrap_or_else(|error| {
         panic!(
             "{}\n{}",
-            error.emit_to_string(&printed.source),
-            printed.source
+            error.emit_to_string(printed.source()),
+            printed.source()
         )
     });
     let (flags, all) = (
@@ -20,7 +20,7 @@ fn check(printed: &Printed) {
         naga::valid::Capabilities::empty(),
     );
     let checked = naga::valid::Validator::new(flags, all).validate(&module);
-    checked.unwrap_or_else(|error| panic!("{}", error.emit_to_string(&printed.source)));
+    checked.unwrap_or_else(|error| panic!("{}", error.emit_to_string(printed.source())));
 }
 
 #[test]

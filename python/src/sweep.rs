@@ -94,6 +94,7 @@ pub(crate) fn sweep_run(
             folder: &folder,
             plan,
             registry: &Registry::default(),
+            device: None,
         };
         Ok(match sweep.run_one(index, watch, &is_stopped)? {
             RunOutcome::Done(_) => "done",

@@ -38,8 +38,8 @@
 //! }
 //!
 //! let printed = print(&Pendulum, &Options::default())?;
-//! assert!(printed.source.contains("fn forward("));
-//! assert!(printed.source.contains("fn reverse("));
+//! assert!(printed.source().contains("fn forward("));
+//! assert!(printed.source().contains("fn reverse("));
 //! assert_eq!(printed.state, 2);
 //! # Ok::<(), autodiff::wgsl::Refused>(())
 //! ```
@@ -64,6 +64,8 @@ mod printing;
 mod kernels;
 mod layers;
 mod sums;
+mod bounds;
+mod spill;
 mod source;
 
 use crate::record::symbol::Symbol;

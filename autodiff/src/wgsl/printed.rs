@@ -2,8 +2,10 @@
 
 use std::error::Error;
 use std::fmt::{self, Display};
+use std::sync::Arc;
 
 use super::memory::Placed;
+use crate::steps::CotangentBound;
 
 /// The number of workgroups in a row of a dispatch: member `m` is the workgroup with `x + GROUPS_IN_A_ROW y = m`.
 pub const GROUPS_IN_A_ROW: usize = 32768;
@@ -21,6 +23,15 @@ pub struct Options {
     pub entries: Option<Vec<usize>>,
     /// For how many steps the reverse sweep keeps the inputs of layers, before it adds them to the cotangents of matrices.
     pub kept: usize,
+    /// How much memory a workgroup has, in bytes. Arrays that do not fit are moved to the buffer `spilled`.
+    pub memory: usize,
+    /// Like [`Rollout::state_bound`](crate::Rollout::state_bound): `forward` marks the members of which a number is not
+    /// below the bound.
+    pub state_bound: Option<f64>,
+    /// Like [`Rollout::cotangent_bound`](crate::Rollout::cotangent_bound).
+    pub cotangent_bound: Option<CotangentBound>,
+    /// Like [`Rollout::cotangent_units`](crate::Rollout::cotangent_units).
+    pub cotangent_units: Option<Arc<[f64]>>,
 }
 
 impl Default for Options {
@@ -31,6 +42,10 @@ impl Default for Options {
             wanted: Vec::new(),
             entries: None,
             kept: 4,
+            memory: usize::MAX,
+            state_bound: None,
+            cotangent_bound: None,
+            cotangent_units: None,
         }
     }
 }
@@ -58,7 +73,7 @@ impl Default for Options {
 ///
 /// # Buffers
 ///
-/// All in group 0. Each member has a part of `own`, `carried`, `bars` and `observed`, one after the other.
+/// All in group 0. Each member has a part of `own`, `carried`, `bars`, `observed` and `spilled`, one after the other.
 ///
 /// | binding | name | numbers |
 /// | --- | --- | --- |
@@ -67,13 +82,13 @@ impl Default for Options {
 /// | 2 | `table` | [`table`](Self::table) |
 /// | 3, 4 | `own`, `of_all` | the parameters, see [`parameters`](Self::parameters) |
 /// | 5 | `states` | in each slot the states of all members, one after the other |
-/// | 6 | `carried` | the cotangent of the state, which `reverse` reads and replaces |
+/// | 6 | `carried` | the cotangent of the state, which `reverse` reads and replaces; with a bound on states, `forward` adds 1 to a number of the state that was not below the bound |
 /// | 7 | `bars` | the cotangents of parameters, to which `reverse` adds |
 /// | 8 | `observed` | `forward` writes the observed numbers; `reverse` reads their cotangents in the same places |
+/// | 9 | `spilled` | numbers of a step that do not fit the memory of a workgroup: [`spilled`](Self::spilled) for each member |
 #[derive(Clone, Debug)]
 pub struct Printed {
-    /// The text. A device may run it without checks: whoever changes it must keep all indices within their arrays.
-    pub source: String,
+    pub(super) source: String,
     /// How many numbers a state has.
     pub state: usize,
     /// How many numbers of a state are observed.
@@ -88,8 +103,27 @@ pub struct Printed {
     pub table: Vec<u32>,
     /// The memory of a workgroup that `forward` and `reverse` need, in bytes.
     pub memory: [usize; 2],
+    /// How many numbers of a step each member has in the buffer `spilled`.
+    pub spilled: usize,
     /// The number of barriers in a step of `forward`, and of `reverse`.
     pub barriers: [usize; 2],
+}
+
+impl Printed {
+    /// The text.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// The program with another text.
+    ///
+    /// # Safety
+    /// A device may run the text without checks. All of its indices must be within their arrays, and its loops must end.
+    #[must_use]
+    #[allow(unsafe_code)]
+    pub unsafe fn with_source(self, source: String) -> Self {
+        Self { source, ..self }
+    }
 }
 
 /// The reason why a program cannot be printed.

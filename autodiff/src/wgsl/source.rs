@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
+use super::bounds;
 use super::kernels;
 use super::layers;
 use super::library;
 use super::memory::Memory;
 use super::printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
 use super::printing::{Printing, value};
+use super::spill::Spill;
 use super::sums;
 use super::writer::{Access, By, Space, Writer, each, indented};
 use crate::arrays::Array;
@@ -37,6 +39,7 @@ struct Plan {
 @group(0) @binding(6) var<storage, read_write> carried: array<f32>;
 @group(0) @binding(7) var<storage, read_write> bars: array<f32>;
 @group(0) @binding(8) var<storage, read_write> observed: array<f32>;
+@group(0) @binding(9) var<storage, read_write> spilled: array<f32>;
 ";
 
 pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Printed, Refused> {
@@ -52,8 +55,8 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
     propagate(program, &mut memory)?;
     let step = Step::new(program, options);
     let mut printing = Printing::new(&memory, options.workgroup);
-    let forward = forward(&step, &mut printing);
-    let reverse = reverse(&step, &mut printing, options.kept);
+    let forward = forward(&step, &mut printing, options);
+    let reverse = reverse(&step, &mut printing, options);
     let kept = printing.kept() * options.kept;
     if let Some(called) = printing.calls.iter().find(|called| called.loops()) {
         let what = format!("a kernel calls `{}`, whose formula loops", called.name());
@@ -71,16 +74,22 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
         ("kept", kept),
     ];
     let mut source = format!("const SIZE = {}u;\n\n{BUFFERS}\n", options.workgroup);
-    for (name, len) in arrays {
-        let _ = writeln!(source, "var<workgroup> {name}: array<f32, {}>;", len.max(1));
+    let spill = Spill::new(&arrays, options.memory);
+    for (name, len) in arrays.iter().filter(|(name, _)| !spill.has(name)) {
+        let _ = writeln!(
+            source,
+            "var<workgroup> {name}: array<f32, {}>;",
+            len.max(&1)
+        );
     }
     let library = library::print(std::mem::take(&mut printing.calls));
     let _ = writeln!(source, "\n{library}");
     for (_, text) in &printing.functions {
         let _ = writeln!(source, "{text}");
     }
-    let _ = write!(source, "{}\n{}", forward.text, reverse.text);
-    let bytes = |count: usize| arrays[..count].iter().map(|(_, len)| 4 * len.max(&1)).sum();
+    let entries = format!("{}\n{}", forward.text, reverse.text);
+    source += &spill.moved(&entries);
+    let bytes = |count: usize| spill.left(&arrays[..count]);
     Ok(Printed {
         source,
         state: step.state,
@@ -90,6 +99,7 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
         lengths: memory.lengths,
         table: printing.tables.numbers,
         memory: [bytes(3), bytes(arrays.len())],
+        spilled: spill.len(),
         barriers: [forward.barriers, reverse.barriers],
     })
 }
@@ -305,7 +315,7 @@ fn advance(step: &Step, printing: &mut Printing, writer: &mut Writer) {
     writer.barrier();
 }
 
-fn forward(step: &Step, printing: &mut Printing) -> EntryPoint {
+fn forward(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoint {
     let state_at = printing.index(&step.places);
     let entries: Vec<usize> = step
         .entries
@@ -326,6 +336,7 @@ fn forward(step: &Step, printing: &mut Printing) -> EntryPoint {
     writer.barrier();
     operations(step, printing, &mut writer);
     advance(step, printing, &mut writer);
+    writer.text += &bounds::watch(options, &state_at, state);
     let width = step.program.inputs_len + 1;
     let _ = write!(
         writer.text,
@@ -386,7 +397,7 @@ fn add_kept(printing: &Printing, steps_kept: usize) -> String {
     )
 }
 
-fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> EntryPoint {
+fn reverse(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoint {
     let state_at = printing.index(&step.places);
     let entry_at = printing.index(&step.entries);
     let (state, entries, row) = (step.state, step.entries.len(), step.program.ends[1]);
@@ -407,6 +418,7 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> EntryPoin
             4
         )
     );
+    writer.text += &bounds::clip(printing, options, state, "n + 1u");
     writer.text += &each(
         state,
         &format!("row[{state_at}] = states[(slot * plan.members + member) * {state}u + i];"),
@@ -439,7 +451,7 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> EntryPoin
     operations_reverse(step, printing, &mut writer);
     writer.barrier();
     writer.text += &each(state, &format!("carry[i] = row_bar[{state_at}];"));
-    writer.text += &add_kept(printing, steps_kept);
+    writer.text += &add_kept(printing, options.kept);
     writer.barrier();
     let mut before = beginning(step, printing);
     before += &each(printing.memory.bars_of_arrays, "parameter_bar[i] = 0.0f;");
@@ -451,7 +463,13 @@ fn reverse(step: &Step, printing: &mut Printing, steps_kept: usize) -> EntryPoin
         let _ = writeln!(before, "var collected_{number} = 0.0f;");
     }
     before += "var kept_at = 0u;\nworkgroupBarrier();\n";
-    let mut after = each(
+    // The cotangent of the start; of a later stretch, the next dispatch bounds it.
+    let of_start = bounds::clip(printing, options, state, "0u");
+    let mut after = match of_start.is_empty() {
+        true => String::new(),
+        false => format!("if (plan.first == 0u) {{\n{}}}\n", indented(&of_start, 4)),
+    };
+    after += &each(
         state,
         &format!("carried[member * {state}u + i] = carry[i];"),
     );

@@ -3,16 +3,17 @@
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::files::write_text;
 use crate::table::{Column, Table};
 use cosmic::Registry;
-use cosmic::codesign::{CoDesign, Quantiles, Reached};
+use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::domain::{Domain, draw};
-use cosmic::error::Result;
+use cosmic::error::{Error, Result};
+use cosmic::population::Populations;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::result_of;
@@ -117,6 +118,8 @@ pub struct DrawnDomains {
     pub scene: Option<Scene>,
     /// The laws and losses that the scenes of the designs may name.
     pub registry: Registry,
+    /// The device that simulates the designs, in single precision; `None` for the processor.
+    pub device: Option<Arc<dyn Populations>>,
 }
 
 /// Rolls out the designs of finished runs in the drawn domains. Designs on lattices of equal size get equal draws.
@@ -141,7 +144,10 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         None => run::read_scene(folder, &trial.registry)?,
     };
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
-    let codesign = CoDesign::new(&scene)?;
+    let mut codesign = CoDesign::new(&scene)?;
+    if let Some(device) = &trial.device {
+        codesign = codesign.rolling_on(Arc::clone(device))?;
+    }
     let (task, design) = (codesign.task(), case.own_design());
     let mut stream = stream(trial.seed, Purpose::Robustness);
     let draw = |_| draw(task, &trial.scatter, &mut stream);
@@ -151,19 +157,23 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
             .evaluator()
             .reach(&design, &case.controller, domain)
     };
-    let reached: Vec<Reached> = domains.par_iter().map(reach).collect();
+    let reached = codesign
+        .evaluator()
+        .reach_all(&design, &case.controller, &domains);
     let nominal = reach(&Domain {
         task: Cow::Borrowed(task),
         start: case.start.clone(),
     });
-    let reach_by_clock = |domain: &Domain| {
-        let open_loop = domain.without_feedback(&case.start);
-        codesign
-            .evaluator()
-            .reach(&design, &case.controller, &open_loop)
-            .moved[0]
-    };
-    let by_clock: Vec<f64> = domains.par_iter().map(reach_by_clock).collect();
+    let open_loop: Vec<Domain> = (domains.iter())
+        .map(|domain| domain.without_feedback(&case.start))
+        .collect();
+    let by_clock = codesign
+        .evaluator()
+        .reach_all(&design, &case.controller, &open_loop);
+    let by_clock: Vec<f64> = by_clock.iter().map(|r| r.moved[0]).collect();
+    if let Some(why) = codesign.device_error() {
+        return Err(Error::Usage(format!("the GPU stopped working: {why}")));
+    }
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Quantiles::of(&far);

@@ -8,6 +8,7 @@ mod interrupt;
 mod progress;
 mod runs;
 mod source;
+mod device;
 mod optimize;
 mod resume;
 mod evaluate;
@@ -32,8 +33,11 @@ use cosmic::lattice::Truss;
 use cosmic::laws::Choice;
 use cosmic::objective::Loss;
 use cosmic::policy::Policy;
+use device::Gpu;
+pub use device::GpuSupport;
 use output::{complain, written};
 use std::ffi::OsString;
+use std::fmt::{self, Debug, Formatter};
 use std::process::ExitCode;
 
 /// Designs truss robots: optimises structure, material and neural control together.
@@ -60,26 +64,28 @@ enum Command {
     Study(study::Arguments),
     Sweep(sweep::Arguments),
     Scene(scene::Arguments),
+    Devices(device::Arguments),
     Completions(completions::Arguments),
 }
 
 impl Command {
-    fn run(&self, registry: &Registry) -> Result<()> {
+    fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
         match self {
-            Command::Optimize(arguments) => arguments.run(registry),
-            Command::Resume(arguments) => arguments.run(registry),
+            Command::Optimize(arguments) => arguments.run(registry, gpu),
+            Command::Resume(arguments) => arguments.run(registry, gpu),
             Command::Evaluate(arguments) => arguments.run(registry),
             Command::Gradcheck(arguments) => arguments.run(registry),
             Command::Verify(arguments) => arguments.run(registry),
-            Command::Explain(arguments) => arguments.run(registry),
+            Command::Explain(arguments) => arguments.run(registry, gpu),
             Command::Report(arguments) => arguments.run(registry),
             Command::Walk(arguments) => arguments.run(registry),
             Command::Compare(arguments) => arguments.run(registry),
-            Command::Robustness(arguments) => arguments.run(registry),
+            Command::Robustness(arguments) => arguments.run(registry, gpu),
             Command::Export(arguments) => arguments.run(registry),
             Command::Study(arguments) => arguments.run(registry),
-            Command::Sweep(arguments) => arguments.run(registry),
+            Command::Sweep(arguments) => arguments.run(registry, gpu),
             Command::Scene(arguments) => arguments.run(registry),
+            Command::Devices(arguments) => arguments.run(gpu),
             Command::Completions(arguments) => arguments.run(command(registry)),
         }
     }
@@ -130,13 +136,40 @@ fn command(registry: &Registry) -> clap::Command {
 ///     program.scene("bounce", "[physics]\ncontact = \"trampoline\"").run()
 /// }
 /// ```
-#[derive(Debug, Default)]
-pub struct Program(Registry);
+#[derive(Default)]
+pub struct Program {
+    registry: Registry,
+    gpu: Option<Box<dyn GpuSupport>>,
+}
+
+impl Debug for Program {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let mut shown = f.debug_struct("Program");
+        shown.field("registry", &self.registry);
+        shown.field("gpu", &self.gpu.is_some()).finish()
+    }
+}
 
 impl Program {
     /// The program as it is, without added laws, losses, policies, lattices or scenes.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Adds support for GPUs: the command `devices`, and the option `--device gpu` of other commands.
+    #[must_use]
+    pub fn with_gpu(self, gpu: impl GpuSupport + 'static) -> Self {
+        Self {
+            gpu: Some(Box::new(gpu)),
+            ..self
+        }
+    }
+
+    fn map(self, change: impl FnOnce(Registry) -> Registry) -> Self {
+        Self {
+            registry: change(self.registry),
+            ..self
+        }
     }
 
     /// Adds a law, which scenes choose by its name; see [`Choice`].
@@ -145,7 +178,7 @@ impl Program {
     /// Like [`Registry::with_law`].
     #[must_use]
     pub fn with(self, law: Choice) -> Self {
-        Self(self.0.with_law(law))
+        self.map(|registry| registry.with_law(law))
     }
 
     /// Adds a loss, which scenes choose by `objective.own_loss = "its_name"`.
@@ -154,7 +187,7 @@ impl Program {
     /// Like [`Registry::with_loss`].
     #[must_use]
     pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
-        Self(self.0.with_loss(name, loss))
+        self.map(|registry| registry.with_loss(name, loss))
     }
 
     /// Adds a policy, which scenes choose by `controller.policy = "its_name"`. Only a program with this policy can
@@ -164,7 +197,7 @@ impl Program {
     /// Like [`Registry::with_policy`].
     #[must_use]
     pub fn with_policy(self, name: &'static str, policy: impl Policy + 'static) -> Self {
-        Self(self.0.with_policy(name, policy))
+        self.map(|registry| registry.with_policy(name, policy))
     }
 
     /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders contain a copy of the
@@ -174,7 +207,7 @@ impl Program {
     /// Like [`Registry::with_lattice`].
     #[must_use]
     pub fn lattice(self, name: &'static str, truss: Truss) -> Self {
-        Self(self.0.with_lattice(name, truss))
+        self.map(|registry| registry.with_lattice(name, truss))
     }
 
     /// Adds the scene `name`, whose TOML is `text`. The scene added last is the default scene.
@@ -183,7 +216,7 @@ impl Program {
     /// Like [`Registry::with_scene`].
     #[must_use]
     pub fn scene(self, name: &'static str, text: &'static str) -> Self {
-        Self(self.0.with_scene(name, text))
+        self.map(|registry| registry.with_scene(name, text))
     }
 
     /// Runs the command given on the command line. Returns exit code 0, or the exit code of the error
@@ -198,7 +231,7 @@ impl Program {
         self,
         arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
     ) -> ExitCode {
-        let Self(registry) = self;
+        let Self { registry, gpu } = self;
         let mut command = command(&registry);
         let matches = command.try_get_matches_from_mut(arguments);
         let cli = matches.and_then(|matches| {
@@ -206,7 +239,7 @@ impl Program {
             cli.map_err(|request| request.format(&mut command))
         });
         match cli {
-            Ok(cli) => exit_code(cli.command.run(&registry)),
+            Ok(cli) => exit_code(cli.command.run(&registry, gpu.as_deref())),
             Err(request) => refuse(&request),
         }
     }

@@ -1,6 +1,7 @@
 //! `cosmic optimize`.
 
 use crate::arguments::{Settings, Work, count, seed};
+use crate::device::{Gpu, On};
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
@@ -9,7 +10,7 @@ use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::{SCENE, read_scene};
-use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
+use cosmic::record::{RunPlan, Search, Summary, optimise_on, optimise_with};
 use cosmic::scene::{Scene, Setting, UnstableStep};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
@@ -45,6 +46,8 @@ pub(super) struct Arguments {
     /// New or empty folder for the results [default: runs/SCENE-SEED; with --from NAME and no SCENE, runs/NAME-on]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    on: On,
     #[command(flatten)]
     work: Work,
 }
@@ -82,7 +85,7 @@ struct Origin {
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
         let mut origin = self.origin(registry)?;
         if self.allow_unstable {
             origin.scene.physics.unstable_step = UnstableStep::Warn;
@@ -100,6 +103,7 @@ impl Arguments {
                 "`--search halving` needs several starts: add --starts N".into(),
             ));
         }
+        let device = self.on.open(gpu)?;
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
         let from = self.from.as_deref();
@@ -110,9 +114,12 @@ impl Arguments {
             &self.work,
             introduction(&plan),
             |observer| match robot {
-                None => optimise(&folder, &plan, observer),
+                None => optimise_on(device, &folder, &plan, observer),
                 Some((design, controller)) => {
-                    let codesign = CoDesign::new(&plan.scene)?;
+                    let mut codesign = CoDesign::new(&plan.scene)?;
+                    if let Some(device) = device {
+                        codesign = codesign.on(device)?;
+                    }
                     let progress = codesign.begin_with(plan.seed, design, controller)?;
                     optimise_with(&folder, &plan, codesign, progress, observer)
                 }

@@ -1,6 +1,7 @@
 //! `cosmic robustness`.
 
 use crate::arguments::{Settings, number, seed, whole};
+use crate::device::{Gpu, On};
 use crate::output::print_as;
 use clap::Args;
 use cosmic::Registry;
@@ -43,6 +44,8 @@ pub(super) struct Arguments {
     /// Also write the results to this file, as JSON, or as a table if its name ends with .csv
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    on: On,
     /// Write JSON to standard output
     #[arg(long)]
     json: bool,
@@ -60,7 +63,7 @@ fn up_to(most: f64) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
         let scatter = RobustSettings {
             samples: self.samples.into(),
             start: self.start,
@@ -77,6 +80,7 @@ impl Arguments {
                 None => self.settings.refuse(reason).map(|()| None)?,
             },
             registry: registry.clone(),
+            device: self.on.open(gpu)?,
         };
         let found = measure(&self.runs, &domains)?;
         if let Some(path) = &self.out {

@@ -10,6 +10,7 @@ mod program;
 mod cli_at_work;
 mod cli_beyond;
 mod cli_clock;
+mod cli_device;
 mod cli_diverged;
 mod cli_evaluate;
 mod cli_explain;

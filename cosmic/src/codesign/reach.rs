@@ -95,8 +95,7 @@ impl Evaluator {
         }
         let domains = self.ranking_domains(seed);
         let precision = self.scene.gradient.precision;
-        let rank = |design: &Design<Mixture<f64>>| {
-            let reached = self.reach_many(&[design], controller, &domains, precision);
+        let rank = |reached: &[Reached]| {
             let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
             let merit = Quantiles::of(&merits).p10.min(merits[0]);
             Reached {
@@ -104,7 +103,20 @@ impl Evaluator {
                 ..reached[0]
             }
         };
-        designs.par_iter().map(rank).collect()
+        if self.device.is_some() {
+            // A device simulates all of them together.
+            let of_each = designs
+                .iter()
+                .flat_map(|design| vec![design; domains.len()]);
+            let all: Vec<Domain> = (designs.iter().flat_map(|_| domains.clone())).collect();
+            let reached =
+                self.reach_many(&of_each.collect::<Vec<_>>(), controller, &all, precision);
+            return reached.chunks(domains.len()).map(rank).collect();
+        }
+        let alone = |design: &Design<Mixture<f64>>| {
+            rank(&self.reach_many(&[design], controller, &domains, precision))
+        };
+        designs.par_iter().map(alone).collect()
     }
 
     /// Simulates the current robot from the unperturbed start, in the precision of gradients, and returns its states
@@ -112,14 +124,9 @@ impl Evaluator {
     pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
         let precision = self.scene.gradient.precision;
         let (designs, domains) = ([self.design(progress)], [self.nominal()]);
-        watched(
-            &designs,
-            &progress.controller,
-            &domains,
-            Span::from_start(steps),
-            precision,
-        )
-        .remove(0)
+        let span = Span::from_start(steps);
+        self.watched(&designs, &progress.controller, &domains, span, precision)
+            .remove(0)
     }
 
     /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
@@ -164,7 +171,7 @@ impl Evaluator {
         task: &Task,
     ) -> Vec<Reached> {
         let side_by_side = |designs: &[_]| self.try_many(designs, controller, task);
-        let groups = designs.par_chunks(together(designs.len()));
+        let groups = designs.par_chunks(self.at_once(designs.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
 
@@ -177,6 +184,22 @@ impl Evaluator {
     ) -> Reached {
         let (domains, precision) = (std::slice::from_ref(domain), GradientPrecision::F64);
         self.reach_many(&[design], controller, domains, precision)[0]
+    }
+
+    /// Simulates a robot in full rollouts in several domains, and returns the results. They are computed on the device,
+    /// in single precision, if there is one, and otherwise on the processor, in double precision.
+    pub fn reach_all(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        domains: &[Domain],
+    ) -> Vec<Reached> {
+        if self.device.is_some() && !domains.is_empty() {
+            let precision = GradientPrecision::F32;
+            return self.reach_many(&[design], controller, domains, precision);
+        }
+        let reach = |domain: &Domain| self.reach(design, controller, domain);
+        domains.par_iter().map(reach).collect()
     }
 
     /// The kind of merit by which robots of this scene are ranked.
@@ -214,7 +237,7 @@ impl Evaluator {
                 Goal::Ahead => Cow::Borrowed(domains),
                 Goal::Behind => Cow::Owned(turned_back(domains)),
             };
-            let seen = watched(designs, controller, &domains, span.clone(), precision);
+            let seen = self.watched(designs, controller, &domains, span.clone(), precision);
             let pairs = domains.iter().zip(seen);
             (pairs.map(|(domain, seen)| self.reached_in(&domain.start, seen.as_ref()))).collect()
         };
@@ -275,40 +298,56 @@ impl Evaluator {
         ];
         ground.point_to_ground(to) - ground.point_to_ground(from)
     }
-}
 
-/// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps
-/// in `steps`; `None` for a robot that diverges. `designs` has one design for all domains, or one for each.
-pub(super) fn watched(
-    designs: &[impl Borrow<Design<Mixture<f64>>>],
-    controller: &Controller<f64>,
-    domains: &[Domain],
-    span: Span,
-    precision: GradientPrecision,
-) -> Vec<Option<Trajectory<f64>>> {
-    let watched = Span {
-        watched: true,
-        ..span.clone()
-    };
-    let roll = match precision {
-        GradientPrecision::F64 => roll_in::<f64>,
-        GradientPrecision::F32 => roll_in::<f32>,
-    };
-    let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
-    let all = roll(&borrowed, controller, domains, &watched);
-    let seen = |(k, seen): (usize, Trajectory<f64>)| {
-        let Domain { task, start } = &domains[k];
-        let is_cleared = |last| task.simulator.is_cleared(last);
-        if seen.states.last().is_none_or(is_cleared) {
-            return Some(seen);
+    /// How many of `rollouts` rollouts with one controller run together.
+    pub(super) fn at_once(&self, rollouts: usize) -> usize {
+        match self.device {
+            None => together(rollouts),
+            Some(_) => rollouts.max(1),
         }
-        // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
-        // rollout.
-        let design = borrowed[k % borrowed.len()];
-        let guarded = task.guarded(design, controller, start, &span);
-        guarded.divergence.is_none().then_some(guarded.trajectory)
-    };
-    all.into_iter().enumerate().map(seen).collect()
+    }
+
+    /// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps
+    /// in `steps`; `None` for a robot that diverges. `designs` has one design for all domains, or one for each.
+    pub(super) fn watched(
+        &self,
+        designs: &[impl Borrow<Design<Mixture<f64>>>],
+        controller: &Controller<f64>,
+        domains: &[Domain],
+        span: Span,
+        precision: GradientPrecision,
+    ) -> Vec<Option<Trajectory<f64>>> {
+        let watched = Span {
+            watched: true,
+            ..span.clone()
+        };
+        let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
+        let all = match (precision, &self.device) {
+            (GradientPrecision::F64, _) => roll_in::<f64>(&borrowed, controller, domains, &watched),
+            (GradientPrecision::F32, None) => {
+                roll_in::<f32>(&borrowed, controller, domains, &watched)
+            }
+            (GradientPrecision::F32, Some(device)) => {
+                match device.roll(&borrowed, controller, domains, &watched) {
+                    Some(all) => all,
+                    None => return vec![None; domains.len()],
+                }
+            }
+        };
+        let seen = |(k, seen): (usize, Trajectory<f64>)| {
+            let Domain { task, start } = &domains[k];
+            let is_cleared = |last| task.simulator.is_cleared(last);
+            if seen.states.last().is_none_or(is_cleared) {
+                return Some(seen);
+            }
+            // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
+            // rollout.
+            let design = borrowed[k % borrowed.len()];
+            let guarded = task.guarded(design, controller, start, &span);
+            guarded.divergence.is_none().then_some(guarded.trajectory)
+        };
+        all.into_iter().enumerate().map(seen).collect()
+    }
 }
 
 /// Simulates robots in the number type `R`, and returns the trajectories rounded to f64.

@@ -53,7 +53,7 @@ impl Slope {
     }
 
     /// The mean over domains of every field. `slopes` has one `Slope` for each domain.
-    fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
+    pub(super) fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self::default();
         for slope in slopes {

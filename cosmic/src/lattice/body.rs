@@ -46,6 +46,41 @@ impl<R: Copy> Body<R> {
             marker: self.marker.map(f),
         }
     }
+
+    /// All numbers of the body: stiffnesses, strains, masses, presences and the weights of the marker.
+    pub fn numbers(&self) -> Vec<R> {
+        [
+            &self.stiffness[..],
+            &self.strain,
+            &self.mass,
+            &self.presence,
+            &self.marker.weights,
+        ]
+        .concat()
+    }
+
+    /// The body with these numbers, in the order of [`numbers`](Self::numbers).
+    ///
+    /// # Panics
+    /// If there are fewer numbers.
+    pub fn with_numbers<S: Copy>(&self, numbers: &[S]) -> Body<S> {
+        let mut rest = numbers;
+        let mut next = |like: &[R]| {
+            let (list, others) = rest.split_at(like.len());
+            rest = others;
+            list.to_vec()
+        };
+        Body {
+            stiffness: next(&self.stiffness),
+            strain: next(&self.strain),
+            mass: next(&self.mass),
+            presence: next(&self.presence),
+            marker: Marker {
+                payload: self.marker.payload,
+                weights: next(&self.marker.weights),
+            },
+        }
+    }
 }
 
 impl<R: Copy> Marker<R> {

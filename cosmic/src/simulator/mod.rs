@@ -32,7 +32,7 @@ pub use effort::{Effort, Efforts};
 pub use energy::Store;
 pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
 pub use overflow::{Overflow, Sweep};
-pub use printed::{PrintedRobots, Robots, Wanted};
+pub use printed::{PrintedRobots, Robots, Wanted, Workgroup};
 pub use rollout::{Simulator, Span};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};
 pub use surroundings::Surroundings;

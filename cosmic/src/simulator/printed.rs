@@ -24,6 +24,8 @@ pub struct PrintedRobots {
     pub program: Printed,
     /// The inputs of all steps of the span, one step after the other.
     pub inputs: Arc<[f64]>,
+    /// The cotangents that the reverse sweep computes.
+    pub wanted: Wanted,
     /// For each parameter, whether all members share it.
     common: Vec<bool>,
     simulator: Simulator,
@@ -53,6 +55,25 @@ pub struct Wanted {
     pub surroundings: bool,
 }
 
+/// The workgroup that carries one robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Workgroup {
+    /// The number of its invocations.
+    pub invocations: usize,
+    /// Its memory, in bytes. Numbers of a step that do not fit lie in a buffer, which is slower.
+    pub memory: usize,
+}
+
+impl From<usize> for Workgroup {
+    /// A workgroup of this many invocations, with memory for any step.
+    fn from(invocations: usize) -> Self {
+        Self {
+            invocations,
+            memory: usize::MAX,
+        }
+    }
+}
+
 impl Simulator {
     /// Prints the step of these robots for a GPU. The numbers of a later population may be others, but the edges without
     /// stiffness or stroke in all of these bodies are left out, and what these robots share stays shared. With one member
@@ -68,10 +89,11 @@ impl Simulator {
         robots: &Robots<f64>,
         span: &Span,
         wanted: Wanted,
-        workgroup: usize,
+        workgroup: impl Into<Workgroup>,
     ) -> Result<PrintedRobots, Refused> {
+        let workgroup = workgroup.into();
         self.check(robots.bodies, &[]);
-        let robot = self.robot.for_bodies(robots.bodies);
+        let robot = (self.robot.for_bodies(robots.bodies)).metered(span.metered);
         let plan = self.plan(robot.clone(), span);
         let numbers = self.population_numbers(&robot, robots);
         let common: Vec<bool> = numbers.iter().map(|lists| lists.len() == 1).collect();
@@ -86,20 +108,31 @@ impl Simulator {
         };
         let chosen = |k: &usize| common[*k];
         let options = Options {
-            workgroup,
+            workgroup: workgroup.invocations,
+            memory: workgroup.memory,
             common: (0..common.len()).filter(chosen).collect(),
             wanted: (0..common.len()).filter(is_wanted).collect(),
             entries: plan.entries.clone(),
+            state_bound: plan.state_bound,
+            cotangent_bound: plan.cotangent_bound,
+            cotangent_units: plan.cotangent_units.clone(),
             ..Options::default()
         };
         Ok(PrintedRobots {
             program: wgsl::print(&robot, &options)?,
             inputs: plan.inputs,
+            wanted,
             common,
             simulator: self.clone(),
             robot,
             span: span.clone(),
         })
+    }
+
+    /// A number that is equal for simulators whose [printed](Self::printed) steps are equal. They may still have other
+    /// surroundings.
+    pub fn identity(&self) -> u64 {
+        self.identity
     }
 
     /// The numbers of all parameters: for each parameter one list, or one list for each member.
@@ -163,7 +196,7 @@ impl PrintedRobots {
     pub fn starts<R: Real>(&self, starts: &[State<R>]) -> Vec<R> {
         starts
             .iter()
-            .flat_map(|start| self.simulator.flatten(start))
+            .flat_map(|start| self.robot.started(self.simulator.flatten(start)))
             .collect()
     }
 

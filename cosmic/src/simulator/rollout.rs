@@ -1,6 +1,8 @@
 //! [`Simulator`], which computes rollouts of robots.
 
 use std::borrow::Borrow;
+use std::fmt::Debug;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use autodiff::{CotangentBound, Given, Memory, Model, Real, Rollout};
@@ -69,6 +71,8 @@ pub struct Simulator {
     pub(super) speed_bound: Option<f64>,
     /// For each step, its [pairs](Robot::pairs_at) of the clock and the goals, and then the time if a force reads it.
     clock: Arc<[f64]>,
+    /// Equal for simulators that have the same steps, apart from the numbers of their surroundings.
+    pub(super) identity: u64,
     /// The memory that a rollout may use to store states for its reverse sweep.
     pub memory: Memory,
 }
@@ -88,6 +92,7 @@ impl Simulator {
             robot,
             ground: Ground::from(physics),
             speed_bound: physics.speed_bound,
+            identity: identity_of(0, &(lattice, physics, controller)),
             memory: Memory::All,
         }
     }
@@ -128,9 +133,11 @@ impl Simulator {
             let steps = self.clock.len() / self.robot.inputs_of_step();
             inputs_of_steps(&robot, self.dt, steps)
         };
+        let changes = goals.later.iter().map(|(steps, _)| steps);
         Self {
             clock,
             robot,
+            identity: identity_of(self.identity, &changes.collect::<Vec<_>>()),
             ..self.clone()
         }
     }
@@ -145,6 +152,7 @@ impl Simulator {
         self.check(&[], &[seen]);
         Self {
             robot: self.robot.without_feedback(&self.flatten(seen)),
+            identity: identity_of(self.identity, seen),
             ..self.clone()
         }
     }
@@ -163,6 +171,7 @@ impl Simulator {
     pub fn turned_back(&self) -> Self {
         let mut other = self.clone();
         other.robot.settings = self.robot.settings.turned_back();
+        other.identity = identity_of(self.identity, &"turned back");
         other
     }
 
@@ -535,6 +544,13 @@ fn inputs_of_steps(robot: &Robot, dt: f64, steps: usize) -> Arc<[f64]> {
         pairs.chain(timed.then_some(time))
     };
     (0..steps).flat_map(inputs).collect()
+}
+
+/// A number that identifies `what` and the number before it.
+fn identity_of(before: u64, what: &impl Debug) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (before, format!("{what:?}")).hash(&mut hasher);
+    hasher.finish()
 }
 
 /// The source of the activations in a rollout.

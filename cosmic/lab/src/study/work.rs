@@ -117,6 +117,7 @@ impl Study {
             folder,
             plan,
             registry,
+            device: None,
         };
         sweep.run_all(threads, overseer)?;
         match plan.runs() - plan.over(folder) {

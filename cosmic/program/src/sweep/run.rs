@@ -2,6 +2,7 @@
 
 use super::status::status;
 use crate::arguments::{Output, Work};
+use crate::device::{Gpu, On};
 use crate::interrupt::Interrupt;
 use crate::output::{note, print, print_json};
 use crate::progress::{Many, Progress, title, told};
@@ -22,6 +23,8 @@ pub(super) struct Run {
     /// The number of a run, several numbers such as `3-17,40`, `auto` for the next free run, or `all`
     #[arg(long, value_name = "I", default_value = "all")]
     index: Index,
+    #[command(flatten)]
+    on: On,
     #[command(flatten)]
     work: Work,
 }
@@ -53,7 +56,7 @@ impl FromStr for Index {
 }
 
 impl Run {
-    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
         let folder = &self.sweep;
         let plan = &SweepPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
@@ -65,6 +68,7 @@ impl Run {
             folder,
             plan,
             registry,
+            device: self.on.open(gpu)?,
         };
         match (&self.index, &runs[..]) {
             (Index::Auto, _) => one(&sweep, None, interrupt, &self.work),

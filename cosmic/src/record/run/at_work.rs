@@ -3,6 +3,7 @@
 use super::folder::{Lock, begin, keep_scene};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
+use crate::population::Populations;
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
 use crate::record::history::{DesignRow, History, Walk};
@@ -12,6 +13,7 @@ use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
 use crate::simulator::{Grade, Trajectory};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The name of the file with the robot, if a run began with a given robot.
@@ -58,6 +60,17 @@ pub trait Observer: Send {
 /// Ignores all events.
 impl Observer for () {}
 
+/// This optimisation on a device, if there is one.
+pub(in crate::record) fn on(
+    codesign: CoDesign,
+    device: Option<Arc<dyn Populations>>,
+) -> Result<CoDesign> {
+    match device {
+        Some(device) => codesign.on(device),
+        None => Ok(codesign),
+    }
+}
+
 /// An unfinished run. It holds the lock on its folder.
 pub struct Run {
     plan: RunPlan,
@@ -80,8 +93,12 @@ pub struct Run {
 
 impl Run {
     /// Begins a run of one start in a new or empty folder.
-    pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Self> {
-        let codesign = CoDesign::new(&plan.scene)?;
+    pub(in crate::record) fn create(
+        folder: &Path,
+        plan: &RunPlan,
+        device: Option<Arc<dyn Populations>>,
+    ) -> Result<Self> {
+        let codesign = on(CoDesign::new(&plan.scene)?, device)?;
         let progress = codesign.begin(plan.seed)?;
         Self::begin(folder, plan, codesign, progress)
     }
@@ -104,8 +121,10 @@ impl Run {
         lock: Lock,
         snapshot: Snapshot,
         own: Option<CoDesign>,
+        device: Option<Arc<dyn Populations>>,
     ) -> Result<Self> {
         let codesign = own.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
+        let codesign = on(codesign, device)?;
         let seconds = snapshot.seconds;
         let (plan, progress) = snapshot.unpack(&lock.folder().join(SNAPSHOT), &codesign)?;
         Self::at_work(lock, plan, seconds, codesign, progress)
@@ -173,6 +192,7 @@ impl Run {
             .evaluator()
             .deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
+        self.refuse_failed()?;
         let delivery = delivery.ok_or_else(|| self.interrupted())?;
         let summary = self.write_result(&delivery)?;
         self.lock.finish();
@@ -190,8 +210,14 @@ impl Run {
         let mut saved = Instant::now();
         while self.progress.iteration < last {
             let began = Instant::now();
+            let before = (self.codesign.is_on_device()).then(|| self.progress.clone());
             let record = self.codesign.iterate(&mut self.progress);
             self.refuse_lost(observer)?;
+            if let Some(before) = before.filter(|_| self.codesign.device_error().is_some()) {
+                self.progress = before;
+                self.save()?;
+                self.refuse_failed()?;
+            }
             let seconds = self.seconds();
             self.history.append(&record, seconds)?;
             if self.history.keeps_design(record.iteration) {
@@ -221,6 +247,19 @@ impl Run {
         self.save()?;
         observer.end(self);
         Ok(())
+    }
+
+    /// Returns an error if the device of the run has stopped working.
+    fn refuse_failed(&self) -> Result<()> {
+        let Some(why) = self.codesign.device_error() else {
+            return Ok(());
+        };
+        Err(Error::DeviceFailed {
+            run: self.lock.folder().to_owned(),
+            iteration: self.progress.iteration,
+            own_loss: self.progress.own_loss,
+            why: why.to_owned(),
+        })
     }
 
     fn interrupted(&self) -> Error {
