@@ -8,7 +8,7 @@ use cosmic::lattice::{Body, State};
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::policy::Controller;
 use cosmic::population::{Batch, Populations};
-use cosmic::scene::{BUILTIN, Scene};
+use cosmic::scene::{BUILTIN, Integrator, Scene};
 use cosmic::settings::within;
 use cosmic::simulator::{
     PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
@@ -236,7 +236,11 @@ fn assert_alike_in(gpu: &Gpu, name: &str, scene: &Scene, memory: usize) {
 fn scenes_begin_alike_on_a_device_and_on_the_processor() {
     let Some(gpu) = gpu() else { return };
     for name in BUILTIN.map(|scene| scene.name) {
-        assert_alike(&gpu, name, &Scene::load(name).unwrap());
+        let scene = Scene::load(name).unwrap();
+        // Implicit steps are refused, as another test checks.
+        if scene.physics.integrator != Integrator::Implicit {
+            assert_alike(&gpu, name, &scene);
+        }
     }
 }
 
@@ -247,7 +251,7 @@ fn robots_may_share_body_and_controller() {
     let begun = Begun::new(&Scene::load("stability").unwrap());
     let moved = |k: usize| {
         let mut start = begun.starts[0].clone();
-        start.x[5] = start.x[5] + Vector::upright(0.0, 0.001 * k as f64);
+        start.x[5] += Vector::upright(0.0, 0.001 * k as f64);
         start
     };
     let shared = Batch {
@@ -266,13 +270,14 @@ fn robots_may_share_body_and_controller() {
     // Two robots at a time.
     let device = OnGpu::new(gpu.with_memory(1)).unwrap();
     let walked = device.rollouts(&[shared.clone(), own]).unwrap();
-    for k in 0..3 {
-        let [a, b] = [&walked[0][k], &walked[1][k]].map(positions);
+    let pairs = walked[0].iter().zip(&walked[1]).zip(&shared.starts);
+    for ((shared, own), start) in pairs {
+        let [a, b] = [shared, own].map(positions);
         let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
         // The two programs may order sums differently: rounding of 32 steps.
         assert!(apart.fold(0.0, f64::max) < 1e-6);
         // The state at the start is observed too.
-        assert!((walked[0][k].states[0].x[5][1] - shared.starts[k].x[5][1]).abs() < 1e-7);
+        assert!((shared.states[0].x[5][1] - start.x[5][1]).abs() < 1e-7);
     }
 }
 

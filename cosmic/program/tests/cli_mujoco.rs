@@ -456,7 +456,7 @@ fn friction_is_the_scene_s_or_the_largest() {
         .ok();
     assert_eq!(bench.read("e/robot.xml").matches("<geom").count(), 1 + 36);
     // The program `walk.py` is short, because users read it.
-    assert!(bench.lines("e/walk.py") <= 80);
+    assert!(bench.lines("e/walk.py") <= 95);
 }
 
 /// Settings that give every scene of the study a robot of 3x3 nodes.

@@ -51,6 +51,7 @@ fn the_scene_of_a_run_of_version_1_is_read() {
         "clock = ",
         "goals = ",
         "mirror = ",
+        "theta = ",
     ];
     let is_new = |line: &&str| newer.iter().any(|key| line.starts_with(key));
     assert_eq!(text.lines().filter(is_new).count(), newer.len());
@@ -58,7 +59,7 @@ fn the_scene_of_a_run_of_version_1_is_read() {
         .lines()
         .filter(|line| !is_new(line))
         .fold(String::new(), |text, line| text + line + "\n");
-    let old = without_parts(&old).replacen("version = 7", "version = 1", 1);
+    let old = without_parts(&old).replacen("version = 8", "version = 1", 1);
     let mut read = Scene::parse_of_run("old", &old, &Registry::default()).unwrap();
     assert_eq!(read.lattice.units, Units::Absolute);
     read.lattice.units = Units::Relative;
@@ -190,12 +191,12 @@ fn runs_for_two_goals_of_earlier_versions_are_read() {
             .unwrap();
         let text = scene.to_run_toml();
         assert_eq!(parse(&text).unwrap(), scene);
-        assert!(text.contains(now) && text.contains("version = 7"), "{text}");
+        assert!(text.contains(now) && text.contains("version = 8"), "{text}");
         let both = format!("{old}\ngoals = \"fixed\"");
         for (version, keys) in [("version = 5", &both[..]), ("version = 4", old)] {
             let text = text
                 .replacen(now, keys, 1)
-                .replacen("version = 7", version, 1);
+                .replacen("version = 8", version, 1);
             assert_eq!(parse(&text).unwrap(), scene, "{version}");
         }
     }
