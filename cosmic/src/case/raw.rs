@@ -159,7 +159,7 @@ keys! {
     substeps: usize = physics.substeps,
     #[serde(default = "two", skip_serializing_if = "is_two")]
     passes: usize = physics.passes,
-    #[serde(default = "whole", skip_serializing_if = "is_whole")]
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     theta: f64 = physics.theta,
     contact: LawFile = physics.contact,
     mu: f64 = physics.friction,
@@ -324,14 +324,6 @@ fn is_two(option: &usize) -> bool {
     *option == two()
 }
 
-fn whole() -> f64 {
-    1.0
-}
-
-fn is_whole(share: &f64) -> bool {
-    *share == whole()
-}
-
 fn mlp() -> String {
     Chosen::POLICIES[0].to_owned()
 }
@@ -340,8 +332,8 @@ fn is_mlp(policy: &str) -> bool {
     policy == mlp()
 }
 
-fn is_one(option: &usize) -> bool {
-    *option == 1
+fn is_one<T: From<u8> + PartialEq>(option: &T) -> bool {
+    *option == one()
 }
 
 fn are_not_given(goals: &GoalKind) -> bool {

@@ -7,7 +7,7 @@
 use autodiff::{AnyProgram, Array, Kernel, Real};
 
 use crate::geometry::Vector;
-use crate::laws::{Step, Tensions, Under};
+use crate::laws::{Step, Tensions, Under, mask, truth};
 
 /// The speed into the ground above which a node lands, m/s. A node that rests has exactly 0.
 const LANDS: f64 = 1e-6;
@@ -103,12 +103,6 @@ impl Theta {
     }
 }
 
-/// The mask of a number that is 1 for yes and 0 for no.
-#[inline(always)]
-fn mask<R: Real>(number: R) -> R::Mask {
-    R::lit(0.5).less(number)
-}
-
 /// The kernel that tells whether a node lands: 1 or 0. The inputs are its velocity at the start of the step, the tangent of
 /// the ground under it, and whether it meets the ground.
 struct Lands;
@@ -118,8 +112,7 @@ impl Kernel<5, 1> for Lands {
     fn eval<R: Real>(&self, [vx, vy, tx, ty, is_new]: [R; 5]) -> [R; 1] {
         // The component into the ground, along the tangent turned to the right.
         let into = vx * ty - vy * tx;
-        let lands = mask(is_new) & R::lit(LANDS).less(into);
-        [R::select(lands, R::one(), R::zero())]
+        [truth(mask(is_new) & R::lit(LANDS).less(into))]
     }
 }
 

@@ -391,12 +391,9 @@ impl<'c> Robot<'c> {
         format!("    <key name=\"start\" qpos=\"{x}\" qvel=\"{v}\"/>\n")
     }
 
-    /// Returns the target strain of each actuator at an activation of 1.
-    fn strain(&self) -> Vec<f64> {
-        self.actuators
-            .iter()
-            .map(|&edge| self.body.strain[edge])
-            .collect()
+    /// Returns one of the numbers of all edges for each actuator.
+    fn of_actuators(&self, numbers: &[f64]) -> Vec<f64> {
+        self.actuators.iter().map(|&edge| numbers[edge]).collect()
     }
 
     /// Returns the weight of each node of the model in the displacement that counts. The weights sum to 1.
@@ -413,21 +410,18 @@ impl<'c> Robot<'c> {
 
     /// Returns the content of `controller.json`.
     fn weights(&self) -> ControllerFile {
-        let of_actuators = |number: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            self.actuators.iter().map(|&edge| number(edge)).collect()
-        };
         ControllerFile {
             nodes: self.nodes.clone(),
             weights: self.weights_of_marker(),
             actuators: self.actuators.clone(),
             network: Weights::from(&self.controller.reordered(&self.nodes, &self.actuators)),
             seen: self.controller.seen(&self.ground, &self.nodes),
-            strain: self.strain(),
+            strain: self.of_actuators(&self.body.strain),
             device: self.device.as_ref().map(|law| Device {
                 force: law.force,
                 speed: law.speed,
-                stiffness: of_actuators(&|edge| self.body.stiffness[edge]),
-                length: of_actuators(&|edge| self.case.lattice.rest_length[edge]),
+                stiffness: self.of_actuators(&self.body.stiffness),
+                length: self.of_actuators(&self.case.lattice.rest_length),
             }),
             omega: frequency(&self.case.observation, &self.case.controller),
             dt: self.case.physics.dt,

@@ -12,7 +12,7 @@ use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
-use cosmic::scene::{Integrator, Named};
+use cosmic::scene::{Integrator, Named, PhysicsSettings};
 use std::ops::Range;
 
 /// Positions are compared at four times, called the marks. This is the number of the scene's steps before the last
@@ -116,13 +116,18 @@ impl Method {
         methods
     }
 
+    /// Changes the physics to this method.
+    pub(super) fn set(&self, physics: &mut PhysicsSettings) {
+        (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
+        physics.theta = self.theta;
+    }
+
     /// Changes the case to this method and to a time step that is `fraction` times the old one. `marks` are numbers of
     /// steps of the old case; also returns the numbers of steps of the new case at the same times.
     pub fn applied(&self, case: &Case, marks: [usize; 4], fraction: f64) -> (Case, [usize; 4]) {
         let mut case = case.clone();
         let physics = &mut case.physics;
-        (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
-        physics.theta = self.theta;
+        self.set(physics);
         physics.dt *= fraction;
         // The quotient is whole, because fractions are powers of two and marks are even.
         let at = marks.map(|mark| (mark as f64 / fraction) as usize);

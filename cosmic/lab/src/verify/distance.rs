@@ -64,7 +64,7 @@ fn trial(case: &Case, method: Method, fraction: f64, single: bool) -> Trial {
     let starts = Probe::new(case).moved_starts(STARTS);
     let mut here = case.clone();
     let physics = &mut here.physics;
-    (physics.integrator, physics.substeps) = (method.integrator, method.substeps);
+    method.set(physics);
     physics.dt *= fraction;
     physics.steps = (physics.steps as f64 / fraction) as usize;
     let is_stable = here.physics.dt < stable_step_at(&here, &here.start.x);

@@ -90,7 +90,8 @@ pub fn stable_step_at(case: &Case, positions: &[Vector<f64>]) -> f64 {
     limit.min(step_off_bars(case, &case.physics, positions))
 }
 
-/// The same for the vibrations that an implicit step of `physics` does not solve for; infinite for explicit steps.
+/// The smallest time step, s, with which forces that an implicit step of `physics` does not solve for make a vibration grow.
+/// Infinite for explicit steps.
 pub fn step_off_bars(case: &Case, physics: &PhysicsSettings, positions: &[Vector<f64>]) -> f64 {
     let body = case.body();
     Vibration::new(&case.lattice, &body, &case.physics, positions).step_off_bars(physics)
