@@ -23,6 +23,8 @@ import { sentence, showVerdict } from "./words.js";
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
 const LONG = 2000;
+/** The buttons that cannot be used before there is a robot. */
+const LATER = ["design", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
 const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
@@ -487,6 +489,8 @@ async function share() {
 }
 
 function connect() {
+  // When a page is loaded again, Firefox enables the buttons that were enabled before.
+  for (const id of LATER) $(id).disabled = true;
   const on = (id, does, event = "click") => $(id).addEventListener(event, does);
   on("design", pressDesign);
   on("play", togglePlay);

@@ -106,6 +106,8 @@ export async function asks(browser, address) {
   await page.waitForFunction(() => document.getElementById("saved").textContent.includes("won the race"), { timeout: 60_000 });
   check(page.url().includes("robot="), await text(page, "saved"));
   await goBack(page);
+  const isEarly = () => document.getElementById("status").textContent === "Loading …" && !document.getElementById("design").disabled;
+  check(!(await page.evaluate(isEarly)), "nothing can be designed before the page has loaded");
   await ready(page);
   await unfold(page);
   await press(page, "other");
