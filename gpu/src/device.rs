@@ -102,7 +102,30 @@ fn sorted() -> Vec<Adapter> {
     adapters
 }
 
+/// A part of the name of the adapter to take.
+const NAME: &str = "COSMIC_GPU";
+/// The budget of memory for the buffers of a population, in MiB.
+const MEMORY: &str = "COSMIC_GPU_MEMORY";
+
 impl Gpu {
+    /// Opens the adapter that the environment names (`COSMIC_GPU`), or the first one, with the budget of memory that the
+    /// environment names (`COSMIC_GPU_MEMORY`, in MiB).
+    ///
+    /// # Errors
+    /// If there is no such adapter, it cannot be opened, or the budget is not a number from 1 on.
+    pub fn of_environment() -> Result<Self, GpuError> {
+        let gpu = Self::open(std::env::var(NAME).ok().as_deref())?;
+        let Ok(memory) = std::env::var(MEMORY) else {
+            return Ok(gpu);
+        };
+        match memory.parse::<u64>() {
+            Ok(mebibytes @ 1..=0xfff_ffff) => Ok(gpu.with_memory(mebibytes << 20)),
+            _ => Err(GpuError::NotOpened(format!(
+                "{MEMORY} is {memory:?}; expected a whole number of MiB, 1 or more"
+            ))),
+        }
+    }
+
     /// Opens the first adapter whose name contains `name`, or the fastest kind of adapter.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use autodiff::Var;
 use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
@@ -12,7 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::device::{Gpu, GpuError};
 use crate::population::Population;
-use crate::robots::RobotsOnGpu;
+use crate::robots::{ByParts, Differentiated, Losses, Member, RobotsOnGpu};
 
 /// The number of invocations that carry one robot.
 pub const WORKGROUP: usize = 64;
@@ -57,6 +58,33 @@ impl Part {
             bodies: &self.bodies,
             controllers: &self.controllers,
         }
+    }
+}
+
+/// The losses of a part of the robots. A single robot comes twice.
+struct OfPart<'a, L> {
+    losses: &'a L,
+    members: &'a [[usize; 2]],
+}
+
+impl<L> OfPart<'_, L> {
+    fn number(&self, robot: usize) -> usize {
+        self.members[robot % self.members.len()][1]
+    }
+}
+
+impl<L: Losses> Losses for OfPart<'_, L> {
+    fn numbers(&self, robot: usize) -> Vec<f64> {
+        self.losses.numbers(self.number(robot))
+    }
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
+        self.losses.robot(self.number(robot), numbers)
+    }
+    fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
+        self.losses.loss(self.number(robot), walk)
+    }
+    fn origin(&self, robot: usize) -> Option<&[Vector<f64>]> {
+        self.losses.origin(self.number(robot))
     }
 }
 
@@ -117,6 +145,33 @@ impl OnGpu {
             memory if whole.program.memory[reverses] <= memory => Ok(whole),
             memory => printed(memory),
         }
+    }
+
+    /// The losses of a population and their gradients by any numbers. The robots of `asked` must have the values of those
+    /// of `losses`.
+    ///
+    /// # Errors
+    /// If the device stopped working, or cannot simulate such robots.
+    pub fn differentiated(
+        &self,
+        asked: &Batch,
+        by: Wanted,
+        losses: &impl Losses,
+    ) -> Result<Vec<Differentiated>, Refused> {
+        self.pool.install(|| {
+            let mut answers = Vec::with_capacity(asked.starts.len());
+            for joined in self.joined(&[asked], &[by], true)? {
+                for members in joined.parts(true) {
+                    let part = joined.part(members);
+                    let losses = OfPart { losses, members };
+                    let found = joined
+                        .device
+                        .differentiated(&part.robots(), &part.starts, &losses);
+                    answers.extend(found.map_err(refused)?.into_iter().take(members.len()));
+                }
+            }
+            Ok(answers)
+        })
     }
 
     /// Compiles a program, unless it is compiled already.
@@ -320,25 +375,27 @@ impl Populations for OnGpu {
                     let part = joined.part(members);
                     // A single robot comes twice.
                     let member = |k: usize| members[k % members.len()];
-                    let origin = |k: usize| -> Option<&[Vector<f64>]> {
-                        let [p, k] = member(k);
-                        asked[p].origins.get(k).map(Vec::as_slice)
+                    let losses = ByParts {
+                        robots: part.robots(),
+                        starts: &part.starts,
+                        wanted: joined.device.printed().wanted,
+                        by_start: false,
+                        loss: |k: usize, walk: &Trajectory<Var<f64>>| {
+                            asked[member(k)[0]].loss.loss_of(walk)
+                        },
+                        origin: |k: usize| {
+                            let [p, k] = member(k);
+                            asked[p].origins.get(k).map(Vec::as_slice)
+                        },
                     };
-                    let found = joined.device.gradients_by(
-                        &part.robots(),
-                        &part.starts,
-                        origin,
-                        |k, seen| asked[member(k)[0]].loss.loss_of(seen),
-                    );
-                    let found = found.map_err(refused)?;
-                    let bodies = found.bodies.into_iter().zip(found.controllers);
-                    let walked = found.losses.into_iter().zip(found.trajectories);
-                    for ((&[p, k], (loss, trajectory)), (body, controller)) in
-                        members.iter().zip(walked).zip(bodies)
-                    {
+                    let found = (joined.device)
+                        .differentiated(&part.robots(), &part.starts, &losses)
+                        .map_err(refused)?;
+                    for (j, (&[p, k], found)) in members.iter().zip(found).enumerate() {
+                        let (body, controller, _) = losses.split(j, &found.gradient);
                         answers[p][k] = Some(RobotGradient {
-                            loss,
-                            trajectory,
+                            loss: found.loss,
+                            trajectory: found.trajectory,
                             body,
                             controller,
                         });

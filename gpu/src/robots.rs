@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use autodiff::{Tape, Var};
-use cosmic::geometry::Vector;
+use autodiff::{Real, Tape, Var};
+use cosmic::geometry::{Vector, fill, flat};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
-use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory};
+use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory, Wanted};
 use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
@@ -28,12 +28,150 @@ pub struct Gradients {
     pub losses: Vec<f64>,
     /// The trajectories.
     pub trajectories: Vec<Trajectory<f64>>,
-    /// The cotangents of the bodies, if they were wanted when the step was printed.
+    /// The gradients by the bodies; zeros unless they were wanted when the step was printed.
     pub bodies: Vec<Body<f64>>,
-    /// The cotangents of the controllers' numbers, if they were wanted.
+    /// The gradients by the controllers' numbers; zeros unless they were wanted.
     pub controllers: Vec<Vec<f64>>,
-    /// The cotangents of the states at the start, as the numbers of the program.
-    pub starts: Vec<f32>,
+    /// The gradients by the positions and velocities at the start.
+    pub starts: Vec<State<f64>>,
+}
+
+/// A robot of a population, with everything that its walk depends on.
+#[derive(Clone, Debug)]
+pub struct Member<R> {
+    /// The surroundings.
+    pub surroundings: Surroundings<R>,
+    /// The body.
+    pub body: Body<R>,
+    /// The controller.
+    pub controller: Controller<R>,
+    /// The state at the start.
+    pub start: State<R>,
+}
+
+/// The losses of the robots of a population, and the numbers by which they are differentiated.
+pub trait Losses: Sync {
+    /// The numbers by which the loss of a robot is differentiated.
+    fn numbers(&self, robot: usize) -> Vec<f64>;
+
+    /// The robot as a function of these numbers. It may depend on what the step was printed for: bodies, controllers or
+    /// surroundings that were not [wanted](Wanted) count as constant.
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>>;
+
+    /// The loss of a walk.
+    fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64>;
+
+    /// The positions from which the displacement of a robot counts, if these are not its start.
+    fn origin(&self, _robot: usize) -> Option<&[Vector<f64>]> {
+        None
+    }
+}
+
+/// The loss of a robot and its gradient by the numbers of [`Losses`].
+#[derive(Clone, Debug)]
+pub struct Differentiated {
+    /// The loss.
+    pub loss: f64,
+    /// The trajectory.
+    pub trajectory: Trajectory<f64>,
+    /// The gradient.
+    pub gradient: Vec<f64>,
+}
+
+/// A loss of robots by the numbers of their bodies, their controllers and their starts, as far as they are wanted.
+pub(crate) struct ByParts<'a, L, O> {
+    pub(crate) robots: Robots<'a, f64>,
+    pub(crate) starts: &'a [State<f64>],
+    pub(crate) wanted: Wanted,
+    pub(crate) by_start: bool,
+    pub(crate) loss: L,
+    pub(crate) origin: O,
+}
+
+impl<'a, L, O> ByParts<'a, L, O> {
+    /// The gradient of a robot: by the body and the controller, zeros if they are not wanted, and by the rest.
+    pub(crate) fn split(
+        &self,
+        robot: usize,
+        mut gradient: &[f64],
+    ) -> (Body<f64>, Vec<f64>, Vec<f64>) {
+        let (_, body, controller) = of_member(&self.robots, robot);
+        let mut next = |is_wanted: bool, zeros: Vec<f64>| match is_wanted {
+            true => {
+                let (part, others) = gradient.split_at(zeros.len());
+                gradient = others;
+                part.to_vec()
+            }
+            false => zeros.iter().map(|_| 0.0).collect(),
+        };
+        let of_body = next(self.wanted.bodies, body.numbers());
+        let of_controller = next(self.wanted.controllers, controller.numbers().to_vec());
+        (
+            body.with_numbers(&of_body),
+            of_controller,
+            gradient.to_vec(),
+        )
+    }
+}
+
+impl<'a, L, O> Losses for ByParts<'a, L, O>
+where
+    L: Fn(usize, &Trajectory<Var<f64>>) -> Var<f64> + Sync,
+    O: Fn(usize) -> Option<&'a [Vector<f64>]> + Sync,
+{
+    fn numbers(&self, robot: usize) -> Vec<f64> {
+        let (_, body, controller) = of_member(&self.robots, robot);
+        let mut numbers = Vec::new();
+        if self.wanted.bodies {
+            numbers.extend(body.numbers());
+        }
+        if self.wanted.controllers {
+            numbers.extend(controller.numbers());
+        }
+        if self.by_start {
+            let start = &self.starts[robot];
+            numbers.extend([flat(&start.x), flat(&start.v)].concat());
+        }
+        numbers
+    }
+
+    fn robot(&self, robot: usize, mut numbers: &[Var<f64>]) -> Member<Var<f64>> {
+        let (surroundings, body, controller) = of_member(&self.robots, robot);
+        let mut next = |len: usize| {
+            let (part, others) = numbers.split_at(len);
+            numbers = others;
+            part
+        };
+        let body = match self.wanted.bodies {
+            true => body.with_numbers(next(body.numbers().len())),
+            false => body.map(Var::constant),
+        };
+        let mut controller = controller.map(Var::constant);
+        if self.wanted.controllers {
+            let own = controller.numbers_mut();
+            own.copy_from_slice(next(own.len()));
+        }
+        let mut start = self.starts[robot].map(Var::constant);
+        if self.by_start {
+            let count = 2 * start.x.len();
+            fill(&mut start.x, next(count));
+            fill(&mut start.v, next(count));
+        }
+        Member {
+            surroundings: surroundings.map(Var::constant),
+            body,
+            controller,
+            start,
+        }
+    }
+
+    fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
+        (self.loss)(robot, walk)
+    }
+
+    fn origin(&self, robot: usize) -> Option<&[Vector<f64>]> {
+        (self.origin)(robot)
+    }
 }
 
 /// What a loss says of one member.
@@ -42,8 +180,8 @@ struct Lost {
     trajectory: Trajectory<f64>,
     /// The cotangents of the observed numbers.
     seen: Vec<f32>,
-    /// The cotangents of the body's numbers through the loss alone; empty if those of bodies are not wanted.
-    body: Vec<f64>,
+    /// The gradient through the loss alone, at constant observed numbers.
+    direct: Vec<f64>,
 }
 
 impl RobotsOnGpu {
@@ -81,7 +219,7 @@ impl RobotsOnGpu {
 
     /// The numbers of the state at the start that belong to the observed numbers; empty if the start is not observed. The
     /// program observes only later states.
-    fn at_start(&self, start: &State<f64>) -> Vec<f64> {
+    fn at_start<R: Real>(&self, start: &State<R>) -> Vec<R> {
         if self.printed.span().observed.first() != Some(&0) {
             return Vec::new();
         }
@@ -90,7 +228,7 @@ impl RobotsOnGpu {
         let observed = self.printed.span().nodes.min(nodes);
         let of_nodes = (0..4).flat_map(|k| (0..observed).map(move |node| k * nodes + node));
         let entries = of_nodes.chain(4 * nodes..flat.len());
-        entries.map(|entry| f64::from(flat[entry] as f32)).collect()
+        entries.map(|entry| flat[entry]).collect()
     }
 
     /// Runs robots forward and returns the sweep. With `reverses`, it can be followed by a reverse sweep.
@@ -157,16 +295,22 @@ impl RobotsOnGpu {
             true => sweep.exceeded()?,
             false => vec![false; starts.len()],
         };
-        let parts = seen.par_chunks(seen.len() / starts.len()).enumerate();
-        let trajectory = |(k, part): (usize, &[f32])| {
+        let trajectory = |k: usize| {
             let value = |&x: &f32| if exceeded[k] { f64::NAN } else { f64::from(x) };
-            let mut seen = self.at_start(&starts[k]);
-            seen.extend(part.iter().map(value));
+            let mut numbers = self.at_start(&starts[k]);
+            numbers.extend(self.seen_of(k, &seen).iter().map(value));
             let (surroundings, body, _) = of_member(robots, k);
             self.printed
-                .trajectory(&seen, surroundings, body, &starts[k])
+                .trajectory(&numbers, surroundings, body, &starts[k])
         };
-        Ok(parts.map(trajectory).collect())
+        let members = (0..starts.len()).into_par_iter();
+        Ok(members.map(trajectory).collect())
+    }
+
+    /// The observed numbers of a member among those of all members.
+    fn seen_of<'a>(&self, k: usize, seen: &'a [f32]) -> &'a [f32] {
+        let count = self.observed.len() * self.printed.program.entries;
+        &seen[k * count..][..count]
     }
 
     /// Returns the losses of all members and their gradients. The loss is computed on the processor, from the states that
@@ -180,153 +324,119 @@ impl RobotsOnGpu {
         starts: &[State<f64>],
         loss: impl Fn(&Trajectory<Var<f64>>) -> Var<f64> + Sync,
     ) -> Result<Gradients, GpuError> {
-        self.gradients_by(robots, starts, |_| None, |_, seen| loss(seen))
+        let losses = ByParts {
+            robots: *robots,
+            starts,
+            wanted: self.printed.wanted,
+            by_start: true,
+            loss: |_: usize, walk: &Trajectory<Var<f64>>| loss(walk),
+            origin: |_| None,
+        };
+        let found = self.differentiated(robots, starts, &losses)?;
+        let mut gradients = Gradients {
+            losses: found.iter().map(|found| found.loss).collect(),
+            trajectories: Vec::new(),
+            bodies: Vec::new(),
+            controllers: Vec::new(),
+            starts: starts.to_vec(),
+        };
+        for (k, found) in found.into_iter().enumerate() {
+            let (body, controller, of_start) = losses.split(k, &found.gradient);
+            let (x, v) = of_start.split_at(of_start.len() / 2);
+            fill(&mut gradients.starts[k].x, x);
+            fill(&mut gradients.starts[k].v, v);
+            gradients.trajectories.push(found.trajectory);
+            gradients.bodies.push(body);
+            gradients.controllers.push(controller);
+        }
+        Ok(gradients)
     }
 
-    /// Like [`gradients`](Self::gradients), with a loss for each member. `origin` are the positions from which the
-    /// displacement of a member counts, if they are not its start.
-    pub(crate) fn gradients_by<'o>(
+    /// Returns the losses of all members and their gradients by any numbers. `robots` and `starts` must have the values of
+    /// the robots of `losses`.
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn differentiated(
         &self,
         robots: &Robots<f64>,
         starts: &[State<f64>],
-        origin: impl Fn(usize) -> Option<&'o [Vector<f64>]> + Sync,
-        loss: impl Fn(usize, &Trajectory<Var<f64>>) -> Var<f64> + Sync,
-    ) -> Result<Gradients, GpuError> {
+        losses: &impl Losses,
+    ) -> Result<Vec<Differentiated>, GpuError> {
         let sweep = self.sweep(robots, starts, true);
         let seen = sweep.observed()?;
-        let lost = |(k, part): (usize, &[f32])| {
-            let (surroundings, body, _) = of_member(robots, k);
-            let member = (surroundings, body, &starts[k], origin(k));
-            self.lost(part, member, |seen| loss(k, seen))
-        };
-        let parts = seen.par_chunks(seen.len() / starts.len()).enumerate();
-        let lost: Vec<Lost> = parts.map(lost).collect();
+        let members = (0..starts.len()).into_par_iter();
+        let lost = members.map(|k| self.lost(k, self.seen_of(k, &seen), losses));
+        let lost: Vec<Lost> = lost.collect();
         let cotangents: Vec<f32> = lost.iter().flat_map(|lost| &lost.seen).copied().collect();
         sweep.reverse(&cotangents);
         let bars = sweep.cotangents()?;
-        let members = (0..starts.len()).into_par_iter();
-        let of_members = members.map(|k| self.pulled_back(robots, k, &bars, &lost[k].body));
-        let (bodies, controllers) = of_members.unzip();
-        let (losses, trajectories) = lost
-            .into_iter()
-            .map(|lost| (lost.value, lost.trajectory))
-            .unzip();
-        Ok(Gradients {
-            losses,
-            trajectories,
-            bodies,
-            controllers,
-            starts: bars.starts,
-        })
+        let found = lost.into_par_iter().enumerate();
+        let found = found.map(|(k, lost)| self.pulled_back(k, lost, losses, &bars));
+        Ok(found.collect())
     }
 
     /// Computes the loss of a member and differentiates it.
-    fn lost(
-        &self,
-        seen: &[f32],
-        (surroundings, body, start, origin): OfLoss,
-        loss: impl Fn(&Trajectory<Var<f64>>) -> Var<f64>,
-    ) -> Lost {
+    fn lost(&self, k: usize, seen: &[f32], losses: &impl Losses) -> Lost {
         let mut numbers: Vec<f64> = seen.iter().map(|&x| f64::from(x)).collect();
-        if self.printed.wanted.bodies {
-            numbers.extend(body.numbers());
-        }
+        numbers.extend(losses.numbers(k));
         let (mut tape, mut trajectory) = (Tape::new(), None);
         let value = tape.record(&numbers, |x| {
-            let (seen, of_body) = x.split_at(seen.len());
-            let at_start = self.at_start(start).into_iter().map(Var::constant);
-            let seen: Vec<_> = at_start.chain(seen.iter().copied()).collect();
-            let body = match of_body {
-                [] => body.map(Var::constant),
-                of_body => body.with_numbers(of_body),
-            };
-            let surroundings = surroundings.map(Var::constant);
-            let start = start.map(Var::constant);
-            let mut walked = self.printed.trajectory(&seen, &surroundings, &body, &start);
-            if let (Some(origin), false) = (origin, walked.start.is_empty()) {
-                walked.start = origin.iter().map(|x| x.map(Var::constant)).collect();
+            let (seen, own) = x.split_at(seen.len());
+            let member = losses.robot(k, own);
+            let seen = [&self.at_start(&member.start), seen].concat();
+            let (surroundings, start) = (&member.surroundings, &member.start);
+            let mut walk = (self.printed).trajectory(&seen, surroundings, &member.body, start);
+            if let (Some(origin), false) = (losses.origin(k), walk.start.is_empty()) {
+                walk.start = origin.iter().map(|x| x.map(Var::constant)).collect();
             }
-            trajectory = Some(walked.map(|x| x.value()));
-            loss(&walked)
+            trajectory = Some(walk.map(|x| x.value()));
+            losses.loss(k, &walk)
         });
         let bars = tape.pullback(&[value], &[1.0]);
         Lost {
             value: value.value(),
             trajectory: trajectory.expect("it was just computed"),
             seen: bars[..seen.len()].iter().map(|&x| x as f32).collect(),
-            body: bars[seen.len()..].to_vec(),
+            direct: bars[seen.len()..].to_vec(),
         }
     }
 
-    /// Pulls the cotangents of a member's parameters back to its body and its controller. `direct` are cotangents of the
-    /// body's numbers that are added.
+    /// Pulls the cotangents of a member's parameters and of its start back to the numbers of the losses.
     fn pulled_back(
         &self,
-        robots: &Robots<f64>,
         k: usize,
+        lost: Lost,
+        losses: &impl Losses,
         bars: &Cotangents,
-        direct: &[f64],
-    ) -> (Body<f64>, Vec<f64>) {
-        let (surroundings, body, controller) = of_member(robots, k);
-        let wanted = self.printed.wanted;
-        let mut flat = Vec::new();
-        if wanted.bodies {
-            flat.extend(body.numbers());
-        }
-        let own = flat.len();
-        if wanted.controllers {
-            flat.extend(controller.numbers());
-        }
-        let mut tape = Tape::new();
-        let numbers = tape.record(&flat, |x| {
-            let (of_body, of_controller) = x.split_at(own);
-            let body = match wanted.bodies {
-                true => body.with_numbers(of_body),
-                false => body.map(Var::constant),
-            };
-            let mut of_policy = controller.map(Var::constant);
-            if wanted.controllers {
-                of_policy.numbers_mut().copy_from_slice(of_controller);
-            }
-            self.printed
-                .numbers_of_one(&surroundings.map(Var::constant), &body, &of_policy)
-        });
-        let (mut outputs, mut cotangents) = (Vec::new(), Vec::new());
-        for (list, bars) in numbers.into_iter().zip(&bars.parameters) {
-            if !bars.is_empty() {
-                cotangents.extend(
-                    bars[k * list.len()..][..list.len()]
-                        .iter()
-                        .map(|&x| f64::from(x)),
-                );
+    ) -> Differentiated {
+        let (mut tape, mut cotangents) = (Tape::new(), Vec::new());
+        let outputs = tape.record(&losses.numbers(k), |own| {
+            let member = losses.robot(k, own);
+            let (surroundings, body) = (&member.surroundings, &member.body);
+            let numbers = (self.printed).numbers_of_one(surroundings, body, &member.controller);
+            let start = self.printed.starts(&[member.start]);
+            let mut outputs = Vec::new();
+            let lists = numbers.into_iter().zip(&bars.parameters);
+            let lists = lists.filter(|(_, bars)| !bars.is_empty());
+            for (list, bars) in lists.chain([(start, &bars.starts)]) {
+                let own = &bars[k * list.len()..][..list.len()];
+                cotangents.extend(own.iter().map(|&x| f64::from(x)));
                 outputs.extend(list);
             }
+            outputs
+        });
+        let gradient = tape.pullback(&outputs, &cotangents).iter();
+        Differentiated {
+            loss: lost.value,
+            trajectory: lost.trajectory,
+            gradient: gradient
+                .zip(lost.direct)
+                .map(|(g, direct)| g + direct)
+                .collect(),
         }
-        let mut gradient = tape.pullback(&outputs, &cotangents).to_vec();
-        for (g, direct) in gradient.iter_mut().zip(direct) {
-            *g += direct;
-        }
-        let (of_body, of_controller) = gradient.split_at(own);
-        let body = match wanted.bodies {
-            true => body.with_numbers(of_body),
-            false => body.map(|_| 0.0),
-        };
-        let controller = match wanted.controllers {
-            true => of_controller.to_vec(),
-            false => vec![0.0; controller.numbers().len()],
-        };
-        (body, controller)
     }
 }
-
-/// What a loss of a member depends on, besides the observed numbers: surroundings, body, start, and the positions from
-/// which the displacement counts.
-type OfLoss<'a> = (
-    &'a Surroundings<f64>,
-    &'a Body<f64>,
-    &'a State<f64>,
-    Option<&'a [Vector<f64>]>,
-);
 
 fn single(numbers: Vec<f64>) -> Vec<f32> {
     numbers.into_iter().map(|x| x as f32).collect()

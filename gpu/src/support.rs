@@ -12,31 +12,11 @@ use cosmic_gpu::{Gpu, OnGpu, Population, adapters};
 use cosmic_program::GpuSupport;
 use serde_json::{Value, json};
 
-/// A part of the name of the adapter to take.
-const NAME: &str = "COSMIC_GPU";
-
-/// The budget of memory for the buffers of a population, in MiB.
-const MEMORY: &str = "COSMIC_GPU_MEMORY";
-
 /// The adapters of Vulkan, Metal and DirectX 12.
 pub(crate) struct Support;
 
 fn usage(error: impl ToString) -> Error {
     Error::Usage(error.to_string())
-}
-
-/// Opens the adapter that the environment names, or the first one.
-fn open() -> Result<Gpu> {
-    let gpu = Gpu::open(std::env::var(NAME).ok().as_deref()).map_err(usage)?;
-    let Ok(memory) = std::env::var(MEMORY) else {
-        return Ok(gpu);
-    };
-    match memory.parse::<u64>() {
-        Ok(mebibytes @ 1..=0xfff_ffff) => Ok(gpu.with_memory(mebibytes << 20)),
-        _ => Err(usage(format!(
-            "{MEMORY} is {memory:?}; expected a whole number of MiB, 1 or more"
-        ))),
-    }
 }
 
 /// The sweeps of an optimisation, with the cotangents that each computes.
@@ -66,11 +46,13 @@ impl GpuSupport for Support {
     }
 
     fn open(&self) -> Result<Arc<dyn Populations>> {
-        Ok(Arc::new(OnGpu::new(open()?).map_err(usage)?))
+        let gpu = Gpu::of_environment().map_err(usage)?;
+        Ok(Arc::new(OnGpu::new(gpu).map_err(usage)?))
     }
 
     fn explain(&self, case: &Case, scene: &Scene) -> Result<Vec<(&'static str, Value)>> {
-        let device = OnGpu::new(open()?).map_err(usage)?;
+        let gpu = Gpu::of_environment().map_err(usage)?;
+        let device = OnGpu::new(gpu).map_err(usage)?;
         let (gpu, simulator) = (
             device.gpu(),
             Simulator::new(&case.lattice, &case.physics, &case.observation),

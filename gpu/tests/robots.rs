@@ -3,7 +3,7 @@
 use autodiff::{Real, Tape, Var};
 use cosmic::Registry;
 use cosmic::case::Case;
-use cosmic::geometry::Vector;
+use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Body, State};
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::policy::Controller;
@@ -100,19 +100,20 @@ impl Begun {
                     f64::max(compared.position, (a - b).abs() / (10.0 * self.spacing));
             }
             let body = &gradients.bodies[k];
+            let start = &gradients.starts[k];
             let lists = [
                 &body.stiffness,
                 &body.strain,
                 &body.mass,
                 &body.presence,
                 &gradients.controllers[k],
+                &self.flat_above(k, &start.x),
+                &self.flat_above(k, &start.v),
             ];
             for (list, expected) in lists.into_iter().zip(&slopes) {
                 // A number that is zero stands for a part that the robot does not have, and has no slope here.
-                let there = list
-                    .iter()
-                    .zip(expected)
-                    .filter(|(_, expected)| **expected != 0.0);
+                let pairs = list.iter().zip(expected);
+                let there = pairs.filter(|(_, expected)| **expected != 0.0);
                 let (list, expected): (Vec<f64>, Vec<f64>) = there.unzip();
                 compared.cosine = compared.cosine.min(cosine(&list, &expected));
             }
@@ -120,7 +121,17 @@ impl Begun {
         Ok(compared)
     }
 
-    /// The positions of a member, and the slopes of its loss by stiffnesses, strains, masses, presence and controller.
+    /// The coordinates of the nodes that are above the ground at the start. A node exactly on the ground is at the kink of
+    /// the contact, where rounding decides the slope.
+    fn flat_above(&self, k: usize, points: &[Vector<f64>]) -> Vec<f64> {
+        let columns = self.simulator.flatten(&self.starts[k]);
+        let heights = &columns[points.len()..];
+        let above = points.iter().zip(heights).filter(|(_, up)| **up > 1e-6);
+        above.flat_map(|(point, _)| [point[0], point[1]]).collect()
+    }
+
+    /// The positions of a member, and the slopes of its loss by stiffnesses, strains, masses, presence, controller, and the
+    /// positions and velocities at the start.
     fn on_processor(&self, k: usize, span: &Span) -> (Vec<f64>, Vec<Vec<f64>>) {
         let single = |x: f64| x as f32;
         let (body, start) = (self.bodies[k].map(single), self.starts[k].map(single));
@@ -131,11 +142,13 @@ impl Begun {
             &body.mass,
             &body.presence,
             controller.numbers(),
+            &flat(&start.x),
+            &flat(&start.v),
         ];
         let (mut tape, mut states) = (Tape::new(), Vec::new());
         let result = tape.record(&lists.concat(), |x| {
             let mut rest = x;
-            let [stiffness, strain, mass, presence, of_policy] = lists.map(|list| {
+            let [stiffness, strain, mass, presence, of_policy, x, v] = lists.map(|list| {
                 let (part, others) = rest.split_at(list.len());
                 rest = others;
                 part
@@ -160,9 +173,11 @@ impl Begun {
             };
             let mut controller = controller.map(Var::constant);
             controller.numbers_mut().copy_from_slice(of_policy);
-            let walked =
-                self.simulator
-                    .rollout(&body, &controller, &start.map(Var::constant), span);
+            let start = State {
+                x: from_flat(x),
+                v: from_flat(v),
+            };
+            let walked = (self.simulator).rollout(&body, &controller, &start, span);
             states = positions(&walked)
                 .iter()
                 .map(|x| f64::from(x.value()))
@@ -173,9 +188,13 @@ impl Begun {
         let parts = lists.map(|list| {
             let (part, others) = slopes.split_at(list.len());
             slopes = others;
-            part.iter().map(|&x| f64::from(x)).collect()
+            part.iter().map(|&x| f64::from(x)).collect::<Vec<f64>>()
         });
-        (states, parts.to_vec())
+        let mut parts = parts.to_vec();
+        for of_start in &mut parts[5..] {
+            *of_start = self.flat_above(k, &from_flat(of_start));
+        }
+        (states, parts)
     }
 }
 
