@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks the package `cosmic-gpu`: formatting, lints, and its tests on the adapter that is taken first, or on the one that
-# COSMIC_GPU names. Without any adapter the tests say that they were skipped.
+# Checks the package `cosmic-gpu` and the wheel `cosmic-codesign-gpu`: formatting, lints, and tests on the adapter that is
+# taken first, or on the one that COSMIC_GPU names. Without any adapter the tests say that they were skipped.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -18,3 +18,6 @@ cargo clippy --all-targets --quiet -- -D warnings
 
 printf '\n== gpu: tests\n'
 cargo test --no-fail-fast -- --nocapture 2>&1 | grep -v XDG_RUNTIME_DIR
+
+printf '\n== gpu: simulators of Python\n'
+../python/check.sh --gpu 2>&1 | grep -v XDG_RUNTIME_DIR

@@ -1,11 +1,21 @@
 #!/usr/bin/env bash
 # Builds the wheel from source, installs it in a virtual environment, and runs the tests there, including the type
-# checks. The environment is in the folder $1, or in target/venv.
+# checks. The environment is in the folder $1, or in target/venv. With `--gpu` the wheel is cosmic-codesign-gpu, and only
+# the tests of GPU support run.
 set -euo pipefail
 cd "$(dirname "$0")"
 here=$PWD
-mkdir -p "${1:-target/venv}"
-venv=$(cd "${1:-target/venv}" && pwd)
+if [ "${1:-}" = --gpu ]; then
+  name=cosmic_codesign_gpu folder=target/venv-gpu tests=tests/test_gpu.py
+  features=(--features gpu) needs=(numpy tqdm jax pytest)
+  build() { PATH=$venv/bin:$PATH ./gpu-wheel.sh; }
+else
+  name=cosmic_codesign folder=${1:-target/venv} tests=tests
+  features=() needs=()
+  build() { "$python" -m maturin build --release --quiet --out target/wheels; }
+fi
+mkdir -p "$folder"
+venv=$(cd "$folder" && pwd)
 python=$venv/bin/python
 most=$((10 * 1024 * 1024))
 
@@ -39,12 +49,12 @@ install 'maturin>=1.8,<2'
 
 say 'formatting and lints'
 cargo fmt --check
-cargo clippy --release --quiet -- -D warnings
+cargo clippy --release --quiet "${features[@]}" -- -D warnings
 
 say 'the wheel from source'
-rm -rf target/wheels
-"$python" -m maturin build --release --quiet --out target/wheels
-wheel=$(echo "$here"/target/wheels/*.whl)
+rm -f target/wheels/"$name"-*.whl
+build
+wheel=$(echo "$here"/target/wheels/"$name"-*.whl)
 size=$(wc -c <"$wheel")
 echo "$(basename "$wheel"): $size bytes"
 if [ "$size" -gt "$most" ]; then
@@ -54,7 +64,8 @@ fi
 
 say 'installation of the wheel and of the test dependencies'
 install --force-reinstall --no-deps "$wheel"
-install "$wheel[test]"
+[ "$name" = cosmic_codesign ] && needs=("$wheel[test]")
+install "${needs[@]}"
 
 # In another folder, so that Python does not import the sources instead of the installed package.
 cd "$elsewhere"
@@ -64,4 +75,4 @@ say 'tests of the installed package'
 import cosmic, sys
 print(cosmic.__file__)
 sys.exit(None if cosmic.__file__.startswith(sys.prefix) else 'this is not the installed package')"
-"$python" -m pytest -p no:cacheprovider --tb=short -rs "$here/tests"
+"$python" -m pytest -p no:cacheprovider --tb=short -rs "$here/$tests"

@@ -33,10 +33,13 @@ class Scene:
 def scenes() -> list[str]:
     """The names of the built-in scenes, the default first."""
 
+GPU: bool
+"""Whether this package has GPU support."""
+
 class Simulator:
     """Simulates robots on the lattice and in the world of a scene."""
 
-    def __init__(self, scene: Scene) -> None: ...
+    def __init__(self, scene: Scene, on_gpu: bool) -> None: ...
     dt: float
     steps: int
     shapes: list[tuple[str, list[int]]]

@@ -26,6 +26,9 @@ Observed = Union[int, Sequence[int], npt.NDArray[np.integer[Any]]]
 #: The projections from design vectors to mixtures of materials.
 PROJECTIONS = ("auto", "performance", "stability", "none")
 
+#: Where a simulator computes.
+DEVICES = ("cpu", "gpu")
+
 
 class Inputs(NamedTuple):
     """All arrays that a rollout depends on, and with respect to which it can be differentiated.
@@ -69,15 +72,24 @@ class Simulator:
     projection to all others.
 
     If all arrays are in single precision, the simulation is too; otherwise it is in double precision.
+
+    With ``device="gpu"``, :meth:`rollout` and :meth:`vjp` run on a GPU, for all robots of a batch at once.
+    They compute in single precision, and return arrays of the type that they are given. This needs the
+    package ``cosmic-codesign-gpu``. It pays for hundreds of robots; one robot is faster on the processor.
     """
 
-    def __init__(self, scene: SceneLike, projection: str = "auto") -> None:
+    def __init__(self, scene: SceneLike, projection: str = "auto", device: str = "cpu") -> None:
         self.scene: Scene = as_scene(scene)
-        if projection not in PROJECTIONS:
-            allowed = ", ".join(map(repr, PROJECTIONS))
-            raise InputError(f"projection: {projection!r}: allowed: {allowed}")
+        for name, value, choices in [
+            ("projection", projection, PROJECTIONS),
+            ("device", device, DEVICES),
+        ]:
+            if value not in choices:
+                allowed = ", ".join(map(repr, choices))
+                raise InputError(f"{name}: {value!r}: allowed: {allowed}")
         self.projection = projection
-        self._core = _core.Simulator(self.scene)
+        self.device = device
+        self._core = _core.Simulator(self.scene, device == "gpu")
         self.dt: float = self._core.dt
         """Length of a step, s."""
         self.steps: int = self._core.steps
@@ -146,8 +158,9 @@ class Simulator:
         ``check=False`` its states are NaN from the first state that is not finite or is beyond 1e6
         m or 1e6 m/s. If the inputs of a robot are not finite, all its states are NaN.
 
-        Ctrl-C stops a batch after the current robots. The attribute ``trajectory`` of the
-        ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the others.
+        Ctrl-C stops a batch after the current robots, and on a GPU after all robots. The attribute
+        ``trajectory`` of the ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the
+        others.
         """
         core, arrays = self._with_goal(_prepared(inputs), goal)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -207,8 +220,8 @@ class Simulator:
         shape ``(goals, 2)`` with one row per goal, or ``(batch, goals, 2)``.
 
         ``bounded`` limits cotangents to the scene's ``gradient.cotangent_bound``. Long rollouts
-        with contacts need this for useful gradients; without it the gradient is exact. For
-        ``check`` see :meth:`rollout`. With ``check=False`` the gradient of a robot that diverges is
+        with contacts need this for useful gradients; without it the gradient is exact. On a GPU, the
+        cotangents of step 0 are added after the bound. For ``check`` see :meth:`rollout`. With ``check=False`` the gradient of a robot that diverges is
         NaN.
         """
         core, arrays = self._with_goal(_prepared(inputs), goal)
@@ -234,7 +247,10 @@ class Simulator:
         goal: Optional[Goal] = None,
     ) -> tuple[Trajectory, Trajectory]:
         """The states of :meth:`rollout`, up to rounding, and their derivatives along ``tangents``. The
-        goal is constant. With ``check=False`` both are NaN for a robot that diverges."""
+        goal is constant. With ``check=False`` both are NaN for a robot that diverges. A GPU cannot
+        compute them."""
+        if self.device == "gpu":
+            raise InputError('jvp: not on a GPU; use a Simulator with device="cpu"')
         core, arrays = self._with_goal(_prepared(inputs), goal)
         along = _prepared(tangents, arrays[0].dtype)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -273,11 +289,12 @@ class Simulator:
             kept.append(array)
         return kept, (lost if lost.any() else None)
 
-    def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str]]:
-        return Simulator, (self.scene, self.projection)
+    def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str, str]]:
+        return Simulator, (self.scene, self.projection, self.device)
 
     def __repr__(self) -> str:
-        return f"Simulator({self.scene!r}, projection={self.projection!r})"
+        device = "" if self.device == "cpu" else f", device={self.device!r}"
+        return f"Simulator({self.scene!r}, projection={self.projection!r}{device})"
 
 
 def _without(lost: Optional[npt.NDArray[np.bool_]], arrays: Sequence[Array]) -> Sequence[Array]:

@@ -341,6 +341,12 @@ impl<R: Number> Batch<R> {
         self.goals.get(robot % self.goals.len().max(1))
     }
 
+    /// True if all robots have the same design vectors.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn shares_design(&self) -> bool {
+        self.z.len() < 2
+    }
+
     /// True if all robots have the same goals.
     pub(crate) fn shares_goals(&self) -> bool {
         self.goals.len() < 2

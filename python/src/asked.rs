@@ -48,7 +48,7 @@ impl Mixing {
 
     /// Returns the design for derivatives with respect to `z`. Even a layout becomes mixtures, so that void edges keep
     /// their stiffness.
-    fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
+    pub(crate) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::By(projection) => Design::Undecided(task.mixtures(*projection, z)),
             Self::AsGiven | Self::Layout(_) => Design::of_shares(z),
@@ -83,7 +83,7 @@ impl<R: Number> Asked<R> {
     }
 
     /// Returns the design with which a robot is simulated.
-    fn design(&self, task: &Task, robot: usize) -> Design<Mixture<R>> {
+    pub(crate) fn design(&self, task: &Task, robot: usize) -> Design<Mixture<R>> {
         match &self.mixing[robot] {
             Mixing::Layout(layout) => Design::Layout(layout.clone()),
             mixing => mixing.design(task, self.batch.z(robot)),
@@ -165,7 +165,28 @@ impl<R: Number> Asked<R> {
             1 => places.map(step).next().flatten(),
             _ => places.par_bridge().filter_map(step).min(),
         };
-        match absurd.filter(|_| check) {
+        self.checked(task, absurd.filter(|_| check))
+    }
+
+    /// Writes walks that a device has computed, like [`fill`](Self::fill).
+    pub(crate) fn write(
+        &self,
+        task: &Task,
+        walks: &[Trajectory<R>],
+        [x, v]: [&mut [R]; 2],
+        check: bool,
+    ) -> Result<(), (usize, Error)> {
+        let length = self.span.observed.len() * 2 * task.lattice.nodes();
+        let places = x.chunks_exact_mut(length).zip(v.chunks_exact_mut(length));
+        for (walk, (x, v)) in walks.iter().zip(places) {
+            copy(walk, x, v);
+        }
+        self.checked(task, walks.iter().position(is_absurd).filter(|_| check))
+    }
+
+    /// An error if a robot is absurd, with the reason.
+    fn checked(&self, task: &Task, absurd: Option<usize>) -> Result<(), (usize, Error)> {
+        match absurd {
             None => Ok(()),
             Some(robot) => Err((robot, self.divergence(task, robot))),
         }
@@ -229,7 +250,7 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
 }
 
 /// Returns the surroundings of a robot with these components of its goals. If there are none, it has the scene's goal.
-fn surroundings_of<R: Real>(task: &Task, goals: &[R]) -> Surroundings<R> {
+pub(crate) fn surroundings_of<R: Real>(task: &Task, goals: &[R]) -> Surroundings<R> {
     let scene = task.simulator.surroundings();
     (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
         let axis = ["along", "above"][k % 2];

@@ -9,6 +9,8 @@ mod memory;
 mod pool;
 mod scene;
 mod asked;
+#[cfg_attr(not(feature = "gpu"), path = "no_device.rs")]
+mod device;
 mod simulator;
 mod environment;
 mod loss;
@@ -30,6 +32,9 @@ mod _core {
     use crate::run::{frame, load, player_page, report};
     #[pymodule_export]
     use crate::scene::{Scene, scenes};
+    /// Whether this wheel has GPU support.
+    #[pymodule_export]
+    const GPU: bool = crate::device::Device::IS_SUPPORTED;
     #[pymodule_export]
     use crate::simulator::Simulator;
     #[pymodule_export]

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Given, NAMES, Number, Sizes, array, behind};
 use crate::asked::{Asked, Stop, each, ends_absurd, in_pool, seen, whole};
+use crate::device::Device;
 use crate::errors::{caught, of_class, raised, refused};
 use crate::memory::{has_room, kept, simulator_fits, start_fits};
 use crate::pool::usual_threads;
@@ -16,6 +17,7 @@ use cosmic::task::Task;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Simulates robots on the lattice and in the world of a scene.
@@ -24,7 +26,12 @@ pub(crate) struct Simulator {
     scene: scene::Scene,
     task: Task,
     sizes: Sizes,
+    /// Whether rollouts run on the GPU.
+    on_gpu: bool,
 }
+
+/// Work for the GPU runs in the thread pool like that of several robots, so that signals are noticed.
+const IN_POOL: usize = 2;
 
 /// Two arrays: the observed positions and the observed velocities.
 type Seen<'py> = [Bound<'py, PyAny>; 2];
@@ -52,6 +59,11 @@ impl Simulator {
             first,
             ..Span::from_start(observed)
         })
+    }
+
+    /// The GPU, if rollouts run there.
+    fn device(&self) -> PyResult<Option<Arc<Device>>> {
+        self.on_gpu.then(Device::shared).transpose()
     }
 
     fn shape(&self, batch: Option<usize>, span: &Span) -> Vec<usize> {
@@ -117,8 +129,18 @@ impl Simulator {
         let (x, v) = (zeros::<R>(py, &shape)?, zeros::<R>(py, &shape)?);
         let (mut x_place, mut v_place) = (x.readwrite(), v.readwrite());
         let places = [x_place.as_slice_mut()?, v_place.as_slice_mut()?];
-        let work = |stop: &Stop| asked.fill(&self.task, places, stop, check);
-        let (done, interrupt) = in_pool(py, asked.batch.robots(), work)?;
+        let robots = asked.batch.robots();
+        let (done, interrupt) = match self.device()? {
+            None => in_pool(py, robots, |stop| {
+                asked.fill(&self.task, places, stop, check)
+            })?,
+            Some(device) => {
+                let walk = |_: &Stop| device.rollouts(&self.task, &asked);
+                let (walks, interrupt) = in_pool(py, IN_POOL, walk)?;
+                let walks = walks.map_err(|why| device.failed(&why))?;
+                (asked.write(&self.task, &walks, places, check), interrupt)
+            }
+        };
         drop((x_place, v_place));
         if let Some(error) = interrupt {
             // The finished states become an attribute of the exception, if it accepts attributes.
@@ -148,26 +170,22 @@ impl Simulator {
             cotangent::<R>("x_bar", cotangents[0], &shape)?,
             cotangent::<R>("v_bar", cotangents[1], &shape)?,
         ];
-        let robots = asked.batch.robots();
-        let length = x_bar.len() / robots;
-        let product = |robot: usize| {
-            let part = |bar: &[R]| bar[robot * length..][..length].to_vec();
-            let cotangents = [part(&x_bar), part(&v_bar)].concat();
-            let mixing = &asked.mixing[robot];
-            let inputs = asked.batch.inputs(robot);
-            let goals = asked.batch.components(robot);
-            let function = |inputs: &Inputs<_>, goals: &[_]| {
-                seen(&self.task, mixing, inputs, goals, &asked.span)
-            };
-            let (values, mut gradient) = inputs.vjp(ALL, &goals, function, &cotangents);
-            let is_absurd = ends_absurd(&values, self.sizes.nodes);
+        let products = match self.device()? {
+            None => self.products(py, &asked, [&x_bar, &v_bar])?,
+            Some(device) => {
+                let pull = |_: &Stop| device.pulled(&self.task, &asked, [&x_bar, &v_bar]);
+                let pulled = whole(in_pool(py, IN_POOL, pull)?)?;
+                pulled.map_err(|why| device.failed(&why))?
+            }
+        };
+        let or_nan = |(is_absurd, mut gradient): (bool, Vec<R>)| {
             if is_absurd {
                 gradient.fill(R::lit(f64::NAN));
             }
             (is_absurd, gradient)
         };
-        let products = in_pool(py, robots, |stop| each(robots, stop, product))?;
-        let (absurd, gradients): (Vec<bool>, Vec<Vec<R>>) = whole(products)?.into_iter().unzip();
+        let (absurd, gradients): (Vec<bool>, Vec<Vec<R>>) =
+            products.into_iter().map(or_nan).unzip();
         if let Some(robot) = absurd.iter().position(|&is| is).filter(|_| check) {
             return Err(self.diverged(&asked, robot));
         }
@@ -185,6 +203,30 @@ impl Simulator {
             Ok(array(py, numbers, &behind(asked.batch.size, &shape))?.into_any())
         });
         arrays.collect()
+    }
+
+    /// For each robot, whether its last state is absurd, and the gradient of its states times their cotangents.
+    fn products<R: Number>(
+        &self,
+        py: Python,
+        asked: &Asked<R>,
+        [x_bar, v_bar]: [&[R]; 2],
+    ) -> PyResult<Vec<(bool, Vec<R>)>> {
+        let robots = asked.batch.robots();
+        let length = x_bar.len() / robots;
+        let product = |robot: usize| {
+            let part = |bar: &[R]| bar[robot * length..][..length].to_vec();
+            let cotangents = [part(x_bar), part(v_bar)].concat();
+            let mixing = &asked.mixing[robot];
+            let inputs = asked.batch.inputs(robot);
+            let goals = asked.batch.components(robot);
+            let function = |inputs: &Inputs<_>, goals: &[_]| {
+                seen(&self.task, mixing, inputs, goals, &asked.span)
+            };
+            let (values, gradient) = inputs.vjp(ALL, &goals, function, &cotangents);
+            (ends_absurd(&values, self.sizes.nodes), gradient)
+        };
+        whole(in_pool(py, robots, |stop| each(robots, stop, product))?)
     }
 
     fn jvp_in<'py, R: Number>(
@@ -292,10 +334,13 @@ fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
 
 #[pymethods]
 impl Simulator {
-    /// Prepares rollouts in a scene.
+    /// Prepares rollouts in a scene, on the GPU or on the processor.
     #[new]
-    fn new(scene: &Scene) -> PyResult<Self> {
+    fn new(scene: &Scene, on_gpu: bool) -> PyResult<Self> {
         caught(|| {
+            if on_gpu {
+                Device::shared()?;
+            }
             simulator_fits(&scene.scene)?;
             let mut scene = scene.scene.clone();
             // The arrays of a controller do not contain a tempo.
@@ -303,7 +348,12 @@ impl Simulator {
             let codesign = CoDesign::new(&scene).map_err(raised)?;
             let task = codesign.task().clone();
             let sizes = Sizes::of(&task.lattice, &scene.controller);
-            Ok(Self { scene, task, sizes })
+            Ok(Self {
+                scene,
+                task,
+                sizes,
+                on_gpu,
+            })
         })
     }
 
@@ -318,6 +368,7 @@ impl Simulator {
                 scene: self.scene.clone(),
                 task: self.task.with_goals(&sizes.goals(&goals)),
                 sizes,
+                on_gpu: self.on_gpu,
             })
         })
     }

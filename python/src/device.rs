@@ -1,0 +1,166 @@
+//! Populations on a GPU.
+
+use crate::arrays::Number;
+use crate::asked::{Asked, surroundings_of};
+use crate::errors::{Error, refused};
+use autodiff::Var;
+use cosmic::design::{Design, Mixture};
+use cosmic::inputs::{ALL, Inputs};
+use cosmic::lattice::Body;
+use cosmic::population::{Batch, Populations, Refused};
+use cosmic::simulator::{Trajectory, Wanted};
+use cosmic::task::Task;
+use cosmic_gpu::{Gpu, Losses, Member, OnGpu};
+use pyo3::prelude::*;
+use std::process;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A GPU with the programs that it has compiled.
+pub(crate) struct Device(OnGpu);
+
+/// The GPU, with the number of the process that opened it. A forked process must open it again.
+static OPENED: Mutex<Option<(u32, Arc<Device>)>> = Mutex::new(None);
+
+/// A robot's positions and velocities times their cotangents, as a loss.
+struct Pulled<'a, R> {
+    task: &'a Task,
+    asked: &'a Asked<R>,
+    /// The cotangents of all robots' observed positions, and of their velocities.
+    bars: [&'a [R]; 2],
+}
+
+impl Device {
+    /// Whether this wheel has GPU support.
+    pub(crate) const IS_SUPPORTED: bool = true;
+
+    /// Returns the GPU of this process.
+    pub(crate) fn shared() -> PyResult<Arc<Self>> {
+        let mut opened = OPENED.lock().unwrap_or_else(PoisonError::into_inner);
+        let process = process::id();
+        if let Some((owner, device)) = &*opened
+            && *owner == process
+        {
+            return Ok(Arc::clone(device));
+        }
+        let gpu = Gpu::of_environment().and_then(OnGpu::new);
+        let device = Arc::new(Self(gpu.map_err(|error| refused(error.to_string()))?));
+        *opened = Some((process, Arc::clone(&device)));
+        Ok(device)
+    }
+
+    /// The exception for work that the device cannot do.
+    pub(crate) fn failed(&self, why: &str) -> PyErr {
+        Error::new_err(format!("{} cannot simulate this: {why}", self.0.name()))
+    }
+
+    /// Computes the rollouts of all robots, in single precision.
+    pub(crate) fn rollouts<R: Number>(
+        &self,
+        task: &Task,
+        asked: &Asked<R>,
+    ) -> Result<Vec<Trajectory<R>>, Refused> {
+        let batch = batch(task, asked, |robot| asked.design(task, robot));
+        let walks = self.0.rollouts(&[batch])?.into_iter().flatten();
+        Ok(walks.map(|walk| walk.map(R::lit)).collect())
+    }
+
+    /// For each robot, whether its last state is absurd, and the gradient of its states times `bars` by all inputs and
+    /// then by its goals.
+    pub(crate) fn pulled<R: Number>(
+        &self,
+        task: &Task,
+        asked: &Asked<R>,
+        bars: [&[R]; 2],
+    ) -> Result<Vec<(bool, Vec<R>)>, Refused> {
+        let of = batch(task, asked, |robot| {
+            asked.mixing[robot].design(task, asked.batch.z(robot))
+        });
+        let by = Wanted {
+            bodies: true,
+            controllers: true,
+            surroundings: !asked.batch.components(0).is_empty(),
+        };
+        let losses = Pulled { task, asked, bars };
+        let found = self.0.differentiated(&of, by, &losses)?.into_iter();
+        let single = |gradient: Vec<f64>| gradient.into_iter().map(R::lit).collect();
+        Ok(found
+            .map(|found| {
+                let last = found.trajectory.states.last();
+                (
+                    last.is_some_and(|state| state.is_absurd()),
+                    single(found.gradient),
+                )
+            })
+            .collect())
+    }
+}
+
+/// The requested robots as a population. `design` is the design of a robot.
+fn batch<R: Number>(
+    task: &Task,
+    asked: &Asked<R>,
+    design: impl Fn(usize) -> Design<Mixture<R>>,
+) -> Batch {
+    let of = &asked.batch;
+    let robots = of.robots();
+    let or_one = |is_shared: bool| 0..if is_shared { 1 } else { robots };
+    let body = |robot| -> Body<f64> { task.body(&design(robot)).map(Into::into) };
+    let surroundings = |robot| surroundings_of(task, &of.components(robot)).map(Into::into);
+    Batch {
+        simulator: task.simulator.clone(),
+        span: asked.span.clone(),
+        surroundings: or_one(of.shares_goals()).map(surroundings).collect(),
+        bodies: or_one(of.shares_design()).map(body).collect(),
+        controllers: or_one(of.shared_controller().is_some())
+            .map(|robot| of.controller(robot).map(Into::into))
+            .collect(),
+        starts: (0..robots)
+            .map(|robot| of.start(robot).map(Into::into))
+            .collect(),
+    }
+}
+
+impl<R: Number> Pulled<'_, R> {
+    fn inputs(&self, robot: usize) -> Inputs<f64> {
+        let inputs = self.asked.batch.inputs(robot);
+        Inputs {
+            z: inputs.z.iter().map(|row| row.map(Into::into)).collect(),
+            controller: inputs.controller.map(Into::into),
+            start: inputs.start.map(Into::into),
+        }
+    }
+}
+
+impl<R: Number> Losses for Pulled<'_, R> {
+    fn numbers(&self, robot: usize) -> Vec<f64> {
+        let goals = self.asked.batch.components(robot).into_iter();
+        let mut numbers = self.inputs(robot).get(ALL);
+        numbers.extend(goals.map(Into::<f64>::into));
+        numbers
+    }
+
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
+        let mut inputs: Inputs<Var<f64>> = self.inputs(robot).lift();
+        let goals = self.asked.batch.components(robot).len();
+        let (own, goals) = numbers.split_at(numbers.len() - goals);
+        inputs.set(ALL, own);
+        Member {
+            surroundings: surroundings_of(self.task, goals),
+            body: (self.task).body(&self.asked.mixing[robot].design(self.task, &inputs.z)),
+            controller: inputs.controller,
+            start: inputs.start,
+        }
+    }
+
+    fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
+        let length = self.bars[0].len() / self.asked.batch.robots();
+        let of_robot = |bars: &'_ [R]| bars[robot * length..][..length].to_vec();
+        let [x_bars, v_bars] = self.bars.map(of_robot);
+        let seen = crate::arrays::flattened(std::slice::from_ref(walk));
+        let seen = seen.x.into_iter().chain(seen.v);
+        let bars = x_bars.into_iter().chain(v_bars);
+        seen.zip(bars)
+            .map(|(x, bar)| x * Var::constant(bar.into()))
+            .sum()
+    }
+}

@@ -1,0 +1,39 @@
+//! In place of `device.rs` in a wheel without GPU support.
+
+use crate::asked::Asked;
+use crate::errors::refused;
+use cosmic::simulator::Trajectory;
+use cosmic::task::Task;
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// There is none.
+pub(crate) enum Device {}
+
+impl Device {
+    /// Whether this wheel has GPU support.
+    pub(crate) const IS_SUPPORTED: bool = false;
+
+    pub(crate) fn shared() -> PyResult<Arc<Self>> {
+        Err(refused(
+            "device: \"gpu\": this package has no GPU support; install cosmic-codesign-gpu in its place".to_owned(),
+        ))
+    }
+
+    pub(crate) fn failed(&self, _: &str) -> PyErr {
+        match *self {}
+    }
+
+    pub(crate) fn rollouts<R>(&self, _: &Task, _: &Asked<R>) -> Result<Vec<Trajectory<R>>, String> {
+        match *self {}
+    }
+
+    pub(crate) fn pulled<R>(
+        &self,
+        _: &Task,
+        _: &Asked<R>,
+        _: [&[R]; 2],
+    ) -> Result<Vec<(bool, Vec<R>)>, String> {
+        match *self {}
+    }
+}
