@@ -6,12 +6,12 @@ set -euo pipefail
 cd "$(dirname "$0")"
 here=$PWD
 if [ "${1:-}" = --gpu ]; then
-  name=cosmic_codesign_gpu folder=target/venv-gpu tests=tests/test_gpu.py
-  features=(--features gpu) needs=(numpy tqdm jax pytest)
+  name=cosmic_codesign_gpu folder=target/venv-gpu
+  tests=(tests/test_gpu.py tests/test_page.py) features=(--features gpu) needs=(numpy tqdm jax pytest)
   build() { PATH=$venv/bin:$PATH ./gpu-wheel.sh; }
 else
-  name=cosmic_codesign folder=${1:-target/venv} tests=tests
-  features=() needs=()
+  name=cosmic_codesign folder=${1:-target/venv}
+  tests=(tests) features=() needs=()
   build() { "$python" -m maturin build --release --quiet --out target/wheels; }
 fi
 mkdir -p "$folder"
@@ -75,4 +75,4 @@ say 'tests of the installed package'
 import cosmic, sys
 print(cosmic.__file__)
 sys.exit(None if cosmic.__file__.startswith(sys.prefix) else 'this is not the installed package')"
-"$python" -m pytest -p no:cacheprovider --tb=short -rs "$here/$tests"
+"$python" -m pytest -p no:cacheprovider --tb=short -rs "${tests[@]/#/$here/}"

@@ -1,5 +1,7 @@
 //! Populations of `cosmic` on a device.
 
+use std::collections::VecDeque;
+use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use autodiff::Var;
@@ -18,10 +20,13 @@ use crate::robots::{ByParts, Differentiated, Losses, Member, RobotsOnGpu};
 /// The number of invocations that carry one robot.
 pub const WORKGROUP: usize = 64;
 
-/// A device that simulates populations. It keeps the programs that it has compiled.
+/// The most programs that a device keeps.
+const KEPT: usize = 32;
+
+/// A device that simulates populations. It keeps the latest programs that it has compiled.
 pub struct OnGpu {
     gpu: Gpu,
-    compiled: Mutex<Vec<Compiled>>,
+    compiled: Mutex<VecDeque<Compiled>>,
     /// The threads that prepare robots for the device.
     pool: ThreadPool,
 }
@@ -89,12 +94,13 @@ impl<L: Losses> Losses for OfPart<'_, L> {
 }
 
 impl OnGpu {
-    /// Prepares a device.
+    /// Prepares a device. Its work is prepared on this many threads, by default one per core.
     ///
     /// # Errors
-    /// If no threads can be started.
-    pub fn new(gpu: Gpu) -> Result<Self, GpuError> {
-        let pool = ThreadPoolBuilder::new().build();
+    /// If the threads cannot be started.
+    pub fn new(gpu: Gpu, threads: Option<NonZeroUsize>) -> Result<Self, GpuError> {
+        let threads = threads.map_or(0, NonZeroUsize::get);
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         Ok(Self {
             gpu,
             compiled: Mutex::default(),
@@ -191,7 +197,10 @@ impl OnGpu {
             true => Population::new(&self.gpu, program.clone())?,
             false => Population::only_forward(&self.gpu, program.clone())?,
         });
-        known.push(Compiled {
+        if known.len() == KEPT {
+            known.pop_front();
+        }
+        known.push_back(Compiled {
             source: program.source().to_owned(),
             reverses,
             population: Arc::clone(&population),

@@ -1,5 +1,6 @@
 //! GPU support for the program `cosmic`.
 
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use cosmic::case::Case;
@@ -45,14 +46,14 @@ impl GpuSupport for Support {
         adapters().iter().map(describe).collect()
     }
 
-    fn open(&self) -> Result<Arc<dyn Populations>> {
+    fn open(&self, threads: Option<NonZeroUsize>) -> Result<Arc<dyn Populations>> {
         let gpu = Gpu::of_environment().map_err(usage)?;
-        Ok(Arc::new(OnGpu::new(gpu).map_err(usage)?))
+        Ok(Arc::new(OnGpu::new(gpu, threads).map_err(usage)?))
     }
 
     fn explain(&self, case: &Case, scene: &Scene) -> Result<Vec<(&'static str, Value)>> {
         let gpu = Gpu::of_environment().map_err(usage)?;
-        let device = OnGpu::new(gpu).map_err(usage)?;
+        let device = OnGpu::new(gpu, None).map_err(usage)?;
         let (gpu, simulator) = (
             device.gpu(),
             Simulator::new(&case.lattice, &case.physics, &case.observation),

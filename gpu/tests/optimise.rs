@@ -57,7 +57,7 @@ fn plan(scene: Scene, starts: usize) -> RunPlan {
 }
 
 fn on(gpu: &Gpu) -> Option<Arc<dyn Populations>> {
-    Some(Arc::new(OnGpu::new(gpu.clone()).unwrap()))
+    Some(Arc::new(OnGpu::new(gpu.clone(), None).unwrap()))
 }
 
 /// The records of a start in a search.
@@ -191,7 +191,7 @@ fn a_run_goes_on_after_its_device_is_lost() {
     let run = folder.path().join("run");
     let plan = plan(scene(""), 2);
     let device = Lost {
-        device: OnGpu::new(gpu).unwrap(),
+        device: OnGpu::new(gpu, None).unwrap(),
         left: AtomicUsize::new(10),
     };
     let lost = optimise_on(Some(Arc::new(device)), &run, &plan, &mut ()).unwrap_err();

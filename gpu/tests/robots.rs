@@ -287,7 +287,7 @@ fn robots_may_share_body_and_controller() {
         ..shared.clone()
     };
     // Two robots at a time.
-    let device = OnGpu::new(gpu.with_memory(1)).unwrap();
+    let device = OnGpu::new(gpu.with_memory(1), None).unwrap();
     let walked = device.rollouts(&[shared.clone(), own]).unwrap();
     let pairs = walked[0].iter().zip(&walked[1]).zip(&shared.starts);
     for ((shared, own), start) in pairs {

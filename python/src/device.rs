@@ -42,7 +42,7 @@ impl Device {
         {
             return Ok(Arc::clone(device));
         }
-        let gpu = Gpu::of_environment().and_then(OnGpu::new);
+        let gpu = Gpu::of_environment().and_then(|gpu| OnGpu::new(gpu, None));
         let device = Arc::new(Self(gpu.map_err(|error| refused(error.to_string()))?));
         *opened = Some((process, Arc::clone(&device)));
         Ok(device)

@@ -36,6 +36,15 @@ GOALS: dict[str, Any] = {
 EXACT = ["design.json", "trajectory.json"]
 
 
+def why_no_gpu() -> str | None:
+    """Why there are no simulators on a GPU; None if there are."""
+    try:
+        cosmic.Simulator(SHORT, device="gpu")
+    except cosmic.InputError as error:
+        return str(error)
+    return None
+
+
 def robot(sim: cosmic.Simulator, seed: int, height: float = 0.0) -> cosmic.Inputs:
     """A robot that differs from all others in every number, lifted off the ground."""
     random = np.random.default_rng(seed)

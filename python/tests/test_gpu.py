@@ -9,18 +9,15 @@ from typing import Any
 import cosmic
 import numpy as np
 import pytest
-from common import GOALS, SHORT, airborne, like, robot, same, stacked
+from common import GOALS, SHORT, airborne, like, robot, same, stacked, why_no_gpu
 from cosmic import _core
 
 
 def pair(scene: Any) -> tuple[cosmic.Simulator, cosmic.Simulator]:
     """The simulators of a scene on the processor and on the GPU."""
-    if not _core.GPU:
-        pytest.skip("this package has no GPU support")
-    try:
-        return cosmic.Simulator(scene), cosmic.Simulator(scene, device="gpu")
-    except cosmic.InputError as error:
-        pytest.skip(str(error))
+    if why := why_no_gpu():
+        pytest.skip(why)
+    return cosmic.Simulator(scene), cosmic.Simulator(scene, device="gpu")
 
 
 def close(a: Any, b: Any, tolerance: float) -> bool:

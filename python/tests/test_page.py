@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from common import why_no_gpu
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 #: Packages that a block may need.
@@ -23,6 +24,8 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         for module, package in PACKAGES.items()
         if importlib.util.find_spec(package) is None
     ]
+    if why_no_gpu():
+        missing.append('device="gpu"')
     names: dict[str, Any] = {}
     done = 0
     for block in blocks:

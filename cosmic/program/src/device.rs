@@ -7,6 +7,7 @@ use cosmic::error::{Error, Result};
 use cosmic::population::Populations;
 use cosmic::scene::Scene;
 use serde_json::{Value, json};
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 /// What a program with GPU support can do. The package `cosmic-gpu` implements it; its program is this one with GPU
@@ -15,11 +16,12 @@ pub trait GpuSupport: Send + Sync {
     /// Describes each adapter in a line, the one that is taken first.
     fn adapters(&self) -> Vec<String>;
 
-    /// Opens the adapter that the user chose, or the first one.
+    /// Opens the adapter that the user chose, or the first one. The device prepares its work on this many threads, by
+    /// default one per core.
     ///
     /// # Errors
     /// [`Error::Usage`] if there is none, or if it cannot be opened.
-    fn open(&self) -> Result<Arc<dyn Populations>>;
+    fn open(&self, threads: Option<NonZeroUsize>) -> Result<Arc<dyn Populations>>;
 
     /// Describes how a robot runs on the adapter: names of facts, with numbers or texts. `scene` has the loss.
     ///
@@ -69,10 +71,14 @@ impl On {
     }
 
     /// Opens the device; `None` for the processor.
-    pub(super) fn open(&self, gpu: Gpu<'_>) -> Result<Option<Arc<dyn Populations>>> {
+    pub(super) fn open(
+        &self,
+        gpu: Gpu<'_>,
+        threads: Option<NonZeroUsize>,
+    ) -> Result<Option<Arc<dyn Populations>>> {
         match self.device {
             Device::Cpu => Ok(None),
-            Device::Gpu => support(gpu)?.open().map(Some),
+            Device::Gpu => support(gpu)?.open(threads).map(Some),
         }
     }
 }

@@ -103,7 +103,7 @@ impl Arguments {
                 "`--search halving` needs several starts: add --starts N".into(),
             ));
         }
-        let device = self.on.open(gpu)?;
+        let device = self.on.open(gpu, self.work.threads)?;
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
         let from = self.from.as_deref();

@@ -27,7 +27,7 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
-        let device = self.on.open(gpu)?;
+        let device = self.on.open(gpu, self.work.threads)?;
         if self.allow_unstable {
             allow_unstable(&self.run, registry)?;
         }

@@ -80,7 +80,7 @@ impl Arguments {
                 None => self.settings.refuse(reason).map(|()| None)?,
             },
             registry: registry.clone(),
-            device: self.on.open(gpu)?,
+            device: self.on.open(gpu, None)?,
         };
         let found = measure(&self.runs, &domains)?;
         if let Some(path) = &self.out {

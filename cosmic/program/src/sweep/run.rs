@@ -68,7 +68,7 @@ impl Run {
             folder,
             plan,
             registry,
-            device: self.on.open(gpu)?,
+            device: self.on.open(gpu, self.work.threads)?,
         };
         match (&self.index, &runs[..]) {
             (Index::Auto, _) => one(&sweep, None, interrupt, &self.work),
