@@ -7,11 +7,13 @@ cd "$(dirname "$0")"
 here=$PWD
 if [ "${1:-}" = --gpu ]; then
   name=cosmic_codesign_gpu folder=target/venv-gpu
-  tests=(tests/test_gpu.py tests/test_page.py) features=(--features gpu) needs=(numpy tqdm jax pytest)
-  build() { PATH=$venv/bin:$PATH ./gpu-wheel.sh; }
+  tests=(tests/test_gpu.py tests/test_page.py) needs=(numpy tqdm jax pytest)
+  # What gpu/check.sh has compiled is compiled already.
+  how=(--profile dev --features gpu --target-dir "$here/../gpu/target")
+  build() { PATH=$venv/bin:$PATH ./gpu-wheel.sh "${how[@]}"; }
 else
   name=cosmic_codesign folder=${1:-target/venv}
-  tests=(tests) features=() needs=()
+  tests=(tests) needs=() how=(--release)
   build() { "$python" -m maturin build --release --quiet --out target/wheels; }
 fi
 mkdir -p "$folder"
@@ -49,7 +51,7 @@ install 'maturin>=1.8,<2'
 
 say 'formatting and lints'
 cargo fmt --check
-cargo clippy --release --quiet "${features[@]}" -- -D warnings
+cargo clippy --quiet "${how[@]}" -- -D warnings
 
 say 'the wheel from source'
 rm -f target/wheels/"$name"-*.whl
