@@ -54,8 +54,9 @@ pub trait Losses: Sync {
     /// The numbers by which the loss of a robot is differentiated.
     fn numbers(&self, robot: usize) -> Vec<f64>;
 
-    /// The robot as a function of these numbers. It may depend on what the step was printed for: bodies, controllers or
-    /// surroundings that were not [wanted](Wanted) count as constant.
+    /// The robot as a function of these numbers. Bodies, controllers or surroundings that were not [wanted](Wanted) when the
+    /// step was printed count as constant in the rollout. If cotangents are bounded, those of an observed start are added
+    /// after the bound.
     fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>>;
 
     /// The loss of a walk.
@@ -89,23 +90,24 @@ pub(crate) struct ByParts<'a, L, O> {
 }
 
 impl<'a, L, O> ByParts<'a, L, O> {
-    /// The gradient of a robot: by the body and the controller, zeros if they are not wanted, and by the rest.
+    /// The gradient of a robot by its body, by its controller, and by its start: zeros for a body or a controller that is not
+    /// wanted, and nothing for a start that is not.
     pub(crate) fn split(
         &self,
         robot: usize,
         mut gradient: &[f64],
     ) -> (Body<f64>, Vec<f64>, Vec<f64>) {
         let (_, body, controller) = of_member(&self.robots, robot);
-        let mut next = |is_wanted: bool, zeros: Vec<f64>| match is_wanted {
+        let mut next = |is_wanted: bool, len: usize| match is_wanted {
             true => {
-                let (part, others) = gradient.split_at(zeros.len());
+                let (part, others) = gradient.split_at(len);
                 gradient = others;
                 part.to_vec()
             }
-            false => zeros.iter().map(|_| 0.0).collect(),
+            false => vec![0.0; len],
         };
-        let of_body = next(self.wanted.bodies, body.numbers());
-        let of_controller = next(self.wanted.controllers, controller.numbers().to_vec());
+        let of_body = next(self.wanted.bodies, body.numbers().len());
+        let of_controller = next(self.wanted.controllers, controller.numbers().len());
         (
             body.with_numbers(&of_body),
             of_controller,
