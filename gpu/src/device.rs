@@ -112,7 +112,7 @@ impl Gpu {
     /// environment names (`COSMIC_GPU_MEMORY`, in MiB).
     ///
     /// # Errors
-    /// If there is no such adapter, it cannot be opened, or the budget is not a number from 1 on.
+    /// If there is no such adapter, it cannot be opened, or the budget is not a whole number, 1 or more.
     pub fn of_environment() -> Result<Self, GpuError> {
         let gpu = Self::open(std::env::var(NAME).ok().as_deref())?;
         let Ok(memory) = std::env::var(MEMORY) else {

@@ -1,12 +1,14 @@
 //! A program with every operation, on a device and on the processor.
 
+mod device;
 mod program;
 
 use std::sync::Arc;
 
 use autodiff::wgsl::{Options, print};
 use autodiff::{CotangentBound, Rollout, Tape, Var};
-use cosmic_gpu::{Gpu, Members, Population};
+use cosmic_gpu::{Members, Population};
+use device::gpu;
 use program::Every;
 
 /// Numbers that are the same in every run, from -1 to 1.
@@ -18,13 +20,7 @@ fn numbers(count: usize, salt: usize) -> Vec<f32> {
 
 #[test]
 fn a_device_computes_what_the_processor_does() {
-    let gpu = match Gpu::open(std::env::var("COSMIC_GPU").ok().as_deref()) {
-        Ok(gpu) => gpu,
-        Err(error) => {
-            println!("SKIPPED: {error}");
-            return;
-        }
-    };
+    let Some(gpu) = gpu() else { return };
     println!("on {}", gpu.adapter().name);
     let (model, steps, members) = (Every::new(), 50, 3);
     let common = vec![4, 5];

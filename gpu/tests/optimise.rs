@@ -1,5 +1,7 @@
 //! Optimisations whose rollouts and gradients are computed on a device.
 
+mod device;
+
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -13,6 +15,7 @@ use cosmic::record::{Observer, Run, RunPlan, Summary, history, optimise_on, resu
 use cosmic::scene::Scene;
 use cosmic::simulator::{Trajectory, Wanted};
 use cosmic_gpu::{Gpu, OnGpu};
+use device::gpu;
 
 /// Nine nodes, and 20 iterations that go through every phase.
 const SCENE: &str = "
@@ -33,17 +36,6 @@ window = 16
 [gradient]
 precision = 'f32'
 ";
-
-/// Opens a device. Without one, the tests say so and end.
-fn device() -> Option<Gpu> {
-    match Gpu::open(std::env::var("COSMIC_GPU").ok().as_deref()) {
-        Ok(gpu) => Some(gpu),
-        Err(error) => {
-            println!("SKIPPED: {error}");
-            None
-        }
-    }
-}
 
 fn scene(more: &str) -> Scene {
     Scene::parse("tiny", &format!("{SCENE}{more}")).unwrap()
@@ -84,7 +76,7 @@ fn mean(of: &[f64]) -> [f64; 2] {
 
 #[test]
 fn a_search_goes_like_on_the_processor() {
-    let Some(gpu) = device() else { return };
+    let Some(gpu) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let plan = plan(scene(""), 8);
@@ -134,7 +126,7 @@ impl Observer for StopAfter {
 
 #[test]
 fn an_interrupted_run_ends_with_the_same_bits() {
-    let Some(gpu) = device() else { return };
+    let Some(gpu) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let plan = plan(scene(""), 2);
@@ -186,7 +178,7 @@ impl Populations for Lost {
 
 #[test]
 fn a_run_goes_on_after_its_device_is_lost() {
-    let Some(gpu) = device() else { return };
+    let Some(gpu) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     let plan = plan(scene(""), 2);
@@ -210,7 +202,7 @@ fn a_run_goes_on_after_its_device_is_lost() {
 /// A population that does not fit is divided. Its results stay the same, because members do not depend on one another.
 #[test]
 fn a_large_population_is_divided() {
-    let Some(gpu) = device() else { return };
+    let Some(gpu) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let mut plan = plan(scene(""), 4);
@@ -224,7 +216,7 @@ fn a_large_population_is_divided() {
 
 #[test]
 fn what_a_device_cannot_run_is_refused_before_the_run() {
-    let Some(gpu) = device() else { return };
+    let Some(gpu) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     for (setting, words) in [
         ("gradient.precision=f64", "double precision"),

@@ -1,13 +1,11 @@
 //! Robots of the built-in scenes, on a device and on the processor.
 
 mod alike;
+mod device;
 
-use std::path::PathBuf;
-
-use alike::{Begun, assert_alike, assert_alike_in, gpu, positions};
+use alike::{Begun, assert_alike, assert_alike_in, positions};
 use autodiff::Real;
 use cosmic::Registry;
-use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Contact, Impact, Law, Node, NodeForce, contact, on_nodes};
@@ -16,6 +14,8 @@ use cosmic::scene::{BUILTIN, Integrator, Scene};
 use cosmic::settings::within;
 use cosmic::simulator::{Span, Wanted};
 use cosmic_gpu::{OnGpu, RobotsOnGpu};
+use cosmic_tests::{own_reference_folder, references};
+use device::gpu;
 
 #[test]
 fn scenes_begin_alike_on_a_device_and_on_the_processor() {
@@ -118,17 +118,12 @@ fn numbers_may_lie_in_a_buffer() {
 #[test]
 fn reference_cases_walk_alike_on_a_device_and_on_the_processor() {
     let Some(gpu) = gpu() else { return };
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/reference");
-    let files = std::fs::read_dir(folder).unwrap();
-    let files = files.map(|entry| entry.unwrap().path());
-    let is_case = |path: &PathBuf| path.extension().is_some_and(|is| is == "json");
-    let mut files: Vec<PathBuf> = files.filter(is_case).collect();
-    files.sort();
-    assert!(files.len() > 10);
-    for path in files {
-        let mut case = Case::read(&path).unwrap();
+    let references = references(&own_reference_folder());
+    assert!(references.len() > 10);
+    for reference in references {
+        let mut case = reference.case();
         case.physics.steps = case.physics.steps.max(64);
-        let name = path.file_stem().unwrap().to_string_lossy();
+        let name = reference.path.file_stem().unwrap().to_string_lossy();
         let begun = Begun::of([case.clone(), case]);
         let printed = begun.printed(64, gpu.memory_of_workgroup());
         let compared = begun.compare(&gpu, printed).unwrap();

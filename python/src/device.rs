@@ -1,6 +1,6 @@
 //! Populations on a GPU.
 
-use crate::arrays::Number;
+use crate::arrays::{Number, flattened};
 use crate::asked::{Asked, surroundings_of};
 use crate::errors::{Error, refused};
 use autodiff::Var;
@@ -154,13 +154,13 @@ impl<R: Number> Losses for Pulled<'_, R> {
 
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
         let length = self.bars[0].len() / self.asked.batch.robots();
-        let of_robot = |bars: &'_ [R]| bars[robot * length..][..length].to_vec();
-        let [x_bars, v_bars] = self.bars.map(of_robot);
-        let seen = crate::arrays::flattened(std::slice::from_ref(walk));
-        let seen = seen.x.into_iter().chain(seen.v);
-        let bars = x_bars.into_iter().chain(v_bars);
-        seen.zip(bars)
-            .map(|(x, bar)| x * Var::constant(bar.into()))
-            .sum()
+        let [x_bars, v_bars] = self.bars.map(|bars| &bars[robot * length..][..length]);
+        let seen = flattened(std::slice::from_ref(walk));
+        let pairs = seen
+            .x
+            .iter()
+            .chain(&seen.v)
+            .zip(x_bars.iter().chain(v_bars));
+        pairs.map(|(&x, &bar)| x * Var::constant(bar.into())).sum()
     }
 }

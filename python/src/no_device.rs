@@ -7,7 +7,7 @@ use cosmic::task::Task;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// There is none.
+/// A GPU, which this wheel cannot use: there is no value of this type.
 pub(crate) enum Device {}
 
 impl Device {

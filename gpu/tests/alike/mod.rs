@@ -11,17 +11,6 @@ use cosmic::simulator::{
 };
 use cosmic_gpu::{Gpu, GpuError, RobotsOnGpu};
 
-/// Opens a device. Without one, the tests say so and end.
-pub fn gpu() -> Option<Gpu> {
-    match Gpu::open(std::env::var("COSMIC_GPU").ok().as_deref()) {
-        Ok(gpu) => Some(gpu),
-        Err(error) => {
-            println!("SKIPPED: {error}");
-            None
-        }
-    }
-}
-
 /// The mean of the positions of all nodes in all observed states: forward, and a little upward.
 pub fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
     let mean = |state: &State<R>| {
