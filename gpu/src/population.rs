@@ -217,16 +217,19 @@ impl Population {
                 count * placed.len,
                 "the numbers of a parameter"
             );
-            let places: Vec<usize> = placed.places().collect();
-            match placed.is_common {
-                true => fill(&mut all, &places, numbers),
-                false => own_places.push((places, numbers)),
+            let copies: [Vec<usize>; 2] =
+                [placed.places().collect(), placed.places_of_copy().collect()];
+            for places in copies {
+                match placed.is_common {
+                    true => fill(&mut all, &places, numbers),
+                    false => own_places.push((places, placed.len, numbers)),
+                }
             }
         }
         // The members take most of the time of a large population.
         let fill_member = |(member, part): (usize, &mut [f32])| {
-            for (places, numbers) in &own_places {
-                fill(part, places, &numbers[member * places.len()..]);
+            for (places, len, numbers) in &own_places {
+                fill(part, places, &numbers[member * len..]);
             }
         };
         let parts = each.par_chunks_mut(own.max(1)).enumerate();

@@ -2,78 +2,139 @@
 
 use std::fmt::Write;
 
-use super::printing::{Kept, Printing, place, value};
-use super::writer::{Access, By, Space, Writer, each};
+use super::printing::{Kept, Printing, place, start_of, value};
+use super::writer::{Access, By, Space, Writer, each, indented};
 use crate::arrays::DenseLayer;
 use crate::record::symbol::Symbol;
 
-/// Prints a dense layer. Several invocations share a row if there are more than rows: each sums a part of the columns.
-pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Symbol>) {
-    let [rows, columns] = [of.matrix.rows, of.matrix.columns];
-    let parts = (p.size / rows.max(1)).clamp(1, columns.max(1));
-    let accesses: Vec<Access> = of
-        .inputs
-        .iter()
-        .filter_map(|&x| p.read(x, By::Any))
-        .collect();
-    let matrix = p.memory.matrix(of.matrix.parameter);
-    let products = |of_part: &str, step: usize| {
+/// How many terms of a sum are printed one after the other, so that a device reads their numbers at once.
+const UNROLLED: usize = 8;
+
+/// The product of a matrix and a vector, whose numbers lie in several arrays. Several invocations share a row if there
+/// are more than rows: each sums a part of the columns.
+struct Product {
+    /// The beginning of the expression for an entry of the matrix, of which the columns lie one after the other.
+    matrix: String,
+    rows: usize,
+    /// The lengths of the arrays, and the beginnings of the expressions for their numbers.
+    vector: Vec<(usize, String)>,
+    parts: usize,
+}
+
+impl Product {
+    fn new(size: usize, matrix: String, rows: usize, vector: Vec<(usize, String)>) -> Self {
+        let columns: usize = vector.iter().map(|(len, _)| len).sum();
+        Self {
+            matrix,
+            rows,
+            vector,
+            parts: (size / rows.max(1)).clamp(1, columns.max(1)),
+        }
+    }
+
+    /// The lines that add the products of row `r` and a part of the columns to `sum`: part `p` has the columns
+    /// `p, p + parts, ...` of each array.
+    fn terms(&self, part: &str) -> String {
+        let Self {
+            matrix,
+            rows,
+            vector,
+            parts,
+        } = self;
         let (mut text, mut before) = (String::new(), 0);
-        for &x in &of.inputs {
-            // Part `p` has the columns `p, p + parts, ...` of each input.
-            let _ = writeln!(
-                text,
-                "for (var c = {of_part}; c < {}u; c += {step}u) {{\n    \
-                     sum = fma({matrix} + (c + {before}u) * {rows}u + r], {}, sum);\n}}",
-                x.len,
-                value(x, "c")
-            );
-            before += x.len;
+        for (len, from) in vector {
+            let term = |column: &str, more: usize| {
+                format!(
+                    "sum = fma({matrix} + ({column} + {}u) * {rows}u + r], {from} + {column} + {more}u], sum);\n",
+                    before + more
+                )
+            };
+            let (each, rest) = (len / parts, len % parts);
+            let bundles = each / UNROLLED;
+            let stride = UNROLLED * parts;
+            let mut at = 0;
+            if bundles > 1 {
+                let terms: String = (0..UNROLLED).map(|k| term("c", k * parts)).collect();
+                let _ = write!(
+                    text,
+                    "for (var c = {part}; c < {}u; c += {stride}u) {{\n{}}}\n",
+                    bundles * stride,
+                    indented(&terms, 4)
+                );
+                at = bundles * UNROLLED;
+            }
+            text.extend((at..each).map(|k| term(part, k * parts)));
+            if rest > 0 {
+                let _ = writeln!(
+                    text,
+                    "if ({part} < {rest}u) {{ {} }}",
+                    term(part, each * parts).trim_end()
+                );
+            }
+            before += len;
         }
         text
-    };
-    let activated = |sum: &str| match of.tanh {
-        true => format!("tanh_of({sum})"),
-        false => sum.to_owned(),
-    };
-    let places = of.places();
-    let to = match places.iter().enumerate().all(|(row, &place)| row == place) {
-        true => place(of.output, "i"),
-        false => {
-            let table = p.tables.place(places.iter().map(|&at| at as u32).collect());
-            place(of.output, &format!("table[{table}u + i]"))
-        }
-    };
-    let bias = value(of.bias, "i");
-    let reads_bias = p.read(of.bias, By::Any);
-    if parts == 1 {
-        let body = format!(
-            "let r = i;\nvar sum = {bias};\n{}{to} = {};\n",
-            products("0u", 1),
-            activated("sum")
-        );
-        let mut accesses = accesses;
-        accesses.extend(reads_bias);
-        accesses.push(p.write(of.output, By::Any));
-        writer.stage(accesses, &each(rows, &body));
-        return;
     }
-    p.needs_scratch(parts * rows);
-    let body = format!(
-        "let r = i % {rows}u;\nlet part = i / {rows}u;\nvar sum = 0.0f;\n{}scratch[i] = sum;\n",
-        products("part", parts)
+
+    /// Writes the product. `stored` are the lines that read the sum, `sum`, of row `i`, which begins as `first`; scratch
+    /// is free from place `free` on.
+    fn print(
+        &self,
+        p: &mut Printing,
+        writer: &mut Writer,
+        free: usize,
+        [first, stored]: [&str; 2],
+        [reads, stores]: [Vec<Access>; 2],
+    ) {
+        let Self { rows, parts, .. } = self;
+        if *parts == 1 {
+            let body = format!(
+                "let r = i;\nvar sum = {first};\n{}{stored}",
+                self.terms("0u")
+            );
+            writer.stage([reads, stores].concat(), &each(*rows, &body));
+            return;
+        }
+        p.needs_scratch(free + parts * rows);
+        let body = format!(
+            "let r = i % {rows}u;\nlet part = i / {rows}u;\nvar sum = 0.0f;\n{}scratch[{free}u + i] = sum;\n",
+            self.terms("part")
+        );
+        let mut accesses = reads;
+        accesses.push(p.scratch(By::Any, true));
+        writer.stage(accesses, &each(parts * rows, &body));
+        let body = format!(
+            "var sum = {first};\nfor (var part = 0u; part < {parts}u; part++) {{\n    \
+                 sum += scratch[{free}u + part * {rows}u + i];\n}}\n{stored}"
+        );
+        let mut accesses = vec![p.scratch(By::Any, false)];
+        accesses.extend(stores);
+        writer.stage(accesses, &each(*rows, &body));
+    }
+}
+
+/// Prints a dense layer.
+pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Symbol>) {
+    let reads = p.reads(&of.inputs, By::Any);
+    let vector = of.inputs.iter().map(|&x| (x.len, start_of(x))).collect();
+    let matrix = p.memory.matrix(of.matrix.parameter);
+    let places = of.places();
+    let at = p.index(&places);
+    let to = place(of.output, &at);
+    let stored = match of.tanh {
+        true => format!("{to} = tanh_of(sum);\n"),
+        false => format!("{to} = sum;\n"),
+    };
+    let mut stores = vec![p.write(of.output, By::Any)];
+    stores.extend(p.read(of.bias, By::Any));
+    let product = Product::new(p.size, matrix, of.matrix.rows, vector);
+    product.print(
+        p,
+        writer,
+        0,
+        [&value(of.bias, "i"), &stored],
+        [reads, stores],
     );
-    let mut accesses = accesses;
-    accesses.push(p.scratch(By::Any, true));
-    writer.stage(accesses, &each(parts * rows, &body));
-    let body = format!(
-        "var sum = {bias};\nfor (var part = 0u; part < {parts}u; part++) {{\n    \
-             sum += scratch[part * {rows}u + i];\n}}\n{to} = {};\n",
-        activated("sum")
-    );
-    let mut accesses = vec![p.scratch(By::Any, false), p.write(of.output, By::Any)];
-    accesses.extend(reads_bias);
-    writer.stage(accesses, &each(rows, &body));
 }
 
 /// Prints the reverse of a dense layer.
@@ -85,14 +146,7 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
     if !(of_inputs || of_matrix || of_bias) {
         return;
     }
-    let places = of.places();
-    let at = match places.iter().enumerate().all(|(row, &place)| row == place) {
-        true => "i".to_owned(),
-        false => {
-            let table = p.tables.place(places.iter().map(|&at| at as u32).collect());
-            format!("table[{table}u + i]")
-        }
-    };
+    let at = p.index(&of.places());
     // 1. The cotangents before the activation.
     let first = p.kept();
     let bar = p.bar_at(of.output, "at");
@@ -143,24 +197,32 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
     }
     p.needs_scratch(rows);
     writer.stage(accesses, &text);
-    // 2. The cotangents of the inputs.
+    // 2. The cotangents of the inputs: the product of the transpose and the numbers in scratch.
     if of_inputs {
-        let matrix = p.memory.matrix(of.matrix.parameter);
-        let (mut text, mut before) = (String::new(), 0);
-        let mut accesses = vec![p.scratch(By::Any, false)];
+        let matrix = p.memory.transpose(of.matrix.parameter);
+        let product = Product::new(
+            p.size,
+            matrix,
+            columns,
+            vec![(rows, "scratch[0u".to_owned())],
+        );
+        let (mut stored, mut before, mut stores) = (String::new(), 0, Vec::new());
         for &x in &of.inputs {
-            let body = format!(
-                "var sum = 0.0f;\nlet column = (i + {before}u) * {rows}u;\n\
-                     for (var r = 0u; r < {rows}u; r++) {{\n    sum = fma({matrix} + column + r], scratch[r], sum);\n}}\n\
-                     {} += sum;\n",
-                p.bar_at(x, "i")
-            );
-            before += x.len;
+            let end = before + x.len;
             if p.memory.is_active(x) {
-                text += &each(x.len, &body);
-                accesses.push(p.bar(x, By::Element, true));
+                let add = format!("{} += sum;", p.bar_at(x, &format!("i - {before}u")));
+                match of.inputs.len() {
+                    1 => stored += &format!("{add}\n"),
+                    _ => {
+                        let _ = writeln!(stored, "if (i >= {before}u && i < {end}u) {{ {add} }}");
+                    }
+                }
+                let by = if before == 0 { By::Element } else { By::Any };
+                stores.push(p.bar(x, by, true));
             }
+            before = end;
         }
-        writer.stage(accesses, &text);
+        let reads = vec![p.scratch(By::Any, false)];
+        product.print(p, writer, rows, ["0.0f", &stored], [reads, stores]);
     }
 }

@@ -17,6 +17,9 @@ pub struct Placed {
     pub is_common: bool,
     /// The first number in that buffer or part.
     pub start: usize,
+    /// For a matrix of which the reverse sweep reads the columns, the first number of a copy that has its rows one after
+    /// the other, in the same buffer: neighbouring invocations then read neighbouring numbers.
+    pub rows_from: Option<usize>,
     /// The first number of its cotangents in each robot's part of the buffer `bars`; `None` if they are not wanted.
     pub bar: Option<usize>,
 }
@@ -38,11 +41,20 @@ impl Placed {
         order.into_iter().flatten()
     }
 
+    /// Like [`places`](Self::places), for the copy of a matrix; empty without one.
+    pub fn places_of_copy(&self) -> Range<usize> {
+        self.rows_from.map_or(0..0, |start| start..start + self.len)
+    }
+
     /// The beginning of the expression for a number of the parameter in its buffer, up to the number's place.
     pub(super) fn expression(&self) -> String {
+        self.expression_from(self.start)
+    }
+
+    fn expression_from(&self, start: usize) -> String {
         match self.is_common {
-            true => format!("of_all[{}u", self.start),
-            false => format!("own[own_at + {}u", self.start),
+            true => format!("of_all[{start}u"),
+            false => format!("own[own_at + {start}u"),
         }
     }
 
@@ -86,6 +98,7 @@ impl Memory {
                 matrix,
                 is_common: common[k],
                 start: *end,
+                rows_from: None,
                 bar: None,
             });
             *end += len;
@@ -164,6 +177,25 @@ impl Memory {
     /// The beginning of the expression for an entry of a matrix, up to the number of the entry: `own[own_at + 12u`.
     pub(super) fn matrix(&self, parameter: usize) -> String {
         self.parameters[parameter].expression()
+    }
+
+    /// Gives a matrix a copy that has its rows one after the other.
+    pub(super) fn copy_rows(&mut self, parameter: usize) {
+        let (placed, [own, of_all, _]) = (&mut self.parameters[parameter], &mut self.lengths);
+        let end = if placed.is_common { of_all } else { own };
+        if placed.rows_from.is_none() {
+            placed.rows_from = Some(*end);
+            *end += placed.len;
+        }
+    }
+
+    /// Like [`matrix`](Self::matrix), for the transpose: the copy of the rows.
+    pub(super) fn transpose(&self, parameter: usize) -> String {
+        let placed = &self.parameters[parameter];
+        let from = placed
+            .rows_from
+            .expect("the rows of this matrix are copied");
+        placed.expression_from(from)
     }
 
     /// The parameters that are arrays, with their places.

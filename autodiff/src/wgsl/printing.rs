@@ -216,12 +216,17 @@ impl<'a> Printing<'a> {
     }
 }
 
+/// The beginning of the expressions for the elements of an array.
+pub(super) fn start_of(array: Array) -> String {
+    match array.parameter {
+        true => format!("parameter[{}u", array.start),
+        false => format!("row[{}u", array.start),
+    }
+}
+
 /// The expression that reads an array's element.
 pub(super) fn value(array: Array, at: &str) -> String {
-    match array.parameter {
-        true => format!("parameter[{}u + {at}]", array.start),
-        false => format!("row[{}u + {at}]", array.start),
-    }
+    format!("{} + {at}]", start_of(array))
 }
 
 /// The place of an element of an array of the row.

@@ -181,6 +181,9 @@ fn propagate(program: &Program<Symbol>, memory: &mut Memory) -> Result<(), Refus
                 let mut inputs = of.inputs.clone();
                 inputs.push(of.bias);
                 let of_inputs = of.inputs_active.iter().any(|&id| memory.is_active_id(id));
+                if of_inputs {
+                    memory.copy_rows(of.matrix.parameter);
+                }
                 if of_inputs || memory.is_wanted(of.matrix.parameter) {
                     memory.activate(of.output);
                 }
