@@ -31,9 +31,10 @@ fn every_operation_is_printed() {
         (vec![4, 5, 6, 7], vec![0, 2]),
         (vec![0, 1, 2, 3, 4, 5, 6, 7], (0..8).collect()),
     ] {
-        for workgroup in [4, 64] {
+        for (workgroup, lanes) in [(4, 1), (64, 1), (64, 2), (32, 4)] {
             let options = Options {
                 workgroup,
+                lanes,
                 common: common.clone(),
                 wanted: wanted.clone(),
                 ..Options::default()
@@ -70,7 +71,13 @@ fn every_function_is_printed() {
         Sigmoid, Softplus, Xlogx, Erf, Erfc,
     ];
     for function in all {
-        check(&print(&Applied(function), &Options::default()).unwrap());
+        for lanes in [1, 2] {
+            let options = Options {
+                lanes,
+                ..Options::default()
+            };
+            check(&print(&Applied(function), &options).unwrap());
+        }
     }
     for function in [LnGamma, Digamma, Trigamma, CotPi] {
         let refused = print(&Applied(function), &Options::default()).unwrap_err();

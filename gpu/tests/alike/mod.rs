@@ -65,6 +65,7 @@ impl Begun {
             surroundings: false,
         };
         let workgroup = Workgroup {
+            lanes: 1,
             invocations: 64,
             memory,
         };
