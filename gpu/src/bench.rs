@@ -9,7 +9,7 @@ use clap::Args;
 use cosmic::case::Case;
 use cosmic::lattice::Body;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Robots, Simulator, Span, Wanted, Workgroup};
+use cosmic::simulator::{Robots, Simulator, Span, Wanted};
 use cosmic_gpu::{Gpu, Members, Population};
 use rayon::prelude::*;
 
@@ -29,12 +29,9 @@ pub(crate) struct Settings {
     /// The number of steps
     #[arg(long, default_value_t = 512)]
     steps: usize,
-    /// The numbers of invocations of a workgroup
+    /// The numbers of invocations that carry one robot
     #[arg(long, value_delimiter = ',', default_value = "64")]
     workgroup: Vec<usize>,
-    /// The numbers of robots that a workgroup carries: 1, 2 or 4
-    #[arg(long, value_delimiter = ',', default_value = "1")]
-    lanes: Vec<usize>,
     /// Take the adapter with this text in its name
     #[arg(long)]
     device: Option<String>,
@@ -91,20 +88,11 @@ pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
         settings.steps,
         gpu.adapter().name
     );
-    let memory = gpu.memory_of_workgroup();
-    let mut workgroups = Vec::new();
-    for &invocations in &settings.workgroup {
-        workgroups.extend(settings.lanes.iter().map(|&lanes| Workgroup {
-            invocations,
-            lanes,
-            memory,
-        }));
-    }
     println!();
     println!(
-        "| work | weights | workgroup | lanes | robots | device, robot-steps/s | processor, robot-steps/s | ratio |"
+        "| work | weights | workgroup | robots | device, robot-steps/s | processor, robot-steps/s | ratio |"
     );
-    println!("| --- | --- | --: | --: | --: | --: | --: | --: |");
+    println!("| --- | --- | --: | --: | --: | --: | --: |");
     for (work, name) in WORK {
         for (shared, weights) in [(false, "own"), (true, "shared")] {
             for &robots in &settings.robots {
@@ -112,17 +100,15 @@ pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
                     true => None,
                     false => Some(on_processor(&drawn, settings.steps, robots, work, shared)),
                 };
-                for &workgroup in &workgroups {
+                for &workgroup in &settings.workgroup {
                     let device =
                         on_device(&gpu, &drawn, settings, robots, workgroup, (work, shared));
-                    let Workgroup {
-                        invocations, lanes, ..
-                    } = workgroup;
-                    let what = format!("{name} | {weights} | {invocations} | {lanes} | {robots}");
                     let device = match device {
                         Ok(rate) => rate,
                         Err(error) => {
-                            println!("| {what} | {error} | | |");
+                            println!(
+                                "| {name} | {weights} | {workgroup} | {robots} | {error} | | |"
+                            );
                             continue;
                         }
                     };
@@ -130,7 +116,9 @@ pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
                         None => [const { String::new() }; 2],
                         Some(rate) => [format!("{rate:.3e}"), format!("{:.2}", device / rate)],
                     };
-                    println!("| {what} | {device:.3e} | {other} | {ratio} |");
+                    println!(
+                        "| {name} | {weights} | {workgroup} | {robots} | {device:.3e} | {other} | {ratio} |"
+                    );
                 }
             }
         }
@@ -154,7 +142,7 @@ fn on_device(
     drawn: &Drawn,
     settings: &Settings,
     robots: usize,
-    workgroup: Workgroup,
+    workgroup: usize,
     (work, shared): (Work, bool),
 ) -> Result<f64, Box<dyn Error>> {
     let surroundings = [drawn.simulator.surroundings()];

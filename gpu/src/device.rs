@@ -393,14 +393,14 @@ impl Gpu {
             .map_err(|e| GpuError::Failed(e.to_string()))
     }
 
-    /// Starts an entry point with this many workgroups.
-    pub(crate) fn start(&self, pipeline: &ComputePipeline, bound: &BindGroup, groups: usize) {
+    /// Starts an entry point for this many members.
+    pub(crate) fn start(&self, pipeline: &ComputePipeline, bound: &BindGroup, members: usize) {
         let mut commands = self.device.create_command_encoder(&Default::default());
         let mut pass = commands.begin_compute_pass(&Default::default());
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, bound, &[]);
-        let rows = groups.div_ceil(GROUPS_IN_A_ROW);
-        pass.dispatch_workgroups(groups.min(GROUPS_IN_A_ROW) as u32, rows as u32, 1);
+        let rows = members.div_ceil(GROUPS_IN_A_ROW);
+        pass.dispatch_workgroups(members.min(GROUPS_IN_A_ROW) as u32, rows as u32, 1);
         drop(pass);
         self.queue.submit([commands.finish()]);
     }

@@ -140,7 +140,6 @@ impl OnGpu {
         let printed = |memory: usize| {
             let workgroup = Workgroup {
                 invocations: WORKGROUP,
-                lanes: 1,
                 memory,
             };
             let printed = (asked.simulator).printed(&robots, &asked.span, wanted, workgroup);

@@ -34,57 +34,10 @@ pub struct Members<'a> {
     pub observed: &'a [usize],
 }
 
-/// The members of a population as a device carries them: in groups of as many as the program has lanes. Of each group, every
-/// number is followed by the same number of the other members. The last group may lack members; it then carries the last
-/// one more than once.
-#[derive(Clone, Copy)]
-struct Groups {
-    members: usize,
-    lanes: usize,
-}
-
-impl Groups {
-    fn count(self) -> usize {
-        self.members.div_ceil(self.lanes)
-    }
-
-    /// How many members are carried.
-    fn carried(self) -> usize {
-        self.count() * self.lanes
-    }
-
-    /// The numbers of all groups, of which `of` is the list of a member. All lists have this length.
-    fn joined<'a>(self, len: usize, of: impl Fn(usize) -> &'a [f32] + Sync) -> Vec<f32> {
-        let mut joined = vec![0.0; self.carried() * len];
-        let groups = joined.par_chunks_mut((self.lanes * len).max(1));
-        groups.enumerate().for_each(|(group, numbers)| {
-            for lane in 0..self.lanes {
-                let list = of((group * self.lanes + lane).min(self.members - 1));
-                for (number, &value) in numbers[lane..].iter_mut().step_by(self.lanes).zip(list) {
-                    *number = value;
-                }
-            }
-        });
-        joined
-    }
-
-    /// The numbers of all members, one after the other, from those of all groups. Each member has as many.
-    fn split(self, len: usize, joined: Vec<f32>) -> Vec<f32> {
-        if self.lanes == 1 {
-            return joined;
-        }
-        let member = |m: usize| {
-            let group = &joined[m / self.lanes * self.lanes * len..][..self.lanes * len];
-            group[m % self.lanes..].iter().step_by(self.lanes).copied()
-        };
-        (0..self.members).flat_map(member).collect()
-    }
-}
-
 /// Members on the device, with the states that a forward sweep stores for a reverse sweep.
 pub struct Sweep<'a> {
     population: &'a Population,
-    groups: Groups,
+    members: usize,
     steps: usize,
     /// The number of observed states.
     count: usize,
@@ -157,8 +110,7 @@ impl Population {
         let largest_part = bytes.iter().copied().max().unwrap_or(4);
         let in_a_row = GROUPS_IN_A_ROW as u64 * u64::from(u16::MAX);
         let members = (budget / bytes.iter().sum::<u64>()).min(largest / largest_part);
-        let lanes = printed.lanes as u64;
-        (members / lanes * lanes).clamp(1, in_a_row) as usize
+        members.clamp(1, in_a_row) as usize
     }
 
     /// The program.
@@ -178,14 +130,9 @@ impl Population {
             members * state,
             "the starts are not whole states"
         );
-        let groups = Groups {
-            members,
-            lanes: printed.lanes,
-        };
-        let [own, common] = self.packed(of, groups);
-        let carried_at_once = groups.carried();
+        let [own, common] = self.packed(of, members);
         let every = if reverses {
-            self.every(carried_at_once, of.steps)
+            self.every(members, of.steps)
         } else {
             0
         };
@@ -196,25 +143,24 @@ impl Population {
             _ => of.steps.div_ceil(every) + 2 + every,
         };
         let bars = gpu.buffer(if reverses {
-            carried_at_once * printed.lengths[2]
+            members * printed.lengths[2]
         } else {
             0
         });
-        let carried = gpu.buffer(carried_at_once * state);
-        let spilled = gpu.buffer(carried_at_once * printed.spilled);
-        let seen = gpu.buffer(carried_at_once * of.observed.len() * printed.entries);
+        let carried = gpu.buffer(members * state);
+        let spilled = gpu.buffer(members * printed.spilled);
+        let seen = gpu.buffer(members * of.observed.len() * printed.entries);
         let plan = gpu.plan();
         let [own, common] = [&own, &common].map(|numbers| gpu.filled(numbers));
         let (inputs, table) = (gpu.filled(&self.inputs(of)), gpu.filled(&printed.table));
-        let states = gpu.buffer(carried_at_once * slots * state);
-        let starts = groups.joined(state, |member| &of.starts[member * state..][..state]);
-        gpu.write(&states, 0, &starts);
+        let states = gpu.buffer(members * slots * state);
+        gpu.write(&states, 0, of.starts);
         let buffers = [
             &plan, &inputs, &table, &own, &common, &states, &carried, &bars, &seen, &spilled,
         ];
         Sweep {
             population: self,
-            groups,
+            members,
             steps: of.steps,
             count: of.observed.len(),
             every,
@@ -254,10 +200,9 @@ impl Population {
     }
 
     /// The numbers of the buffers `own` and `common`.
-    fn packed(&self, of: &Members, groups: Groups) -> [Vec<f32>; 2] {
+    fn packed(&self, of: &Members, members: usize) -> [Vec<f32>; 2] {
         let [own, common, _] = self.printed.lengths;
-        let Groups { members, lanes } = groups;
-        let (mut each, mut all) = (vec![0.0; groups.carried() * own], vec![0.0; common]);
+        let (mut each, mut all) = (vec![0.0; members * own], vec![0.0; common]);
         assert_eq!(
             of.parameters.len(),
             self.printed.parameters.len(),
@@ -276,22 +221,19 @@ impl Population {
                 [placed.places().collect(), placed.places_of_copy().collect()];
             for places in copies {
                 match placed.is_common {
-                    true => fill(&mut all, 1, &places, numbers),
+                    true => fill(&mut all, &places, numbers),
                     false => own_places.push((places, placed.len, numbers)),
                 }
             }
         }
         // The members take most of the time of a large population.
-        let fill_group = |(group, part): (usize, &mut [f32])| {
-            for lane in 0..lanes {
-                let member = (group * lanes + lane).min(members - 1);
-                for (places, len, numbers) in &own_places {
-                    fill(&mut part[lane..], lanes, places, &numbers[member * len..]);
-                }
+        let fill_member = |(member, part): (usize, &mut [f32])| {
+            for (places, len, numbers) in &own_places {
+                fill(part, places, &numbers[member * len..]);
             }
         };
-        let parts = each.par_chunks_mut((lanes * own).max(1)).enumerate();
-        parts.for_each(fill_group);
+        let parts = each.par_chunks_mut(own.max(1)).enumerate();
+        parts.for_each(fill_member);
         [each, all]
     }
 }
@@ -331,18 +273,10 @@ impl Sweep<'_> {
         observes: bool,
     ) {
         let gpu = &self.population.gpu;
-        let groups = self.groups.count();
-        let plan = [groups, first, steps, read, write, every, self.count];
+        let plan = [self.members, first, steps, read, write, every, self.count];
         gpu.write(&self.plan, 0, &plan.map(|number| number as u32));
         gpu.write(&self.plan, plan.len(), &[u32::from(observes)]);
-        gpu.start(pipeline, &self.bound, groups);
-    }
-
-    /// Reads the numbers of all members, of which each has this many.
-    fn read(&self, buffer: &Buffer, len: usize) -> Result<Vec<f32>, GpuError> {
-        let numbers = self.groups.carried() * len;
-        let joined = self.population.gpu.read(buffer, numbers)?;
-        Ok(self.groups.split(len, joined))
+        gpu.start(pipeline, &self.bound, self.members);
     }
 
     /// The observed numbers: for each member, those of each observed state.
@@ -350,7 +284,9 @@ impl Sweep<'_> {
     /// # Errors
     /// If the device is lost.
     pub fn observed(&self) -> Result<Vec<f32>, GpuError> {
-        self.read(&self.seen, self.count * self.population.printed.entries)
+        let population = self.population;
+        let numbers = self.members * self.count * population.printed.entries;
+        population.gpu.read(&self.seen, numbers)
     }
 
     /// The members of which a number of a state was not below the bound on states, if the program has one. Only the forward
@@ -360,7 +296,7 @@ impl Sweep<'_> {
     /// If the device is lost.
     pub fn exceeded(&self) -> Result<Vec<bool>, GpuError> {
         let state = self.population.printed.state;
-        let marks = self.read(&self.carried, state)?;
+        let marks = (self.population.gpu).read(&self.carried, self.members * state)?;
         let marked = |marks: &[f32]| marks.iter().any(|&mark| mark != 0.0);
         Ok(marks.chunks(state).map(marked).collect())
     }
@@ -376,9 +312,7 @@ impl Sweep<'_> {
             "these members were not prepared for a reverse sweep, so no states are stored"
         );
         let (population, gpu) = (self.population, &self.population.gpu);
-        let len = self.count * population.printed.entries;
-        let cotangents = (self.groups).joined(len, |member| &cotangents[member * len..][..len]);
-        gpu.write(&self.seen, 0, &cotangents);
+        gpu.write(&self.seen, 0, cotangents);
         gpu.clear(&[&self.carried, &self.bars]);
         let at_once = self.steps_at_once();
         let stretches = self.steps.div_ceil(at_once);
@@ -405,8 +339,9 @@ impl Sweep<'_> {
     /// # Errors
     /// If the device is lost.
     pub fn cotangents(&self) -> Result<Cotangents, GpuError> {
-        let printed = &self.population.printed;
-        let all = self.read(&self.bars, printed.lengths[2])?;
+        let (population, gpu) = (self.population, &self.population.gpu);
+        let printed = &population.printed;
+        let all = gpu.read(&self.bars, self.members * printed.lengths[2])?;
         let of_parameter = |placed: &autodiff::wgsl::Placed| {
             let bars: Vec<usize> = placed.bars().collect();
             let parts = all.chunks(printed.lengths[2].max(1));
@@ -418,14 +353,14 @@ impl Sweep<'_> {
         };
         Ok(Cotangents {
             parameters: printed.parameters.iter().map(of_parameter).collect(),
-            starts: self.read(&self.carried, printed.state)?,
+            starts: gpu.read(&self.carried, self.members * printed.state)?,
         })
     }
 }
 
-/// Writes numbers to their places, which are `lanes` numbers apart.
-fn fill(to: &mut [f32], lanes: usize, places: &[usize], numbers: &[f32]) {
+/// Writes numbers to their places.
+fn fill(to: &mut [f32], places: &[usize], numbers: &[f32]) {
     for (&place, &number) in places.iter().zip(numbers) {
-        to[place * lanes] = number;
+        to[place] = number;
     }
 }

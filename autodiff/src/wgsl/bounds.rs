@@ -18,9 +18,8 @@ pub(super) fn watch(options: &Options, state_at: &str, state: usize) -> String {
     each(
         state,
         &format!(
-            "let exceeds = (bitcast<Bits>(row[{state_at}]) & Bits(0x7fffffffu)) >= Bits({bits}u);\n\
-             if (any(exceeds)) {{\n    \
-             carried[group * {state}u + i] += select(Number(0.0f), Number(1.0f), exceeds);\n}}"
+            "if ((bitcast<u32>(row[{state_at}]) & 0x7fffffffu) >= {bits}u) {{\n    \
+             carried[member * {state}u + i] += 1.0f;\n}}"
         ),
     )
 }
@@ -34,7 +33,7 @@ pub(super) fn clip(printing: &mut Printing, options: &Options, state: usize, ste
     let unit = options.cotangent_units.as_ref().map(|units| {
         let bits = units.iter().map(|&unit| (unit as f32).to_bits());
         let place = printing.tables.place(bits.collect());
-        format!("Number(bitcast<f32>(table[{place}u + i]))")
+        format!("bitcast<f32>(table[{place}u + i])")
     });
     let measured = unit
         .as_ref()
@@ -44,7 +43,7 @@ pub(super) fn clip(printing: &mut Printing, options: &Options, state: usize, ste
         .map_or(String::new(), |unit| format!(" * {unit}"));
     let largest = each(
         state,
-        &format!("most = max(most, bitcast<Bits>({measured}) & Bits(0x7fffffffu));"),
+        &format!("most = max(most, bitcast<u32>({measured}) & 0x7fffffffu);"),
     );
     let squares = each(
         state,
@@ -52,28 +51,43 @@ pub(super) fn clip(printing: &mut Printing, options: &Options, state: usize, ste
     );
     let scaled = each(
         state,
-        &format!(
-            "let shorter = ({measured}) / largest * factor{clipped};\n\
-             carry[i] = select(select(carry[i], shorter, exceeds), bitcast<Number>(bits), is_lost);"
-        ),
+        &format!("carry[i] = ({measured}) / largest * factor{clipped};"),
     );
-    let (norm, nan) = (norm as f32, f32::NAN.to_bits());
     // The largest magnitude is found by its bits. Divided by it, no square overflows.
     let body = format!(
-        "workgroupBarrier();\nvar most = Bits(0u);\n{largest}scratch[lid] = bitcast<Number>(most);\n\
-         workgroupBarrier();\n\
-         for (var j = 0u; j < SIZE; j++) {{ most = max(most, bitcast<Bits>(scratch[j])); }}\n\
-         let is_lost = most >= Bits({INFINITE}u);\n\
-         let largest = select(bitcast<Number>(most), Number(1.0f), is_lost | (most == Bits(0u)));\n\
-         var part = Number(0.0f);\n{squares}scratch[SIZE + lid] = part;\nworkgroupBarrier();\n\
-         var squared = Number(0.0f);\nfor (var j = 0u; j < SIZE; j++) {{ squared += scratch[SIZE + j]; }}\n\
-         let length = sqrt(squared);\nlet exceeds = length * largest > Number({norm:?}f);\n\
-         let factor = Number({norm:?}f) / length;\nvar bits = Bits({nan}u);\n\
-         if (any(exceeds | is_lost)) {{\n{}}}\nworkgroupBarrier();\n",
-        indented(&scaled, 4)
+        "workgroupBarrier();\nvar most = 0u;\n{largest}scratch[lid] = bitcast<f32>(most);\nworkgroupBarrier();\n\
+         for (var j = 0u; j < SIZE; j++) {{ most = max(most, bitcast<u32>(scratch[j])); }}\n\
+         if (most >= {INFINITE}u) {{\n{}}} else if (most > 0u) {{\n{}}}\n",
+        indented(
+            &format!(
+                "var bits = {}u;\n{}",
+                f32::NAN.to_bits(),
+                each(state, "carry[i] = bitcast<f32>(bits);")
+            ),
+            4
+        ),
+        indented(
+            &format!(
+                "let largest = bitcast<f32>(most);\nvar part = 0.0f;\n{squares}scratch[SIZE + lid] = part;\n"
+            ),
+            4
+        ),
+    );
+    let norm = norm as f32;
+    let sums = format!(
+        "workgroupBarrier();\nif (most > 0u && most < {INFINITE}u) {{\n{}}}\nworkgroupBarrier();\n",
+        indented(
+            &format!(
+                "let largest = bitcast<f32>(most);\nvar squared = 0.0f;\n\
+                 for (var j = 0u; j < SIZE; j++) {{ squared += scratch[SIZE + j]; }}\nlet length = sqrt(squared);\n\
+                 if (length * largest > {norm:?}f) {{\n    let factor = {norm:?}f / length;\n{}}}\n",
+                indented(&scaled, 4)
+            ),
+            4
+        )
     );
     format!(
         "if (({step}) % {every}u == 0u) {{\n{}}}\n",
-        indented(&body, 4)
+        indented(&(body + &sums), 4)
     )
 }

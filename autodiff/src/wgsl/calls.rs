@@ -36,5 +36,9 @@ pub(super) fn constant(value: f64) -> String {
         true => 0.0,
         false => single.clamp(f32::MIN, f32::MAX),
     };
-    format!("Number({single:?}f)")
+    // The parentheses keep a sign apart from an operator.
+    match single.is_sign_negative() {
+        true => format!("({single:?}f)"),
+        false => format!("{single:?}f"),
+    }
 }

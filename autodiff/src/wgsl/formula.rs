@@ -94,14 +94,14 @@ impl<'a> Printer<'a> {
     }
 
     fn print(mut self, name: &str) -> Function {
-        let x = (0..self.inputs).map(|k| format!("x{k}: Number"));
-        let b = (0..self.cotangents).map(|k| format!("b{k}: Number"));
+        let x = (0..self.inputs).map(|k| format!("x{k}: f32"));
+        let b = (0..self.cotangents).map(|k| format!("b{k}: f32"));
         let arguments: Vec<String> = x.chain(b).collect();
         let results: Vec<String> = self.results.iter().map(|&place| self.name(place)).collect();
         let (kind, result) = match self.single {
-            true => ("Number".to_owned(), results[0].clone()),
+            true => ("f32".to_owned(), results[0].clone()),
             false => {
-                let kind = format!("array<Number, {}>", results.len());
+                let kind = format!("array<f32, {}>", results.len());
                 let result = format!("{kind}({})", results.join(", "));
                 (kind, result)
             }
@@ -136,14 +136,14 @@ impl<'a> Printer<'a> {
             Op::Dot(..) | Op::Sum(..) => {
                 unreachable!("a simplified recording has neither dot products nor sums")
             }
-            Op::Always(value) => format!("Truth({value})"),
+            Op::Always(value) => value.to_string(),
             Op::Unary(f, x) => {
                 let x = name(x);
                 self.unary(f, &x)
             }
             Op::Binary(f, x) => binary(f, x.map(name)),
-            Op::Logic(Logic::And, [a, b]) => format!("{} & {}", name(a), name(b)),
-            Op::Logic(Logic::Or, [a, b]) => format!("{} | {}", name(a), name(b)),
+            Op::Logic(Logic::And, [a, b]) => format!("{} && {}", name(a), name(b)),
+            Op::Logic(Logic::Or, [a, b]) => format!("{} || {}", name(a), name(b)),
             Op::Logic(Logic::Not, [x, _]) => format!("!{}", name(x)),
             Op::Logic(Logic::Less, [a, b]) => format!("{} < {}", name(a), name(b)),
             Op::Logic(Logic::LessEqual, [a, b]) => format!("{} <= {}", name(a), name(b)),
@@ -157,7 +157,7 @@ impl<'a> Printer<'a> {
             Unary::Neg => return format!("-({x})"),
             Unary::Abs => return format!("abs({x})"),
             Unary::Detach => return x.to_owned(),
-            Unary::Recip => return format!("Number(1.0f) / {x}"),
+            Unary::Recip => return format!("1.0f / {x}"),
             Unary::Sqrt => return format!("sqrt({x})"),
             Unary::Rsqrt => return format!("inverseSqrt({x})"),
             Unary::Exp => return format!("exp_of({x})"),
@@ -180,7 +180,7 @@ fn binary(f: Binary, [a, b]: [String; 2]) -> String {
         Binary::Sub => format!("{a} - {b}"),
         Binary::Mul => format!("{a} * {b}"),
         Binary::Div => format!("{a} / {b}"),
-        Binary::Chain => format!("select({a} * {b}, Number(0.0f), {b} == Number(0.0f))"),
+        Binary::Chain => format!("select({a} * {b}, 0.0f, {b} == 0.0f)"),
         Binary::StraightThrough => a,
         Binary::Atan2 => format!("atan2_of({a}, {b})"),
         Binary::Powf => format!("powf_of({a}, {b})"),

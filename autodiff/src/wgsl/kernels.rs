@@ -59,11 +59,11 @@ impl Edges<'_> {
         }
         let mut body = String::new();
         for k in 0..count {
-            let _ = writeln!(body, "var sum_{k} = Number(0.0f);");
+            let _ = writeln!(body, "var sum_{k} = 0.0f;");
         }
         body += &p.tables.lists(&lists).each_item(|item| {
             let mut text = format!(
-                "let item = {item};\nlet edge = item >> 1u;\nlet sign = Number(select(1.0f, -1.0f, (item & 1u) == 1u));\n"
+                "let item = {item};\nlet edge = item >> 1u;\nlet sign = select(1.0f, -1.0f, (item & 1u) == 1u);\n"
             );
             for k in 0..count {
                 let _ = writeln!(text, "sum_{k} = fma(sign, {}, sum_{k});", self.scratch(k, "edge"));

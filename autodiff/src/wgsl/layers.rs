@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use super::memory::Placed;
 use super::printing::{Kept, Printing, place, start_of, value};
 use super::writer::{Access, By, Space, Writer, each, indented};
 use crate::arrays::DenseLayer;
@@ -13,31 +12,20 @@ const UNROLLED: usize = 8;
 
 /// The product of a matrix and a vector, whose numbers lie in several arrays. Several invocations share a row if there
 /// are more than rows: each sums a part of the columns.
-struct Product<'a> {
-    matrix: &'a Placed,
-    /// Whether it is the product of the transpose, which is read from the copy of the matrix.
-    transposed: bool,
+struct Product {
+    /// The beginning of the expression for an entry of the matrix, of which the columns lie one after the other.
+    matrix: String,
     rows: usize,
     /// The lengths of the arrays, and the beginnings of the expressions for their numbers.
     vector: Vec<(usize, String)>,
     parts: usize,
 }
 
-impl<'a> Product<'a> {
-    fn new(
-        size: usize,
-        matrix: &'a Placed,
-        transposed: bool,
-        vector: Vec<(usize, String)>,
-    ) -> Self {
-        let [rows, columns] = matrix.matrix.expect("layers have matrices");
-        let [rows, columns] = match transposed {
-            true => [columns, rows],
-            false => [rows, columns],
-        };
+impl Product {
+    fn new(size: usize, matrix: String, rows: usize, vector: Vec<(usize, String)>) -> Self {
+        let columns: usize = vector.iter().map(|(len, _)| len).sum();
         Self {
             matrix,
-            transposed,
             rows,
             vector,
             parts: (size / rows.max(1)).clamp(1, columns.max(1)),
@@ -48,20 +36,18 @@ impl<'a> Product<'a> {
     /// `p, p + parts, ...` of each array.
     fn terms(&self, part: &str) -> String {
         let Self {
+            matrix,
             rows,
             vector,
             parts,
-            ..
         } = self;
-        let entry = |at: &str| match self.transposed {
-            true => self.matrix.number_of_copy(at),
-            false => self.matrix.number(at),
-        };
         let (mut text, mut before) = (String::new(), 0);
         for (len, from) in vector {
             let term = |column: &str, more: usize| {
-                let entry = entry(&format!("({column} + {}u) * {rows}u + r", before + more));
-                format!("sum = fma({entry}, {from} + {column} + {more}u], sum);\n")
+                format!(
+                    "sum = fma({matrix} + ({column} + {}u) * {rows}u + r], {from} + {column} + {more}u], sum);\n",
+                    before + more
+                )
             };
             let (each, rest) = (len / parts, len % parts);
             let bundles = each / UNROLLED;
@@ -111,7 +97,7 @@ impl<'a> Product<'a> {
         }
         p.needs_scratch(free + parts * rows);
         let body = format!(
-            "let r = i % {rows}u;\nlet part = i / {rows}u;\nvar sum = Number(0.0f);\n{}scratch[{free}u + i] = sum;\n",
+            "let r = i % {rows}u;\nlet part = i / {rows}u;\nvar sum = 0.0f;\n{}scratch[{free}u + i] = sum;\n",
             self.terms("part")
         );
         let mut accesses = reads;
@@ -131,7 +117,9 @@ impl<'a> Product<'a> {
 pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Symbol>) {
     let reads = p.reads(&of.inputs, By::Any);
     let vector = of.inputs.iter().map(|&x| (x.len, start_of(x))).collect();
-    let at = p.index(&of.places());
+    let matrix = p.memory.matrix(of.matrix.parameter);
+    let places = of.places();
+    let at = p.index(&places);
     let to = place(of.output, &at);
     let stored = match of.tanh {
         true => format!("{to} = tanh_of(sum);\n"),
@@ -139,8 +127,7 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
     };
     let mut stores = vec![p.write(of.output, By::Any)];
     stores.extend(p.read(of.bias, By::Any));
-    let matrix = &p.memory.parameters[of.matrix.parameter];
-    let product = Product::new(p.size, matrix, false, vector);
+    let product = Product::new(p.size, matrix, of.matrix.rows, vector);
     product.print(
         p,
         writer,
@@ -165,7 +152,7 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
     let bar = p.bar_at(of.output, "at");
     let slope = match of.tanh {
         true => format!(
-            "let y = {};\nlet bar = fma(-y, y, Number(1.0f)) * {bar};\n",
+            "let y = {};\nlet bar = fma(-y, y, 1.0f) * {bar};\n",
             value(of.output, "at")
         ),
         false => format!("let bar = {bar};\n"),
@@ -212,9 +199,13 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
     writer.stage(accesses, &text);
     // 2. The cotangents of the inputs: the product of the transpose and the numbers in scratch.
     if of_inputs {
-        let matrix = &p.memory.parameters[of.matrix.parameter];
-        let vector = vec![(rows, "scratch[0u".to_owned())];
-        let product = Product::new(p.size, matrix, true, vector);
+        let matrix = p.memory.transpose(of.matrix.parameter);
+        let product = Product::new(
+            p.size,
+            matrix,
+            columns,
+            vec![(rows, "scratch[0u".to_owned())],
+        );
         let (mut stored, mut before, mut stores) = (String::new(), 0, Vec::new());
         for &x in &of.inputs {
             let end = before + x.len;
@@ -232,6 +223,6 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
             before = end;
         }
         let reads = vec![p.scratch(By::Any, false)];
-        product.print(p, writer, rows, ["Number(0.0f)", &stored], [reads, stores]);
+        product.print(p, writer, rows, ["0.0f", &stored], [reads, stores]);
     }
 }

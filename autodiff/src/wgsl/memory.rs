@@ -46,21 +46,15 @@ impl Placed {
         self.rows_from.map_or(0..0, |start| start..start + self.len)
     }
 
-    /// The expression that reads a number of the parameter from its buffer.
-    pub(super) fn number(&self, at: &str) -> String {
-        self.number_from(self.start, at)
+    /// The beginning of the expression for a number of the parameter in its buffer, up to the number's place.
+    pub(super) fn expression(&self) -> String {
+        self.expression_from(self.start)
     }
 
-    /// The expression that reads a number of the copy of a matrix.
-    pub(super) fn number_of_copy(&self, at: &str) -> String {
-        let start = self.rows_from.expect("the rows of this matrix are copied");
-        self.number_from(start, at)
-    }
-
-    fn number_from(&self, start: usize, at: &str) -> String {
+    fn expression_from(&self, start: usize) -> String {
         match self.is_common {
-            true => format!("Number(of_all[{start}u + {at}])"),
-            false => format!("own[own_at + {start}u + {at}]"),
+            true => format!("of_all[{start}u"),
+            false => format!("own[own_at + {start}u"),
         }
     }
 
@@ -180,6 +174,11 @@ impl Memory {
             .expect("only wanted cotangents are read")
     }
 
+    /// The beginning of the expression for an entry of a matrix, up to the number of the entry: `own[own_at + 12u`.
+    pub(super) fn matrix(&self, parameter: usize) -> String {
+        self.parameters[parameter].expression()
+    }
+
     /// Gives a matrix a copy that has its rows one after the other.
     pub(super) fn copy_rows(&mut self, parameter: usize) {
         let (placed, [own, of_all, _]) = (&mut self.parameters[parameter], &mut self.lengths);
@@ -188,6 +187,15 @@ impl Memory {
             placed.rows_from = Some(*end);
             *end += placed.len;
         }
+    }
+
+    /// Like [`matrix`](Self::matrix), for the transpose: the copy of the rows.
+    pub(super) fn transpose(&self, parameter: usize) -> String {
+        let placed = &self.parameters[parameter];
+        let from = placed
+            .rows_from
+            .expect("the rows of this matrix are copied");
+        placed.expression_from(from)
     }
 
     /// The parameters that are arrays, with their places.

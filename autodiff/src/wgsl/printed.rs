@@ -7,17 +7,14 @@ use std::sync::Arc;
 use super::memory::Placed;
 use crate::steps::CotangentBound;
 
-/// The number of workgroups in a row of a dispatch: group `g` of members is the workgroup with `x + GROUPS_IN_A_ROW y = g`.
+/// The number of workgroups in a row of a dispatch: member `m` is the workgroup with `x + GROUPS_IN_A_ROW y = m`.
 pub const GROUPS_IN_A_ROW: usize = 32768;
 
 /// How a program is printed.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The number of invocations of a workgroup.
+    /// The number of invocations that carry one member.
     pub workgroup: usize,
-    /// How many members a workgroup carries side by side, as the elements of vectors: 1, 2 or 4. One read of an index, or of
-    /// a number that all members share, then serves all of them, but they take as many times the memory.
-    pub lanes: usize,
     /// The parameters that all members share, by their order of declaration.
     pub common: Vec<usize>,
     /// The parameters whose cotangents the reverse sweep computes, by their order of declaration.
@@ -41,7 +38,6 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             workgroup: 64,
-            lanes: 1,
             common: Vec::new(),
             wanted: Vec::new(),
             entries: None,
@@ -58,13 +54,13 @@ impl Default for Options {
 ///
 /// # Entry points
 ///
-/// `forward` and `reverse` are compute shaders. A workgroup carries a **group** of as many members as there are
-/// [`lanes`](Self::lanes): group `g` is the workgroup with `x + 32768 y = g` ([`GROUPS_IN_A_ROW`]), and its members are
-/// those from `g * lanes` on. Both advance all members by the steps that the uniform `plan` names:
+/// `forward` and `reverse` are compute shaders. Member `m` is the workgroup with `x + 32768 y = m`
+/// ([`GROUPS_IN_A_ROW`]). Both advance all
+/// members by the steps that the uniform `plan` names:
 ///
 /// | field | meaning |
 /// | --- | --- |
-/// | `groups` | the number of groups |
+/// | `members` | the number of members |
 /// | `first` | the first step |
 /// | `steps` | the number of steps |
 /// | `read` | the slot of the state before step `first` |
@@ -77,8 +73,7 @@ impl Default for Options {
 ///
 /// # Buffers
 ///
-/// All are in the bind group 0. Each group of members has a part of `own`, `carried`, `bars`, `observed` and `spilled`, one
-/// after the other. In these and in `states`, each number is followed by the same number of the group's other members.
+/// All in group 0. Each member has a part of `own`, `carried`, `bars`, `observed` and `spilled`, one after the other.
 ///
 /// | binding | name | numbers |
 /// | --- | --- | --- |
@@ -86,7 +81,7 @@ impl Default for Options {
 /// | 1 | `inputs` | for each step its inputs, and then the number of the observed state after it, from 1 on, or 0 |
 /// | 2 | `table` | [`table`](Self::table) |
 /// | 3, 4 | `own`, `of_all` | the parameters, see [`parameters`](Self::parameters) |
-/// | 5 | `states` | in each slot the states of all groups, one after the other |
+/// | 5 | `states` | in each slot the states of all members, one after the other |
 /// | 6 | `carried` | the cotangent of the state, which `reverse` reads and replaces; with a bound on states, `forward` adds 1 to a number of the state that was not below the bound |
 /// | 7 | `bars` | the cotangents of parameters, to which `reverse` adds |
 /// | 8 | `observed` | `forward` writes the observed numbers; `reverse` reads their cotangents in the same places |
@@ -94,8 +89,6 @@ impl Default for Options {
 #[derive(Clone, Debug)]
 pub struct Printed {
     pub(super) source: String,
-    /// How many members a workgroup carries.
-    pub lanes: usize,
     /// How many numbers a state has.
     pub state: usize,
     /// How many numbers of a state are observed.

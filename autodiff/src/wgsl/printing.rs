@@ -194,7 +194,7 @@ impl<'a> Printing<'a> {
         self.needs_scratch(terms.len() * width);
         let mut body = String::new();
         for k in 0..terms.len() {
-            let _ = writeln!(body, "var part_{k} = Number(0.0f);");
+            let _ = writeln!(body, "var part_{k} = 0.0f;");
         }
         let adds = terms.iter().enumerate();
         let adds = adds
@@ -208,7 +208,7 @@ impl<'a> Printing<'a> {
         writer.stage(accesses, &format!("{{\n{body}}}\n"));
         let used = count.min(self.size);
         let body = format!(
-            "var sum = Number(0.0f);\nfor (var k = 0u; k < {used}u; k++) {{\n    sum += scratch[i * {width}u + k];\n}}\n\
+            "var sum = 0.0f;\nfor (var k = 0u; k < {used}u; k++) {{\n    sum += scratch[i * {width}u + k];\n}}\n\
              scratch[i * {width}u + {}u] = sum;\n",
             self.size
         );

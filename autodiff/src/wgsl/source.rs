@@ -20,7 +20,7 @@ use crate::steps::operation::StepOperation;
 /// The declarations of the buffers.
 const BUFFERS: &str = "\
 struct Plan {
-    groups: u32,
+    members: u32,
     first: u32,
     steps: u32,
     read: u32,
@@ -33,30 +33,14 @@ struct Plan {
 @group(0) @binding(0) var<uniform> plan: Plan;
 @group(0) @binding(1) var<storage, read> inputs: array<f32>;
 @group(0) @binding(2) var<storage, read> table: array<u32>;
-@group(0) @binding(3) var<storage, read> own: array<Number>;
+@group(0) @binding(3) var<storage, read> own: array<f32>;
 @group(0) @binding(4) var<storage, read> of_all: array<f32>;
-@group(0) @binding(5) var<storage, read_write> states: array<Number>;
-@group(0) @binding(6) var<storage, read_write> carried: array<Number>;
-@group(0) @binding(7) var<storage, read_write> bars: array<Number>;
-@group(0) @binding(8) var<storage, read_write> observed: array<Number>;
-@group(0) @binding(9) var<storage, read_write> spilled: array<Number>;
+@group(0) @binding(5) var<storage, read_write> states: array<f32>;
+@group(0) @binding(6) var<storage, read_write> carried: array<f32>;
+@group(0) @binding(7) var<storage, read_write> bars: array<f32>;
+@group(0) @binding(8) var<storage, read_write> observed: array<f32>;
+@group(0) @binding(9) var<storage, read_write> spilled: array<f32>;
 ";
-
-/// The declarations of the numbers of all lanes.
-fn lanes(lanes: usize) -> String {
-    let kinds = [
-        ("Number", "f32"),
-        ("Whole", "i32"),
-        ("Bits", "u32"),
-        ("Truth", "bool"),
-    ];
-    let alias = |(name, kind): (&str, &str)| match lanes {
-        1 => format!("alias {name} = {kind};\n"),
-        2 | 4 => format!("alias {name} = vec{lanes}<{kind}>;\n"),
-        _ => panic!("wgsl: a workgroup has 1, 2 or 4 lanes, not {lanes}"),
-    };
-    kinds.map(alias).concat()
-}
 
 pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Printed, Refused> {
     if !program.controls.is_empty() {
@@ -89,17 +73,12 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
         ("carry", step.state),
         ("kept", kept),
     ];
-    let mut source = format!(
-        "const SIZE = {}u;\n{}\n{BUFFERS}\n",
-        options.workgroup,
-        lanes(options.lanes)
-    );
-    // Each number of a step has one of each lane.
-    let spill = Spill::new(&arrays, options.memory / options.lanes);
+    let mut source = format!("const SIZE = {}u;\n\n{BUFFERS}\n", options.workgroup);
+    let spill = Spill::new(&arrays, options.memory);
     for (name, len) in arrays.iter().filter(|(name, _)| !spill.has(name)) {
         let _ = writeln!(
             source,
-            "var<workgroup> {name}: array<Number, {}>;",
+            "var<workgroup> {name}: array<f32, {}>;",
             len.max(&1)
         );
     }
@@ -110,10 +89,9 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
     }
     let entries = format!("{}\n{}", forward.text, reverse.text);
     source += &spill.moved(&entries);
-    let bytes = |count: usize| options.lanes * spill.left(&arrays[..count]);
+    let bytes = |count: usize| spill.left(&arrays[..count]);
     Ok(Printed {
         source,
-        lanes: options.lanes,
         state: step.state,
         entries: step.entries.len(),
         inputs: program.inputs_len,
@@ -227,15 +205,15 @@ fn propagate(program: &Program<Symbol>, memory: &mut Memory) -> Result<(), Refus
 fn beginning(step: &Step, printing: &Printing) -> String {
     let [own, _, bars] = printing.memory.lengths;
     let mut text = format!(
-        "let group = place.x + {GROUPS_IN_A_ROW}u * place.y;\nif (group >= plan.groups) {{ return; }}\n\
-         let own_at = group * {own}u;\nlet bars_at = group * {bars}u;\n\
-         let observed_at = group * plan.observed;\n"
+        "let member = group.x + {GROUPS_IN_A_ROW}u * group.y;\nif (member >= plan.members) {{ return; }}\n\
+         let own_at = member * {own}u;\nlet bars_at = member * {bars}u;\n\
+         let observed_at = member * plan.observed;\n"
     );
     for (array, placed) in printing.memory.arrays() {
-        let line = format!("{} = {};", value(array, "i"), placed.number("i"));
+        let line = format!("{} = {} + i];", value(array, "i"), placed.expression());
         text += &each(array.len, &line);
     }
-    text += &each(step.program.ends[1], "row[i] = Number(0.0f);");
+    text += &each(step.program.ends[1], "row[i] = 0.0f;");
     text
 }
 
@@ -245,7 +223,7 @@ fn read_inputs(step: &Step) -> String {
     let mut text = String::new();
     for &input in &step.program.inputs {
         let line = format!(
-            "{} = Number(inputs[n * {width}u + {first}u + i]);",
+            "{} = inputs[n * {width}u + {first}u + i];",
             value(input, "i")
         );
         text += &each(input.len, &line);
@@ -303,7 +281,7 @@ impl EntryPoint {
 /// The beginning of an entry point.
 fn entry(name: &str) -> String {
     format!(
-        "@compute @workgroup_size(SIZE)\nfn {name}(\n    @builtin(workgroup_id) place: vec3<u32>,\n    \
+        "@compute @workgroup_size(SIZE)\nfn {name}(\n    @builtin(workgroup_id) group: vec3<u32>,\n    \
          @builtin(local_invocation_index) lid: u32,\n) {{\n"
     )
 }
@@ -353,7 +331,7 @@ fn forward(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoin
     start += "workgroupBarrier();\n";
     start += &each(
         state,
-        &format!("row[{state_at}] = states[(plan.read * plan.groups + group) * {state}u + i];"),
+        &format!("row[{state_at}] = states[(plan.read * plan.members + member) * {state}u + i];"),
     );
     let mut writer = Writer::default();
     writer.text += "let n = plan.first + k;\n";
@@ -370,7 +348,9 @@ fn forward(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoin
         indented(
             &each(
                 state,
-                &format!("states[(slot * plan.groups + group) * {state}u + i] = row[{state_at}];")
+                &format!(
+                    "states[(slot * plan.members + member) * {state}u + i] = row[{state_at}];"
+                )
             ),
             4
         ),
@@ -403,37 +383,14 @@ fn add_kept(printing: &Printing, steps_kept: usize) -> String {
         let start = printing.memory.parameters[layer.matrix]
             .bar
             .expect("it is wanted");
-        let (first_row, first_column) = (layer.first, layer.first + rows);
-        // Several entries at once, so that a device reads all of them before it waits for the first.
-        let entries = |first: &str, at_once: usize| {
-            let [mut before, mut adds, mut after] = [const { String::new() }; 3];
-            for e in 0..at_once {
-                let _ = write!(
-                    before,
-                    "let i_{e} = i + {e}u * SIZE;\nlet r_{e} = {first_row}u + i_{e} % {rows}u;\n\
-                     let c_{e} = {first_column}u + i_{e} / {rows}u;\nvar sum_{e} = bars[bars_at + {start}u + i_{e}];\n"
-                );
-                let _ = writeln!(
-                    adds,
-                    "sum_{e} = fma(kept[s + r_{e}], kept[s + c_{e}], sum_{e});"
-                );
-                let _ = writeln!(after, "bars[bars_at + {start}u + i_{e}] = sum_{e};");
-            }
-            let whole = count / (at_once * printing.size) * at_once * printing.size;
-            let end = if at_once == 1 { count } else { whole };
-            let body = format!(
-                "{before}for (var s = 0u; s <= kept_at; s += {kept}u) {{\n{}}}\n{after}",
-                indented(&adds, 4)
-            );
-            let text = format!(
-                "for (var i = {first}lid; i < {end}u; i += {at_once}u * SIZE) {{\n{}}}\n",
-                indented(&body, 4)
-            );
-            (text, whole)
-        };
-        let (bundles, done) = entries("", 8);
-        flush += &bundles;
-        flush += &entries(&format!("{done}u + "), 1).0;
+        let body = format!(
+            "let r = {}u + i % {rows}u;\nlet c = {}u + i / {rows}u;\nvar sum = bars[bars_at + {start}u + i];\n\
+             for (var s = 0u; s <= kept_at; s += {kept}u) {{\n    \
+             sum = fma(kept[s + r], kept[s + c], sum);\n}}\nbars[bars_at + {start}u + i] = sum;",
+            layer.first,
+            layer.first + rows
+        );
+        flush += &each(count, &body);
     }
     let most = (steps_kept - 1) * kept;
     format!(
@@ -467,9 +424,9 @@ fn reverse(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoin
     writer.text += &bounds::clip(printing, options, state, "n + 1u");
     writer.text += &each(
         state,
-        &format!("row[{state_at}] = states[(slot * plan.groups + group) * {state}u + i];"),
+        &format!("row[{state_at}] = states[(slot * plan.members + member) * {state}u + i];"),
     );
-    writer.text += &each(row, "row_bar[i] = Number(0.0f);");
+    writer.text += &each(row, "row_bar[i] = 0.0f;");
     writer.text += &read_inputs(step);
     writer.barrier();
     operations(step, printing, &mut writer);
@@ -500,13 +457,13 @@ fn reverse(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoin
     writer.text += &add_kept(printing, options.kept);
     writer.barrier();
     let mut before = beginning(step, printing);
+    before += &each(printing.memory.bars_of_arrays, "parameter_bar[i] = 0.0f;");
     before += &each(
-        printing.memory.bars_of_arrays,
-        "parameter_bar[i] = Number(0.0f);",
+        state,
+        &format!("carry[i] = carried[member * {state}u + i];"),
     );
-    before += &each(state, &format!("carry[i] = carried[group * {state}u + i];"));
     for number in 0..printing.collected.len() {
-        let _ = writeln!(before, "var collected_{number} = Number(0.0f);");
+        let _ = writeln!(before, "var collected_{number} = 0.0f;");
     }
     before += "var kept_at = 0u;\nworkgroupBarrier();\n";
     // The cotangent of the start; of a later stretch, the next dispatch bounds it.
@@ -515,12 +472,15 @@ fn reverse(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoin
         true => String::new(),
         false => format!("if (plan.first == 0u) {{\n{}}}\n", indented(&of_start, 4)),
     };
-    after += &each(state, &format!("carried[group * {state}u + i] = carry[i];"));
+    after += &each(
+        state,
+        &format!("carried[member * {state}u + i] = carry[i];"),
+    );
     for (number, place) in printing.collected.iter().enumerate() {
         printing.scratch = printing.scratch.max(printing.size);
         let _ = write!(
             after,
-            "scratch[lid] = collected_{number};\nworkgroupBarrier();\nif (lid == 0u) {{\n    var sum = Number(0.0f);\n    \
+            "scratch[lid] = collected_{number};\nworkgroupBarrier();\nif (lid == 0u) {{\n    var sum = 0.0f;\n    \
              for (var i = 0u; i < SIZE; i++) {{ sum += scratch[i]; }}\n    parameter_bar[{place}u] += sum;\n}}\n\
              workgroupBarrier();\n"
         );

@@ -56,7 +56,7 @@ impl<'a> Spill<'a> {
         text = text.replace(
             "let own_at = ",
             &format!(
-                "let spilled_at = group * {}u;\n    let own_at = ",
+                "let spilled_at = member * {}u;\n    let own_at = ",
                 self.len()
             ),
         );

@@ -16,7 +16,7 @@ pub(super) fn gather(p: &mut Printing, writer: &mut Writer, of: &Gather) {
     let table = p.tables.place(list);
     let (to, from) = (place(of.output, "i"), value(of.input, "source"));
     let body = match indices.contains(&None) {
-        true => format!("{to} = Number(0.0f);\nif (source != 0xffffffffu) {{ {to} = {from}; }}"),
+        true => format!("{to} = 0.0f;\nif (source != 0xffffffffu) {{ {to} = {from}; }}"),
         false => format!("{to} = {from};"),
     };
     let body = format!("let source = table[{table}u + i];\n{body}\n");
@@ -41,7 +41,7 @@ pub(super) fn gather_reverse(p: &mut Printing, writer: &mut Writer, of: &Gather)
         .lists(&copies)
         .each_item(|item| format!("sum += {};", p.bar_at(of.output, item)));
     let body = format!(
-        "var sum = Number(0.0f);\n{sum}{} += sum;\n",
+        "var sum = 0.0f;\n{sum}{} += sum;\n",
         p.bar_at(of.input, "i")
     );
     let accesses = vec![
@@ -62,10 +62,7 @@ pub(super) fn node_sum(p: &mut Printing, writer: &mut Writer, of: &NodeSum) {
         .tables
         .lists(&lists)
         .each_item(|item| format!("sum += {};", value(of.input, item)));
-    let body = format!(
-        "var sum = Number(0.0f);\n{sum}{} = sum;\n",
-        place(of.output, "i")
-    );
+    let body = format!("var sum = 0.0f;\n{sum}{} = sum;\n", place(of.output, "i"));
     let mut accesses = p.reads([&of.input], By::Any);
     accesses.push(p.write(of.output, By::Element));
     writer.stage(accesses, &each(of.output.len, &body));
@@ -104,7 +101,7 @@ pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
     for (c, &x) in of.weighed.iter().enumerate() {
         let mean = match c < of.offsets {
             true => format!("{} / {}", sum(c + 1), sum(0)),
-            false => "Number(0.0f)".to_owned(),
+            false => "0.0f".to_owned(),
         };
         let to = format!("row[{}u + i]", all.start + c * count);
         let _ = writeln!(body, "{to} = {weight} * ({} - {mean});", value(x, "i"));
@@ -157,9 +154,9 @@ pub(super) fn weighted_reverse(p: &mut Printing, writer: &mut Writer, of: &Weigh
     }
     let of_weights = p.memory.is_active(of.weights);
     let mut accesses = read;
-    let mut body = String::from("var of_weight = Number(0.0f);\nvar rest = Number(0.0f);\n");
+    let mut body = String::from("var of_weight = 0.0f;\nvar rest = 0.0f;\n");
     for (c, &x) in of.weighed.iter().enumerate() {
-        let (mut shift, mut mean) = ("Number(0.0f)".to_owned(), "Number(0.0f)".to_owned());
+        let (mut shift, mut mean) = ("0.0f".to_owned(), "0.0f".to_owned());
         if c < of.offsets {
             let sum = format!("scratch[{}u]", c * width + p.size);
             let mean_bar = format!("row_bar[{}u]", means.start + c);

@@ -55,23 +55,20 @@ pub struct Wanted {
     pub surroundings: bool,
 }
 
-/// The workgroup that carries one robot, or a few.
+/// The workgroup that carries one robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Workgroup {
     /// The number of its invocations.
     pub invocations: usize,
-    /// How many robots it carries side by side: 1, 2 or 4. See [`Options::lanes`].
-    pub lanes: usize,
     /// Its memory, in bytes. Numbers of a step that do not fit lie in a buffer, which is slower.
     pub memory: usize,
 }
 
 impl From<usize> for Workgroup {
-    /// A workgroup of this many invocations, with memory for any step of one robot.
+    /// A workgroup of this many invocations, with memory for any step.
     fn from(invocations: usize) -> Self {
         Self {
             invocations,
-            lanes: 1,
             memory: usize::MAX,
         }
     }
@@ -112,7 +109,6 @@ impl Simulator {
         let chosen = |k: &usize| common[*k];
         let options = Options {
             workgroup: workgroup.invocations,
-            lanes: workgroup.lanes,
             memory: workgroup.memory,
             common: (0..common.len()).filter(chosen).collect(),
             wanted: (0..common.len()).filter(is_wanted).collect(),

@@ -65,7 +65,6 @@ impl Begun {
             surroundings: false,
         };
         let workgroup = Workgroup {
-            lanes: 1,
             invocations: 64,
             memory,
         };
