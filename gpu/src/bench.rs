@@ -30,7 +30,7 @@ pub(crate) struct Settings {
     #[arg(long, default_value_t = 512)]
     steps: usize,
     /// The numbers of invocations that carry one robot
-    #[arg(long, value_delimiter = ',', default_value = "64")]
+    #[arg(long, value_delimiter = ',', default_value = "128")]
     workgroup: Vec<usize>,
     /// Take the adapter with this text in its name
     #[arg(long)]

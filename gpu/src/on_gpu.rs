@@ -18,7 +18,7 @@ use crate::population::Population;
 use crate::robots::{ByParts, Differentiated, Losses, Member, RobotsOnGpu};
 
 /// The number of invocations that carry one robot.
-pub const WORKGROUP: usize = 64;
+pub const WORKGROUP: usize = 128;
 
 /// The most programs that a device keeps.
 const KEPT: usize = 32;

@@ -7,7 +7,7 @@ use super::writer::{Access, By, Space, Writer, each, indented};
 use crate::arrays::DenseLayer;
 use crate::record::symbol::Symbol;
 
-/// How many terms of a sum are printed one after the other, so that a device reads their numbers at once.
+/// How many terms of a sum are printed one after the other, so that a device waits only once for their numbers.
 const UNROLLED: usize = 8;
 
 /// The product of a matrix and a vector, whose numbers lie in several arrays. Several invocations share a row if there
@@ -225,4 +225,43 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
         let reads = vec![p.scratch(By::Any, false)];
         product.print(p, writer, rows, ["0.0f", &stored], [reads, stores]);
     }
+}
+
+/// The lines that add the products of the kept numbers of a layer, of which each step has `kept`, to the cotangents of its
+/// matrix, which begin at `start`.
+pub(super) fn add_products(layer: &Kept, start: usize, kept: usize, size: usize) -> String {
+    let Kept {
+        rows,
+        columns,
+        first,
+        ..
+    } = layer;
+    // The entries `from..to`, several at once for the same reason as in sums.
+    let entries = |[from, to]: [usize; 2], at_once: usize| {
+        let [mut before, mut adds, mut after] = [const { String::new() }; 3];
+        for e in 0..at_once {
+            let _ = write!(
+                before,
+                "let at_{e} = i + {}u;\nlet r_{e} = {first}u + at_{e} % {rows}u;\n\
+                 let c_{e} = {}u + at_{e} / {rows}u;\nvar sum_{e} = bars[bars_at + {start}u + at_{e}];\n",
+                e * size,
+                first + rows
+            );
+            let sum = format!("sum_{e} = fma(kept[s + r_{e}], kept[s + c_{e}], sum_{e});");
+            let _ = writeln!(adds, "{sum}");
+            let _ = writeln!(after, "bars[bars_at + {start}u + at_{e}] = sum_{e};");
+        }
+        let sums = format!(
+            "for (var s = 0u; s <= kept_at; s += {kept}u) {{\n{}}}\n",
+            indented(&adds, 4)
+        );
+        format!(
+            "for (var i = {from}u + lid; i < {to}u; i += {}u) {{\n{}}}\n",
+            at_once * size,
+            indented(&(before + &sums + &after), 4)
+        )
+    };
+    let (count, at_once) = (rows * columns, UNROLLED * size);
+    let whole = count / at_once * at_once;
+    entries([0, whole], UNROLLED) + &entries([whole, count], 1)
 }

@@ -379,18 +379,9 @@ fn add_kept(printing: &Printing, steps_kept: usize) -> String {
     }
     let mut flush = String::new();
     for layer in &printing.layers {
-        let (rows, count) = (layer.rows, layer.rows * layer.columns);
-        let start = printing.memory.parameters[layer.matrix]
-            .bar
-            .expect("it is wanted");
-        let body = format!(
-            "let r = {}u + i % {rows}u;\nlet c = {}u + i / {rows}u;\nvar sum = bars[bars_at + {start}u + i];\n\
-             for (var s = 0u; s <= kept_at; s += {kept}u) {{\n    \
-             sum = fma(kept[s + r], kept[s + c], sum);\n}}\nbars[bars_at + {start}u + i] = sum;",
-            layer.first,
-            layer.first + rows
-        );
-        flush += &each(count, &body);
+        let bars = printing.memory.parameters[layer.matrix].bar;
+        let start = bars.expect("it is wanted");
+        flush += &layers::add_products(layer, start, kept, printing.size);
     }
     let most = (steps_kept - 1) * kept;
     format!(

@@ -9,7 +9,7 @@ use cosmic::scene::Scene;
 use cosmic::simulator::{
     PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
 };
-use cosmic_gpu::{Gpu, GpuError, RobotsOnGpu};
+use cosmic_gpu::{Gpu, GpuError, RobotsOnGpu, WORKGROUP};
 
 /// The mean of the positions of all nodes in all observed states: forward, and a little upward.
 pub fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
@@ -65,7 +65,7 @@ impl Begun {
             surroundings: false,
         };
         let workgroup = Workgroup {
-            invocations: 64,
+            invocations: WORKGROUP,
             memory,
         };
         let printed = (self.simulator).printed(&self.robots(), &span, wanted, workgroup);
