@@ -1,7 +1,7 @@
 //! Finds the cause of a divergence: the part of a step that gave a node most of its velocity, or the speed bound that
 //! the node exceeded.
 
-use super::rollout::Simulator;
+use super::prepare::Simulator;
 use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};

@@ -9,7 +9,7 @@ use std::ops::{ControlFlow, Range};
 
 use super::blame::Cause;
 use super::effort::Effort;
-use super::rollout::{Simulator, Span};
+use super::prepare::{Simulator, Span};
 use super::trajectory::{ABSURD, Still, Trajectory, WATCHED};
 use crate::error::Error;
 use crate::geometry::Vector;

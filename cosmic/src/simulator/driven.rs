@@ -1,6 +1,7 @@
 //! A simulator of robots whose activations the caller gives, in place of a controller.
 
-use super::rollout::{Driving, Simulator, Span};
+use super::plan::Driving;
+use super::prepare::{Simulator, Span};
 use super::trajectory::Trajectory;
 use crate::lattice::{Body, Lattice, State};
 use crate::scene::{ControllerSettings, PhysicsSettings};

@@ -9,7 +9,8 @@ use std::ops::Range;
 
 use autodiff::{Tape, Var};
 
-use super::rollout::{Planned, Simulator, Span};
+use super::plan::Planned;
+use super::prepare::{Simulator, Span};
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 

@@ -6,8 +6,8 @@ use autodiff::Real;
 use autodiff::wgsl::{self, Options, Printed, Refused};
 
 use super::parameters::{Filled, Road};
+use super::prepare::{Simulator, Span};
 use super::robot::Robot;
-use super::rollout::{Simulator, Span};
 use super::surroundings::Surroundings;
 use super::trajectory::Trajectory;
 use crate::lattice::{Body, State};
