@@ -18,6 +18,7 @@
 pub(crate) mod operation;
 pub(crate) mod program;
 mod recording;
+mod on_graphs;
 mod any_program;
 mod passes;
 mod run;

@@ -4,8 +4,8 @@ use super::any_program::Replaying;
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, MOST_UNKNOWNS, Map, Matrix,
-    NodeSum, Operation, Parameter, Solve, UniformKernel, Weighted, repeated, triangle,
+    Array, DenseLayer, Gather, InLanes, Kernel, Layer, Map, Matrix, Operation, Parameter,
+    UniformKernel, Weighted, repeated,
 };
 use crate::real::{Mask, Real};
 use crate::record::recorded;
@@ -65,12 +65,12 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    fn push_kernel(&mut self, kernel: Box<dyn Operation<R>>) {
+    pub(super) fn push_kernel(&mut self, kernel: Box<dyn Operation<R>>) {
         self.operations.push(StepOperation::Kernel(kernel));
     }
 
     #[track_caller]
-    fn assert_uniform(&self, arrays: &[Array]) {
+    pub(super) fn assert_uniform(&self, arrays: &[Array]) {
         self.assert_known(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
         assert!(is_one, "each uniform input must be an array of one number");
@@ -180,171 +180,6 @@ impl<R: Real> Program<R> {
         output
     }
 
-    /// Maps a kernel over the edges of a graph and sums its results at the nodes, like springs that pull on masses.
-    ///
-    /// The first inputs of the kernel are differences. For each array of `ends`, which has one number per node, the
-    /// input is the value at the edge's head minus the value at its tail. The other inputs are the edge's values in the
-    /// arrays of `per_edge`, which have the slot layout of the [`Graph`]. Each result is added at the tail of the edge
-    /// and subtracted at its head, so the outputs are arrays over the nodes.
-    ///
-    /// ```
-    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient};
-    ///
-    /// /// The heat that flows from the head to the tail of an edge in one step.
-    /// #[derive(Clone, Copy)]
-    /// struct Conduction;
-    ///
-    /// impl Kernel<2, 1> for Conduction {
-    ///     #[inline(always)]
-    ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2]) -> [R; 1] {
-    ///         [conductivity * difference]
-    ///     }
-    /// }
-    ///
-    /// #[derive(Clone, Copy)]
-    /// struct Sum;
-    ///
-    /// impl Kernel<2, 1> for Sum {
-    ///     #[inline(always)]
-    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
-    ///         [a + b]
-    ///     }
-    /// }
-    ///
-    /// /// The temperatures of three bodies in a row.
-    /// #[derive(Clone)]
-    /// struct Bar(Graph);
-    ///
-    /// impl Model for Bar {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
-    ///         let conductivity = program.parameter(self.0.slots());
-    ///         let t = program.state(self.0.nodes());
-    ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity]);
-    ///         let [next] = program.map(Sum, [t, gain]);
-    ///         program.advance(t, next);
-    ///     }
-    /// }
-    ///
-    /// let graph = Graph::new(3, &[[0, 1], [1, 2]]);
-    /// let bar = Rollout::new(Bar(graph.clone()), 1);
-    /// let conductivity = graph.to_slots(&[0.5, 0.25]);
-    /// assert_eq!(bar.run(&[0.0, 4.0, 8.0], &[&conductivity]), [2.0, 3.0, 7.0]);
-    /// // The derivatives of the middle temperature with respect to the two conductivities.
-    /// let middle = |k: &[Var<f64>]| {
-    ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
-    ///     bar.run(&t, &[&graph.to_slots(k)])[1]
-    /// };
-    /// assert_eq!(gradient(middle, &[0.5, 0.25]), [-4.0, 4.0]);
-    /// ```
-    ///
-    /// # Panics
-    /// - If an array of `ends` does not have one number for each node.
-    /// - If an array of `per_edge` does not have one number for each slot.
-    /// - If the kernel has no results, or does not have one input for each array of `ends` and `per_edge`.
-    /// - If an array belongs to another program.
-    #[track_caller]
-    pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
-        &mut self,
-        graph: &Graph,
-        kernel: K,
-        ends: [Array; C],
-        per_edge: &[Array],
-    ) -> [Array; O]
-    where
-        K: Kernel<I, O>,
-    {
-        self.map_edges_with(graph, kernel, ends, per_edge, &[])
-    }
-
-    /// Like [`map_edges`](Program::map_edges), but for a kernel with [uniform inputs](Program::map_with).
-    ///
-    /// # Panics
-    /// Like [`map_edges`](Program::map_edges). Also if `uniforms` does not have one array for each uniform input of the
-    /// kernel, or one of these arrays does not have exactly one number.
-    #[track_caller]
-    pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
-        &mut self,
-        graph: &Graph,
-        kernel: K,
-        ends: [Array; C],
-        per_edge: &[Array],
-        uniforms: &[Array],
-    ) -> [Array; O]
-    where
-        K: UniformKernel<I, O>,
-    {
-        if const { records_kernels::<R>() } && self.records_kernels {
-            let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
-            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, true));
-        }
-        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, true);
-        let outputs = arrays(&outputs);
-        let map =
-            EdgeMap::<R, K, C, I, O, true>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
-        self.push_kernel(Box::new(InLanes(map)));
-        outputs
-    }
-
-    /// Like [`map_edges_with`](Program::map_edges_with), but results stay at their edges: the outputs are arrays over the
-    /// slots, with zeros for ghosts.
-    ///
-    /// # Panics
-    /// Like [`map_edges_with`](Program::map_edges_with).
-    #[track_caller]
-    pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
-        &mut self,
-        graph: &Graph,
-        kernel: K,
-        ends: [Array; C],
-        per_edge: &[Array],
-        uniforms: &[Array],
-    ) -> [Array; O]
-    where
-        K: UniformKernel<I, O>,
-    {
-        if const { records_kernels::<R>() } && self.records_kernels {
-            let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
-            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, false));
-        }
-        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, false);
-        let outputs = arrays(&outputs);
-        let map =
-            EdgeMap::<R, K, C, I, O, false>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
-        self.push_kernel(Box::new(InLanes(map)));
-        outputs
-    }
-
-    /// Checks the inputs of a kernel over edges. Returns the graph of all starts, and an array for each of the `results`
-    /// results: over the nodes if `sums` is true and the results are summed there, else over the slots.
-    #[track_caller]
-    pub(super) fn edge_outputs(
-        &mut self,
-        graph: &Graph,
-        [ends, per_edge]: [&[Array]; 2],
-        uniforms: &[Array],
-        results: usize,
-        sums: bool,
-    ) -> (Graph, Vec<Array>) {
-        self.assert_uniform(uniforms);
-        self.assert_known(ends);
-        self.assert_known(per_edge);
-        let fits = ends.iter().all(|a| a.len() == graph.nodes());
-        assert!(
-            fits,
-            "map_edges: each array of `ends` must have one number for each node"
-        );
-        let fits = per_edge.iter().all(|a| a.len() == graph.slots());
-        assert!(
-            fits,
-            "map_edges: each array of `per_edge` must have one number for each slot"
-        );
-        let interleaved = graph.side_by_side(self.starts);
-        self.margin = self.margin.max(interleaved.lead());
-        let len = if sums { graph.nodes() } else { graph.slots() };
-        let outputs = self.outputs(len, results);
-        (interleaved, outputs)
-    }
-
     /// Returns an array of `x[index]` for every index, with zero for `None`. For example, `&[Some(0); 8]` makes eight
     /// copies of the first number.
     ///
@@ -416,157 +251,15 @@ impl<R: Real> Program<R> {
             .push(StepOperation::Weighted(InLanes(operation)));
         [outputs[0], outputs[1]]
     }
-
-    /// Solves linear equations `A x = b` with `N` unknowns per node of a graph, and returns `x`: an array over the nodes for
-    /// each unknown of a node. `A` must be symmetric and positive definite. It is a sum of blocks of `N` rows:
-    /// - `nodes`: every node has a block, which acts on its unknowns;
-    /// - `edges`: every edge has a block `S`, which acts on the difference of the unknowns of its ends. It adds `S` to the
-    ///   blocks of both ends, and `-S` to the two blocks between them.
-    ///
-    /// Blocks are symmetric. Each has an array for each entry of its lower triangle, row by row: `[0, 0]`, `[1, 0]`,
-    /// `[1, 1]`, `[2, 0]` and so on. Arrays of nodes have one number for each node, arrays of edges one for each
-    /// [slot](Graph::slots). `b` has an array over the nodes for each unknown of a node.
-    ///
-    /// The matrix is factorised as `L D L'` within a band. The nodes are ordered once, when the step is recorded, so that
-    /// connected nodes are close. The reverse sweep solves once more with the same factor. If `A` is not positive definite,
-    /// the solution can be inaccurate or NaN.
-    ///
-    /// Heat flows along a rod of four cells in implicit steps, which are stable however long they are. The heat that flows
-    /// in a step depends on the temperatures after it:
-    ///
-    /// ```
-    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout};
-    ///
-    /// #[derive(Clone)]
-    /// struct Rod;
-    ///
-    /// impl Model for Rod {
-    ///     fn record<R: Real>(&self, p: &mut Program<R>) {
-    ///         let graph = Graph::new(4, &[[0, 1], [1, 2], [2, 3]]);
-    ///         // How much heat each cell holds per kelvin, and how much flows along an edge per kelvin and step.
-    ///         let (capacity, conductance) = (p.parameter(4), p.parameter(graph.slots()));
-    ///         let temperature = p.state(4);
-    ///         let [heat] = p.map(Product, [capacity, temperature]);
-    ///         let [next] = p.solve(&graph, &[capacity], &[conductance], [heat]);
-    ///         p.advance(temperature, next);
-    ///     }
-    /// }
-    ///
-    /// #[derive(Clone)]
-    /// struct Product;
-    ///
-    /// impl Kernel<2, 1> for Product {
-    ///     #[inline(always)]
-    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
-    ///         [a * b]
-    ///     }
-    /// }
-    ///
-    /// let graph = Graph::new(4, &[[0, 1], [1, 2], [2, 3]]);
-    /// let conductance = graph.to_slots(&[50.0; 3]);
-    /// let temperature = Rollout::new(Rod, 20).run(&[100.0, 0.0, 0.0, 0.0], &[&[1.0; 4], &conductance]);
-    /// // All heat is still there, and is spread evenly.
-    /// assert!(temperature.iter().all(|t: &f64| (t - 25.0).abs() < 1e-9));
-    /// ```
-    ///
-    /// # Panics
-    /// If an array has another length than is said above, if their numbers do not fit `N`, if the graph has no nodes, or if
-    /// an array belongs to another program.
-    #[track_caller]
-    pub fn solve<const N: usize>(
-        &mut self,
-        graph: &Graph,
-        nodes: &[Array],
-        edges: &[Array],
-        b: [Array; N],
-    ) -> [Array; N] {
-        arrays(&self.solve_all(graph, [nodes, edges, &b, &[]]))
-    }
-
-    /// Like [`solve`](Program::solve), but some directions are held: the solution is 0 in these directions, and the
-    /// equations hold in all others. So a wall keeps a node from moving through it, or a cell has a fixed temperature.
-    ///
-    /// `held` has a symmetric block for each node, as `nodes` does: the projection onto its held directions, which is `n n'`
-    /// for one unit vector `n`. A block of zeros holds nothing. `held` has no derivative.
-    ///
-    /// # Panics
-    /// Like [`solve`](Program::solve). Also if a node has more than four unknowns.
-    #[track_caller]
-    pub fn solve_held<const N: usize>(
-        &mut self,
-        graph: &Graph,
-        nodes: &[Array],
-        edges: &[Array],
-        held: &[Array],
-        b: [Array; N],
-    ) -> [Array; N] {
-        arrays(&self.solve_all(graph, [nodes, edges, &b, held]))
-    }
-
-    /// Sums numbers of edges at their ends: returns an array over the nodes, with the sum of `x` over all edges that begin
-    /// or end at the node. `x` has one number for each [slot](Graph::slots).
-    ///
-    /// # Panics
-    /// If `x` does not have one number for each slot, or belongs to another program.
-    #[track_caller]
-    pub fn sum_at_nodes(&mut self, graph: &Graph, x: Array) -> Array {
-        self.assert_known(&[x]);
-        assert_eq!(
-            x.len(),
-            graph.slots(),
-            "sum_at_nodes: `x` must have one number for each slot"
-        );
-        let output = self.output(graph.nodes());
-        let sum = NodeSum::new(graph, x, output);
-        self.operations.push(StepOperation::NodeSum(InLanes(sum)));
-        output
-    }
-
-    /// Implements [`solve`](Program::solve) and [`solve_held`](Program::solve_held).
-    #[track_caller]
-    pub(super) fn solve_all(
-        &mut self,
-        graph: &Graph,
-        [nodes, edges, b, held]: [&[Array]; 4],
-    ) -> Vec<Array> {
-        self.assert_known(&[nodes, edges, b, held].concat());
-        let entries = triangle(b.len()).len();
-        assert!(
-            nodes.len() == entries && edges.len() == entries && [0, entries].contains(&held.len()),
-            "solve: blocks for {} unknowns per node have {entries} entries in their lower triangle",
-            b.len()
-        );
-        let fits = |arrays: &[Array], len: usize| arrays.iter().all(|array| array.len() == len);
-        assert!(
-            [nodes, b, held]
-                .iter()
-                .all(|arrays| fits(arrays, graph.nodes())),
-            "solve: each array of `nodes`, `b` and `held` must have one number for each node"
-        );
-        assert!(
-            fits(edges, graph.slots()),
-            "solve: each array of `edges` must have one number for each slot"
-        );
-        assert!(b.len() * graph.nodes() > 0, "solve: there must be unknowns");
-        assert!(
-            held.is_empty() || b.len() <= MOST_UNKNOWNS,
-            "solve: nodes with held directions can have at most {MOST_UNKNOWNS} unknowns"
-        );
-        let x = self.outputs(graph.nodes(), b.len());
-        let solve = Solve::new(graph, [nodes, edges, b, held], &x, self.starts);
-        self.operations
-            .push(StepOperation::Solve(Box::new(InLanes(solve))));
-        x
-    }
 }
 
 /// Whether a program with this number type can have recordings in place of all kernels. Symbols can: their comparisons
 /// have no single answer. For other types, the kernels are not recorded and no code is compiled for it.
-const fn records_kernels<R: Real>() -> bool {
+pub(super) const fn records_kernels<R: Real>() -> bool {
     !R::Mask::IS_SINGLE
 }
 
 /// Converts the handles to an array. There is one handle for each result of the kernel.
-fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
+pub(super) fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
     std::array::from_fn(|k| handles[k])
 }
