@@ -47,6 +47,8 @@ mod laws {
     mod bending;
     mod built_in;
     mod bumpers;
+    mod contacts;
+    mod kernels;
     mod law_file;
 }
 mod objective {

@@ -1,0 +1,68 @@
+//! Checks the adjoints of kernels.
+
+use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
+use autodiff::{Dual, Kernel, Pullback};
+use cosmic::laws::Law;
+
+/// The time step of the tests, s.
+pub(super) const DT: f64 = 0.002;
+
+/// Computes the cotangents of a kernel's inputs at `x` from the cotangents `y_bar` of its outputs.
+pub(super) fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
+    kernel: &K,
+    x: [f64; I],
+    y_bar: [f64; O],
+) -> [f64; I] {
+    let [x_bar] = kernel.vjp(Pullback::new(kernel, x, [y_bar]));
+    x_bar
+}
+
+/// Compares the adjoint of a kernel with dual numbers and finite differences, for a fixed cotangent. The adjoint is
+/// multiplied by `1 + wrong_by`: with `wrong_by` not 0, a test can check that the comparison notices a wrong adjoint.
+pub(super) fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
+    kernel: &K,
+    x: [f64; I],
+    wrong_by: f64,
+) -> Verdict {
+    let y_bar: [f64; O] = std::array::from_fn(|k| 1.0 - 0.4 * k as f64);
+    let value = |x: &[f64]| {
+        let y = kernel.eval::<f64>(std::array::from_fn(|i| x[i]));
+        y.iter().zip(y_bar).map(|(y, bar)| y * bar).sum()
+    };
+    let forward = |direction: &[f64]| {
+        let y = kernel.eval::<Dual<f64, 1>>(std::array::from_fn(|i| Dual {
+            value: x[i],
+            tangent: [direction[i]],
+        }));
+        y.iter().zip(y_bar).map(|(y, bar)| y.tangent[0] * bar).sum()
+    };
+    let gradient = adjoint(kernel, x, y_bar).map(|bar| bar * (1.0 + wrong_by));
+    // A wrong gradient must be noticed by the finite differences alone.
+    let forward: Option<Along> = (wrong_by == 0.0).then_some(&forward);
+    let claim = Claim {
+        x: &x,
+        gradient: &gradient,
+        forward,
+    };
+    // The check needs many directions, because slopes differ by factors of thousands: an impulse is divided by a mass
+    // of grams. The step sizes must be small compared to the time of impact.
+    let options = Options {
+        directions: 16,
+        largest_step: 1e-3,
+        ..Options::default()
+    };
+    let report = check_directions(value, &claim, &options);
+    println!("{report}");
+    report.verdict
+}
+
+/// Asserts that the adjoint of a kernel is right, and that the comparison would notice a wrong one.
+pub(super) fn is_right<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K, x: [f64; I]) {
+    assert_eq!(verdict(kernel, x, 0.0), Verdict::Smooth);
+    assert_eq!(verdict(kernel, x, 0.01), Verdict::Wrong);
+}
+
+/// The values of a law's settings.
+pub(super) fn values(law: &impl Law) -> Vec<f64> {
+    law.inputs().into_iter().map(|(_, value)| value).collect()
+}
