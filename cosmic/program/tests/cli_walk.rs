@@ -1,6 +1,7 @@
 //! `cosmic walk`, and the ways to goals in reports: numbers, files, errors.
 
-use crate::cli_report::{browser, document, fetches_nothing, pictures};
+use crate::cli_browser::{browser, document};
+use crate::cli_report::{fetches_nothing, pictures};
 use crate::common::Bench;
 use crate::program::has;
 use cosmic::case::Case;

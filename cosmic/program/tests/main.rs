@@ -9,6 +9,7 @@ mod program;
 
 mod cli_at_work;
 mod cli_beyond;
+mod cli_browser;
 mod cli_clock;
 mod cli_device;
 mod cli_diverged;
@@ -33,6 +34,7 @@ mod cli_search;
 mod cli_set;
 mod cli_study;
 mod cli_sweep;
+mod cli_transfer;
 mod cli_two;
 mod cli_verify;
 mod cli_walk;

@@ -1,0 +1,96 @@
+//! The pages of `cosmic report` and `cosmic compare`, opened in a browser.
+
+use crate::cli_report::{design_alone, finished, report};
+use std::fs;
+use std::io::{self, Write};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Finds a browser of the Chromium family; `None` if none is installed.
+pub(crate) fn browser() -> Option<&'static str> {
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
+    names.into_iter().find(runs)
+}
+
+/// Options for the browser: it loads only the page and does not use a graphics card.
+const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
+    --disable-background-networking --disable-sync --disable-component-update \
+    --virtual-time-budget=5000 --dump-dom";
+
+/// Opens a file in the browser. Returns the document after its scripts have run for five seconds of virtual time: on a busy
+/// machine, one second has passed before the first frame is drawn.
+pub(crate) fn document(browser: &str, file: &str) -> String {
+    let profile = TempDir::new().unwrap();
+    let page = profile.path().join("page.html");
+    let mut child = Command::new(browser)
+        .args(OPTIONS.split_whitespace())
+        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg(format!("file://{file}"))
+        .stdout(fs::File::create(&page).unwrap())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let began = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if began.elapsed() > Duration::from_secs(120) {
+            child.kill().unwrap();
+            panic!("{browser} hangs");
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+    fs::read_to_string(page).unwrap()
+}
+
+#[test]
+fn a_browser_draws_the_page_without_errors() {
+    let Some(browser) = browser() else {
+        // Written directly to standard error, because the test harness hides what passing tests print.
+        writeln!(io::stderr(), "SKIPPED: no Chromium: no page is opened").unwrap();
+        return;
+    };
+    let bench = finished();
+    report(&bench).ok();
+    let document = |name: &str| {
+        let file = bench.path("run").join(name);
+        document(browser, &file.display().to_string())
+    };
+    bench.cosmic("compare run run --out run/compare.html").ok();
+    design_alone(&bench, "run/alone");
+    bench.cosmic("report run/alone").ok();
+    bench.run("run/early", "--iterations 2 --quiet");
+    bench.cosmic("report run/early").ok();
+    let pages = [
+        "report.html",
+        "compare.html",
+        "alone/report.html",
+        "early/report.html",
+    ];
+    for name in pages {
+        let page = document(name);
+        // The page's script sets `ready` at its end. It sets `error` if anything is thrown.
+        assert!(
+            page.contains("data-ready=\"true\""),
+            "{name}: the script did not end"
+        );
+        assert!(!page.contains("data-error"), "{name}: the script failed");
+        // A canvas that is not folded has the width that the script gave it. Folded ones are drawn when they are opened.
+        let folded =
+            ["volumes", "measures", "gradients", "ternary"].map(|id| format!("id=\"{id}\""));
+        for canvas in page.split("<canvas").skip(1) {
+            let (tag, _) = canvas.split_once('>').unwrap();
+            let is_folded = folded.iter().any(|id| tag.contains(id));
+            assert!(is_folded || tag.contains(" width=\""), "{name}: {tag}");
+        }
+    }
+    for name in ["robot.svg", "convergence.svg"] {
+        let picture = document(name);
+        // If the XML is malformed, the browser shows a `parsererror` instead.
+        assert!(
+            picture.contains("</svg>") && !picture.contains("parsererror"),
+            "{name}"
+        );
+    }
+}
