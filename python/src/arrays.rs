@@ -34,6 +34,9 @@ pub(crate) struct Sizes {
 /// The number of arrays with the parameters of a controller.
 const CONTROLLER: usize = NETWORK.len();
 
+/// Two arrays: the observed positions and the observed velocities.
+pub(crate) type Seen<'py> = [Bound<'py, PyAny>; 2];
+
 /// The names of the arrays of [`Inputs`], in their order.
 pub(crate) const NAMES: [&str; 3 + CONTROLLER] = {
     let [first, second, third, fourth] = NETWORK;

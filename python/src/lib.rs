@@ -16,6 +16,7 @@ mod environment;
 mod loss;
 mod attended;
 mod optimise;
+mod rollouts;
 mod run;
 mod sweep;
 
