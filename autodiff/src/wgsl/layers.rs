@@ -236,7 +236,7 @@ pub(super) fn add_products(layer: &Kept, start: usize, kept: usize, size: usize)
         first,
         ..
     } = layer;
-    // The entries `from..to`, several at once for the same reason as in sums.
+    // The entries `from..to`, several at once, so that a device waits only once for their numbers.
     let entries = |[from, to]: [usize; 2], at_once: usize| {
         let [mut before, mut adds, mut after] = [const { String::new() }; 3];
         for e in 0..at_once {
