@@ -28,7 +28,7 @@ pub struct Span {
     /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact. Its norm counts
     /// cotangents of velocities in units of the [time scale](Lattice::time_scale).
     pub cotangent_bound: Option<CotangentBound>,
-    /// If true, trajectories also have the [efforts](Trajectory::efforts) of the bars.
+    /// If true, trajectories also have the [efforts](super::Trajectory::efforts) of the bars.
     pub metered: bool,
 }
 
