@@ -10,7 +10,7 @@ use cosmic::case::Case;
 use cosmic::lattice::Body;
 use cosmic::scene::Scene;
 use cosmic::simulator::{Robots, Simulator, Span, Wanted};
-use cosmic_gpu::{Gpu, Members, Population};
+use cosmic_gpu::{Gpu, Members, Population, WORKGROUP};
 use rayon::prelude::*;
 
 /// The settings of a measurement.
@@ -30,7 +30,7 @@ pub(crate) struct Settings {
     #[arg(long, default_value_t = 512)]
     steps: usize,
     /// The numbers of invocations that carry one robot
-    #[arg(long, value_delimiter = ',', default_value = "128")]
+    #[arg(long, value_delimiter = ',', default_values_t = [WORKGROUP])]
     workgroup: Vec<usize>,
     /// Take the adapter with this text in its name
     #[arg(long)]

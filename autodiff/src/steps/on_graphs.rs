@@ -105,16 +105,7 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
-        if const { records_kernels::<R>() } && self.records_kernels {
-            let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
-            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, true));
-        }
-        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, true);
-        let outputs = arrays(&outputs);
-        let map =
-            EdgeMap::<R, K, C, I, O, true>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
-        self.push_kernel(Box::new(InLanes(map)));
-        outputs
+        self.map_over_edges::<K, C, I, O, true>(graph, kernel, ends, per_edge, uniforms)
     }
 
     /// Like [`map_edges_with`](Program::map_edges_with), but results stay at their edges: the outputs are arrays over the
@@ -134,14 +125,31 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
+        self.map_over_edges::<K, C, I, O, false>(graph, kernel, ends, per_edge, uniforms)
+    }
+
+    /// Implements [`map_edges_with`](Program::map_edges_with), which sums results at the nodes (`SUMS`), and
+    /// [`map_each_edge`](Program::map_each_edge), which does not.
+    #[track_caller]
+    fn map_over_edges<K, const C: usize, const I: usize, const O: usize, const SUMS: bool>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+        uniforms: &[Array],
+    ) -> [Array; O]
+    where
+        K: UniformKernel<I, O>,
+    {
         if const { records_kernels::<R>() } && self.records_kernels {
             let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
-            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, false));
+            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, SUMS));
         }
-        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, false);
+        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, SUMS);
         let outputs = arrays(&outputs);
         let map =
-            EdgeMap::<R, K, C, I, O, false>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
+            EdgeMap::<R, K, C, I, O, SUMS>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
         self.push_kernel(Box::new(InLanes(map)));
         outputs
     }

@@ -118,9 +118,7 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
     let reads = p.reads(&of.inputs, By::Any);
     let vector = of.inputs.iter().map(|&x| (x.len, start_of(x))).collect();
     let matrix = p.memory.matrix(of.matrix.parameter);
-    let places = of.places();
-    let at = p.index(&places);
-    let to = place(of.output, &at);
+    let to = place(of.output, &p.index(&of.places()));
     let stored = match of.tanh {
         true => format!("{to} = tanh_of(sum);\n"),
         false => format!("{to} = sum;\n"),
