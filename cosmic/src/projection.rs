@@ -222,11 +222,12 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// This body without the springs of the edges at nodes that are not in use.
+    /// This body without the bars at nodes that are not in use: they have neither stiffness nor strain.
     fn without_absent(mut self, is_in_use: &[bool], lattice: &Lattice) -> Self {
-        for (k, ends) in self.stiffness.iter_mut().zip(&lattice.edges) {
+        for (edge, ends) in lattice.edges.iter().enumerate() {
             if ends.iter().any(|&node| !is_in_use[node]) {
-                *k = R::zero();
+                // Laws such as end stops act by the strain alone, which tells the share of actuator.
+                (self.stiffness[edge], self.strain[edge]) = (R::zero(), R::zero());
             }
         }
         self
