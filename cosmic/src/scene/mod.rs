@@ -31,6 +31,7 @@ mod unread;
 mod world;
 mod doubts;
 mod check;
+mod fit;
 mod diagnostic;
 mod read;
 mod renamed;
