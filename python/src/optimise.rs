@@ -54,7 +54,7 @@ pub(crate) fn optimise(
     });
     let iterations = iterations.transpose()?;
     let given = scene.scene.clone();
-    let read = || {
+    let read = || -> Result<(RunPlan, Option<DesignFile>)> {
         let design = begin_with.as_deref().map(DesignFile::read).transpose()?;
         let from = design.as_ref().map(DesignFile::design);
         let plan = RunPlan::new(&name, given, seed).fitted(iterations, from.as_ref())?;
