@@ -83,7 +83,7 @@ fn every_number_of_an_iteration_is_fitted() {
 fn the_shortest_runs_have_every_phase_in_order() {
     for scene in built_in() {
         let mut before = 0;
-        for iterations in 1..=scene.schedule.iterations + 7 {
+        for iterations in [1, 2, 3, 5, 7, 12, 60, 2 * scene.schedule.iterations] {
             let short = fitted(&scene, iterations);
             short.check().unwrap();
             let schedule = &short.schedule;
