@@ -135,8 +135,8 @@ fn the_rules_scale_exactly_with_the_size() {
     }
 }
 
-/// Bars that are a hundred times as stiff vibrate ten times as fast, and their dampers need even shorter steps. They get
-/// substeps, and the steps of the controller stay as long as they are.
+/// Bars that are a hundred times as stiff vibrate ten times as fast. They get substeps, and the steps of the controller stay
+/// as long as they are.
 #[test]
 fn stiff_bars_get_substeps() {
     let earth = Scene::load("earth").unwrap();
@@ -144,9 +144,9 @@ fn stiff_bars_get_substeps() {
     assert_eq!(stiff.physics.dt, earth.physics.dt);
     assert!(stiff.physics.substeps >= 9, "{}", stiff.physics.substeps);
     // Beyond the largest number of substeps, the step itself shrinks, and the simulated time stays.
-    let stiffer = set(&earth, "materials.stiffness", "[1e-7, 4e7, 30.0]");
+    let stiffer = set(&earth, "materials.stiffness", "[1e-7, 1e9, 30.0]");
     assert_eq!(stiffer.physics.substeps, 1024);
-    assert!(stiffer.physics.dt < 0.1 * earth.physics.dt);
+    assert!(stiffer.physics.dt < 0.8 * earth.physics.dt);
     let time = |scene: &Scene| scene.physics.dt * scene.physics.steps as f64;
     let share = time(&stiffer) / time(&earth);
     // The number of steps is rounded to a whole number.
