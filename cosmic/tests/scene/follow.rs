@@ -187,14 +187,19 @@ fn the_laws_of_bars_follow_from_the_bars() {
     let forces = ["physics.forces=[\"bumpers\", \"stops\"]"];
     let shown = |scene: &Scene| {
         let settings = scene.set(&forces).unwrap().settings().into_iter();
-        let of_laws = settings.filter(|s| s.key.starts_with("bumpers.s") || s.key.starts_with("stops."));
+        let of_laws =
+            settings.filter(|s| s.key.starts_with("bumpers.s") || s.key.starts_with("stops."));
         of_laws.map(|setting| setting.value).collect::<Vec<_>>()
     };
     assert_eq!(shown(&world)[0], "7500.0");
     assert_eq!(shown(&Scene::paper()), ["2000.0", "0.35", "400.0"]);
     // The numbers of a law that is not chosen are not there.
     let bare = world.set(&["physics.forces=[]"]).unwrap();
-    assert!(bare.following().iter().all(|other| !other.key.starts_with("stops")));
+    assert!(
+        bare.following()
+            .iter()
+            .all(|other| !other.key.starts_with("stops"))
+    );
     // Bars without stiffness and actuators that do not move have allowed numbers too.
     set(&earth, "materials.stiffness", "[0.0, 0.0, 0.0]");
     set(&earth, "materials.max_strain", "[0.0, 0.0, 0.0]");
@@ -246,9 +251,15 @@ fn strong_robots_are_treated_with_care() {
             let steps = parts * strong.physics.steps / 4;
             shares(&set(&strong, "physics.steps", &steps.to_string()))
         });
-        for (share, expected) in short.into_iter().zip([care, care.powf(0.25), care.powf(0.25)]) {
+        for (share, expected) in short
+            .into_iter()
+            .zip([care, care.powf(0.25), care.powf(0.25)])
+        {
             // The tolerance above, to the power of a quarter.
-            assert!((share - expected).abs() < 0.005, "{share} at {stiffness} N/m");
+            assert!(
+                (share - expected).abs() < 0.005,
+                "{share} at {stiffness} N/m"
+            );
         }
         // Longer rollouts than usual need no more care.
         assert_eq!(long[1..], shares(&strong)[1..]);
