@@ -210,7 +210,7 @@ def test_a_loss_gets_the_goals_of_its_states() -> None:
         return np.sum(off**2), by_x, np.zeros_like(v)
 
     loss = cosmic.Loss(near, observed=lambda steps: [*range(1, steps + 1)])
-    cosmic.optimize(GOALS, SEED, loss=loss, iterations=2, progress=False)
+    cosmic.optimize(GOALS, SEED, loss=loss, progress=False)
     lengths = {len(goal): goal for goal in goals}
     assert all(goal.shape[1] == 2 for goal in goals)
     # A gradient has one goal; a robot is ranked with three, which change after 85 and 170 steps.

@@ -119,8 +119,11 @@ struct Bar {
     numbers: BarNumbers,
 }
 
+/// A rule for a setting of a law: the key, and the function that sets it for a bar of the lattice.
+type LawRule = (&'static str, fn(&mut Scene, Bar));
+
 /// The rules for the settings of laws. The scales depend on these settings, so they come first.
-const LAWS: [(&str, fn(&mut Scene, Bar)); 4] = [
+const LAWS: [LawRule; 4] = [
     ("stops.at", |scene, _| {
         let at = match scene.materials.max_strain {
             // Actuators that do not move have no stops.
