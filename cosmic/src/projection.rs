@@ -216,14 +216,44 @@ impl<R: Real> Body<R> {
             return self;
         }
         self.presence = presence(design, lattice);
-        if let Design::Layout(_) = design {
-            for (k, ends) in self.stiffness.iter_mut().zip(&lattice.edges) {
-                if ends.iter().any(|&node| self.presence[node].is_zero()) {
-                    *k = R::zero();
-                }
+        match design {
+            Design::Layout(layout) => self.without_absent(&is_in_use(lattice, layout), lattice),
+            Design::Undecided(_) => self,
+        }
+    }
+
+    /// This body without the springs of the edges at nodes that are not in use.
+    fn without_absent(mut self, is_in_use: &[bool], lattice: &Lattice) -> Self {
+        for (k, ends) in self.stiffness.iter_mut().zip(&lattice.edges) {
+            if ends.iter().any(|&node| !is_in_use[node]) {
+                *k = R::zero();
             }
         }
         self
+    }
+
+    /// The body of a layout as a function of the shares of its edges, for derivatives with respect to them. If the
+    /// shares are those of the layout, it has the bits of the body of the layout. What the layout leaves out stays
+    /// out, whatever the shares are: nodes without a bar and the springs at them, and the stiffness of void if
+    /// `physics.void_edges` is "drop".
+    pub fn near_layout(
+        layout: &[Material],
+        shares: &Design<Mixture<R>>,
+        one_piece: bool,
+        lattice: &Lattice,
+        materials: &MaterialSettings,
+        physics: &PhysicsSettings,
+    ) -> Self {
+        let mut materials = materials.clone();
+        if physics.void_edges == VoidEdges::Drop {
+            materials.stiffness[Material::Void as usize] = 0.0;
+        }
+        let mut body = Self::new(shares, lattice, &materials, physics);
+        if !one_piece {
+            return body;
+        }
+        body.presence = presence_near(layout, shares, lattice);
+        body.without_absent(&is_in_use(lattice, layout), lattice)
     }
 
     /// Chooses the point of this body whose displacement counts. The weights of the centre of mass are the masses of
@@ -231,18 +261,34 @@ impl<R: Real> Body<R> {
     /// use are their presences in `design`, even if this body has none.
     #[must_use]
     pub fn with_marker(
-        mut self,
+        self,
         moved: MovedBody,
         design: &Design<Mixture<R>>,
         lattice: &Lattice,
     ) -> Self {
+        self.marked(moved, || presence(design, lattice))
+    }
+
+    /// Like [`with_marker`](Self::with_marker), for a body [near a layout](Self::near_layout).
+    #[must_use]
+    pub fn with_marker_near(
+        self,
+        moved: MovedBody,
+        layout: &[Material],
+        shares: &Design<Mixture<R>>,
+        lattice: &Lattice,
+    ) -> Self {
+        self.marked(moved, || presence_near(layout, shares, lattice))
+    }
+
+    fn marked(mut self, moved: MovedBody, presence: impl FnOnce() -> Vec<R>) -> Self {
         self.marker.weights = match moved {
             MovedBody::Payload => Vec::new(),
             MovedBody::Mass if self.presence.is_empty() => self.mass.clone(),
             MovedBody::Mass => (self.mass.iter().zip(&self.presence))
                 .map(|(&mass, &presence)| mass * presence)
                 .collect(),
-            MovedBody::Nodes => presence(design, lattice),
+            MovedBody::Nodes => presence(),
         };
         self
     }
@@ -280,6 +326,20 @@ fn presence<R: Real>(design: &Design<Mixture<R>>, lattice: &Lattice) -> Vec<R> {
             is_live.map(presence).collect()
         }
     }
+}
+
+/// How much each node is in use if the shares of a layout vary. A node without a bar in the layout has 0.
+fn presence_near<R: Real>(
+    layout: &[Material],
+    shares: &Design<Mixture<R>>,
+    lattice: &Lattice,
+) -> Vec<R> {
+    let nodes = presence(shares, lattice)
+        .into_iter()
+        .zip(is_in_use(lattice, layout));
+    nodes
+        .map(|(presence, is_in_use)| if is_in_use { presence } else { R::zero() })
+        .collect()
 }
 
 /// The mass of each node: the sum of `physics.node_mass` (D2), half the mass of each of its edges, and its payload.

@@ -4,7 +4,7 @@ use std::borrow::Borrow;
 
 use autodiff::{CotangentBound, Memory, Real};
 
-use crate::design::{Design, Mixture};
+use crate::design::{Design, Material, Mixture};
 use crate::geometry::{Ground, Vector};
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
@@ -163,16 +163,30 @@ impl Task {
 
     /// The body that belongs to a design. It includes the [variation](Task::varied) of this task, if there is one.
     pub fn body<R: Real>(&self, design: &Design<Mixture<R>>) -> Body<R> {
-        let body = Body::new(design, &self.lattice, &self.materials, &self.physics).with_one_piece(
-            self.one_piece,
-            design,
-            &self.lattice,
-        );
-        let body = match &self.variation {
+        let (lattice, one_piece) = (&self.lattice, self.one_piece);
+        let body = Body::new(design, lattice, &self.materials, &self.physics)
+            .with_one_piece(one_piece, design, lattice);
+        self.as_built(body).with_marker(self.moved, design, lattice)
+    }
+
+    /// The body of a finished robot as a function of the shares of its edges, for derivatives with respect to them. If
+    /// the shares are those of the layout, it has the bits of the [body](Self::body) of the layout. Nodes without a bar in
+    /// the layout do not belong to the robot, whatever the shares are.
+    pub fn body_near<R: Real>(&self, layout: &[Material], shares: &[[R; 3]]) -> Body<R> {
+        let (lattice, one_piece) = (&self.lattice, self.one_piece);
+        let (materials, physics) = (&self.materials, &self.physics);
+        let shares = Design::of_shares(shares);
+        let body = Body::near_layout(layout, &shares, one_piece, lattice, materials, physics);
+        self.as_built(body)
+            .with_marker_near(self.moved, layout, &shares, lattice)
+    }
+
+    /// A body with the [variation](Task::varied) of this task, if there is one.
+    fn as_built<R: Real>(&self, body: Body<R>) -> Body<R> {
+        match &self.variation {
             None => body,
             Some(variation) => body.varied(variation),
-        };
-        body.with_marker(self.moved, design, &self.lattice)
+        }
     }
 
     /// Computes the length, the tension and the activation of each edge in every state of a trajectory.

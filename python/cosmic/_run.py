@@ -123,11 +123,14 @@ class Run:
         return Inputs(self.design.z, c.w1, c.b1, c.w2, c.b2, rest, np.zeros_like(rest))
 
     def simulator(self) -> Simulator:
-        """A simulator of the run's scene. A learned clock has the frequency that the run has learned."""
+        """A simulator of the run's scene and of its kind of robot: finished, or still undecided. A learned
+        clock has the frequency that the run has learned."""
+        is_finished = ((self.design.z == 0) | (self.design.z == 1)).all()
+        projection = "layout" if is_finished else "performance"
         if self.controller.tempo is None:
-            return Simulator(self.scene)
+            return Simulator(self.scene, projection)
         clock = {"clock": "fixed", "omega": self._omega}
-        return Simulator({"scene": self.scene, "controller": clock})
+        return Simulator({"scene": self.scene, "controller": clock}, projection)
 
     def save(self, path: _Path) -> Path:
         """Copies the run's folder to a new one."""

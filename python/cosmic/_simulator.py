@@ -24,7 +24,7 @@ Observed = Union[int, Sequence[int], npt.NDArray[np.integer[Any]]]
 
 
 #: The projections from design vectors to mixtures of materials.
-PROJECTIONS = ("auto", "performance", "stability", "none")
+PROJECTIONS = ("auto", "performance", "stability", "none", "layout")
 
 #: Where a simulator computes.
 DEVICES = ("cpu", "gpu")
@@ -66,10 +66,14 @@ class Trajectory(NamedTuple):
 class Simulator:
     """Simulates robots on the lattice and in the world of a scene.
 
-    ``projection`` decides how design vectors become mixtures of materials: ``"performance"``,
-    ``"stability"``, or ``"none"`` if they already are mixtures. ``"auto"`` uses design vectors of
-    zeros and ones, which finished robots have, without a projection, and applies the performance
-    projection to all others.
+    ``projection`` decides what the rows of ``z`` are. With ``"performance"`` or ``"stability"`` they are
+    design vectors, to which that projection is applied. With ``"none"`` they are mixtures of materials.
+    With ``"layout"`` they are those of a finished robot: one number of every row is 1, or near 1 for
+    differences. A node without a bar is then no part of the robot: it stays where it starts.
+
+    ``"auto"`` decides once, by the first robots that the simulator gets: ``"layout"`` if all their rows
+    consist of zeros and a one, otherwise ``"performance"``. So a small change of ``z`` never changes the
+    function that is simulated and differentiated. Robots of the other kind are refused from then on.
 
     If all arrays are in single precision, the simulation is too; otherwise it is in double precision.
 
@@ -88,7 +92,9 @@ class Simulator:
                 allowed = ", ".join(map(repr, choices))
                 raise InputError(f"{name}: {value!r}: allowed: {allowed}")
         self.projection = projection
+        """How rows of ``z`` become a robot; ``"auto"`` until the first robot decides."""
         self.device = device
+        self._is_automatic = projection == "auto"
         self._core = _core.Simulator(self.scene, device == "gpu")
         self.dt: float = self._core.dt
         """Length of a step, s."""
@@ -166,7 +172,7 @@ class Simulator:
         seen, first = self.observed(steps, observed), whole("first", first, 0)
         arrays, lost = (arrays, None) if check else self._finite(arrays)
         try:
-            states = core.rollout(arrays, seen, first, self.projection, check)
+            states = core.rollout(arrays, seen, first, self._projection(arrays[0], lost), check)
         except KeyboardInterrupt as stopped:
             if hasattr(stopped, "trajectory"):
                 stopped.trajectory = Trajectory(*stopped.trajectory)
@@ -230,7 +236,8 @@ class Simulator:
             raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
         x_bar, v_bar = _floats(("x_bar", "v_bar"), cotangents, arrays[0].dtype)
         arrays, lost = (arrays, None) if check else self._finite(arrays)
-        pulled = core.vjp(arrays, x_bar, v_bar, seen, first, self.projection, bounded, check)
+        projection = self._projection(arrays[0], lost)
+        pulled = core.vjp(arrays, x_bar, v_bar, seen, first, projection, bounded, check)
         gradient, count = _without(lost, pulled), len(Inputs._fields)
         of_inputs = Inputs(*gradient[:count])
         return of_inputs if goal is None else (of_inputs, gradient[count])
@@ -255,9 +262,35 @@ class Simulator:
         along = _prepared(tangents, arrays[0].dtype)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
         arrays, lost = (arrays, None) if check else self._finite(arrays)
-        numbers = core.jvp(arrays, along, seen, first, self.projection, check)
+        numbers = core.jvp(arrays, along, seen, first, self._projection(arrays[0], lost), check)
         x, v, dx, dv = _without(lost, numbers)
         return Trajectory(x, v), Trajectory(dx, dv)
+
+    def _projection(self, z: Array, lost: Optional[npt.NDArray[np.bool_]] = None) -> str:
+        """The projection of these rows. The first call decides what ``"auto"`` is. Robots that are
+        ``lost`` do not count, because their rows are not finite."""
+        if not self._is_automatic or z.shape[-2:] != self.shapes["z"]:
+            # Rows of another shape are left for the library to refuse.
+            return self.projection
+        finished = (np.isin(z, (0, 1)).all(axis=-1) & (z.sum(axis=-1) == 1)).all(axis=-1)
+        if lost is not None:
+            finished, lost = np.broadcast_arrays(finished, lost)
+            finished = finished[~lost]
+        if not finished.size:
+            return "performance" if self.projection == "auto" else self.projection
+        if finished.any() and not finished.all():
+            raise InputError(
+                "z: the batch has finished robots, whose rows are zeros and ones, and others; simulate "
+                "them with two simulators"
+            )
+        if self.projection == "auto":
+            self.projection = "layout" if finished.all() else "performance"
+        if finished.all() and self.projection != "layout":
+            raise InputError(
+                "z: this is a finished robot, and the first robots of this simulator were design vectors; "
+                'use another simulator, or choose the projection, for example Simulator(scene, "layout")'
+            )
+        return self.projection
 
     def _with_goal(
         self, arrays: list[Array], goal: Optional[Goal]
@@ -277,7 +310,8 @@ class Simulator:
         None if there are none."""
         lost: Any = np.zeros((), np.bool_)
         kept = []
-        for array, shape in zip(arrays, [*self.shapes.values(), ("goals", 2)]):
+        shapes = [*self.shapes.items(), ("goal", ("goals", 2))]
+        for array, (name, shape) in zip(arrays, shapes):
             finite = np.isfinite(array)
             batch = array.ndim - len(shape)
             # Other shapes and batches of different sizes are left for the library to refuse.
@@ -286,6 +320,9 @@ class Simulator:
                 if not lost.ndim or not here.ndim or lost.shape == here.shape:
                     lost = lost | here
                 array = np.where(finite, array, array.dtype.type(0))
+                if name == "z":
+                    # A row of zeros is not a design that every projection takes; a row of void is.
+                    array[~finite.all(axis=-1)] = (1, 0, 0)
             kept.append(array)
         return kept, (lost if lost.any() else None)
 

@@ -4,7 +4,7 @@ use crate::arrays::{Batch, Given, NAMES, Number, Sizes, flattened};
 use crate::errors::{InternalError, refused};
 use crate::pool;
 use autodiff::Real;
-use cosmic::design::{Design, Material, Mixture};
+use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::{flat, from_flat};
 use cosmic::inputs::Inputs;
@@ -20,40 +20,57 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How the rows of the array `z` become mixtures.
+/// How the rows of the array `z` become the body of a robot.
 pub(crate) enum Mixing {
     /// The rows are design vectors, which this projection turns into mixtures.
     By(Projection),
     /// The rows already are mixtures.
     AsGiven,
-    /// The rows are the one-hot vectors of this layout.
+    /// The rows are the shares of the materials in the edges of a finished robot with this layout.
     Layout(Vec<Material>),
 }
 
 impl Mixing {
-    /// Reads the argument `projection`, here `name`. With `auto` or `none`, one-hot vectors are a layout and are not
-    /// projected (D7).
+    /// Reads the argument `projection`, here `name`.
     fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
-        let z = z.iter().map(|row| row.map(Into::into)).collect();
-        match (name, Design::of_vectors(z)) {
-            ("auto" | "none", Design::Layout(layout)) => Ok(Self::Layout(layout)),
-            ("auto" | "performance", _) => Ok(Self::By(Projection::Performance)),
-            ("stability", _) => Ok(Self::By(Projection::Stability)),
-            ("none", _) => Ok(Self::AsGiven),
+        match name {
+            "performance" => Ok(Self::By(Projection::Performance)),
+            "stability" => Ok(Self::By(Projection::Stability)),
+            "none" => Ok(Self::AsGiven),
+            "layout" => {
+                let rows = z.iter().enumerate();
+                let layout = rows.map(|(edge, row)| material_of(edge, row.map(Into::into)));
+                Ok(Self::Layout(layout.collect::<PyResult<_>>()?))
+            }
             _ => Err(refused(format!(
-                "projection: {name:?}: allowed: \"auto\", \"performance\", \"stability\", \"none\""
+                "projection: {name:?}: allowed: \"auto\", \"performance\", \"stability\", \"none\", \"layout\""
             ))),
         }
     }
 
-    /// Returns the design for derivatives with respect to `z`. Even a layout becomes mixtures, so that void edges keep
-    /// their stiffness.
-    pub(crate) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
+    /// The body of a robot with these rows. Plain numbers, forward mode and reverse mode all use this function, so
+    /// that they see the same robot.
+    pub(crate) fn body<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Body<R> {
         match self {
-            Self::By(projection) => Design::Undecided(task.mixtures(*projection, z)),
-            Self::AsGiven | Self::Layout(_) => Design::of_shares(z),
+            Self::By(projection) => {
+                task.body(&Design::Undecided(task.mixtures(*projection, z)))
+            }
+            Self::AsGiven => task.body(&Design::of_shares(z)),
+            Self::Layout(layout) => task.body_near(layout, z),
         }
     }
+}
+
+/// The material of an edge of a finished robot: the one with more than half of the share.
+fn material_of(edge: usize, row: [f64; 3]) -> PyResult<Material> {
+    let material = Material::dominant(&row);
+    if material.of(&row) > 0.5 {
+        return Ok(material);
+    }
+    Err(refused(format!(
+        "z: row {edge} is {row:?}; this simulator is for finished robots (projection=\"layout\"), so one number of \
+         every row must be above 0.5; use another Simulator for other designs"
+    )))
 }
 
 /// A requested rollout: the inputs of one robot or of several, and the observed steps.
@@ -82,12 +99,9 @@ impl<R: Number> Asked<R> {
         })
     }
 
-    /// Returns the design with which a robot is simulated.
-    pub(crate) fn design(&self, task: &Task, robot: usize) -> Design<Mixture<R>> {
-        match &self.mixing[robot] {
-            Mixing::Layout(layout) => Design::Layout(layout.clone()),
-            mixing => mixing.design(task, self.batch.z(robot)),
-        }
+    /// Returns the body with which a robot is simulated.
+    pub(crate) fn body(&self, task: &Task, robot: usize) -> Body<R> {
+        self.mixing[robot].body(task, self.batch.z(robot))
     }
 
     /// Returns the number of robots that a thread simulates together.
@@ -100,9 +114,7 @@ impl<R: Number> Asked<R> {
 
     /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
-        let bodies = robots
-            .clone()
-            .map(|robot| task.body(&self.design(task, robot)));
+        let bodies = robots.clone().map(|robot| self.body(task, robot));
         let bodies: Vec<Body<R>> = bodies.collect();
         let controller = self.batch.controller(robots.start);
         let starts: Vec<&State<R>> = (robots.clone())
@@ -196,12 +208,12 @@ impl<R: Number> Asked<R> {
     pub(crate) fn divergence(&self, task: &Task, robot: usize) -> Error {
         let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
         let (start, controller) = (start.map(Into::into), controller.map(Into::into));
-        let design = (self.design(task, robot)).map(|mixture| Mixture(mixture.0.map(Into::into)));
+        let body = self.body(task, robot).map(Into::into);
         let goals = self.batch.goals(robot).map(|goals| goals.map(Into::into));
         let task = goals.map_or(Cow::Borrowed(task), |goals| {
             Cow::Owned(task.with_goals(&goals))
         });
-        let guarded = task.guarded(&design, &controller, &start, &self.span);
+        let guarded = (task.simulator).guarded(&body, &controller, &start, &self.span);
         guarded.divergence.as_ref().map_or_else(
             || {
                 Error::NoFigure(
@@ -267,7 +279,7 @@ pub(crate) fn seen<R: Real>(
     goals: &[R],
     span: &Span,
 ) -> Vec<R> {
-    let body = task.body(&mixing.design(task, &inputs.z));
+    let body = mixing.body(task, &inputs.z);
     let (controller, start) = (&inputs.controller, &inputs.start);
     let surroundings = surroundings_of(task, goals);
     let seen = (task.simulator).rollout_in(&surroundings, &body, controller, start, span);

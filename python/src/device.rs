@@ -4,7 +4,6 @@ use crate::arrays::{Number, flattened};
 use crate::asked::{Asked, surroundings_of};
 use crate::errors::{Error, refused};
 use autodiff::Var;
-use cosmic::design::{Design, Mixture};
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::Body;
 use cosmic::population::{Batch, Populations, Refused};
@@ -59,7 +58,7 @@ impl Device {
         task: &Task,
         asked: &Asked<R>,
     ) -> Result<Vec<Trajectory<R>>, Refused> {
-        let batch = batch(task, asked, |robot| asked.design(task, robot));
+        let batch = batch(task, asked);
         let walks = self.0.rollouts(&[batch])?.into_iter().flatten();
         Ok(walks.map(|walk| walk.map(R::lit)).collect())
     }
@@ -72,9 +71,7 @@ impl Device {
         asked: &Asked<R>,
         bars: [&[R]; 2],
     ) -> Result<Vec<(bool, Vec<R>)>, Refused> {
-        let of = batch(task, asked, |robot| {
-            asked.mixing[robot].design(task, asked.batch.z(robot))
-        });
+        let of = batch(task, asked);
         let by = Wanted {
             bodies: true,
             controllers: true,
@@ -95,16 +92,12 @@ impl Device {
     }
 }
 
-/// The requested robots as a population. `design` is the design of a robot.
-fn batch<R: Number>(
-    task: &Task,
-    asked: &Asked<R>,
-    design: impl Fn(usize) -> Design<Mixture<R>>,
-) -> Batch {
+/// The requested robots as a population.
+fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
     let of = &asked.batch;
     let robots = of.robots();
     let or_one = |is_shared: bool| 0..if is_shared { 1 } else { robots };
-    let body = |robot| -> Body<f64> { task.body(&design(robot)).map(Into::into) };
+    let body = |robot| -> Body<f64> { asked.body(task, robot).map(Into::into) };
     let surroundings = |robot| surroundings_of(task, &of.components(robot)).map(Into::into);
     Batch {
         simulator: task.simulator.clone(),
@@ -146,7 +139,7 @@ impl<R: Number> Losses for Pulled<'_, R> {
         inputs.set(ALL, own);
         Member {
             surroundings: surroundings_of(self.task, goals),
-            body: (self.task).body(&self.asked.mixing[robot].design(self.task, &inputs.z)),
+            body: self.asked.mixing[robot].body(self.task, &inputs.z),
             controller: inputs.controller,
             start: inputs.start,
         }

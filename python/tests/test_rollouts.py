@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import cosmic
 import numpy as np
 import pytest
@@ -144,10 +146,29 @@ def test_projections(sim: cosmic.Simulator) -> None:
     soft = robot(sim, 0)
     hard = soft._replace(z=np.eye(3)[soft.z.argmax(axis=1)])
     assert np.array_equal(last("auto", soft), last("performance", soft))
-    assert np.array_equal(last("auto", hard), last("none", hard))
+    assert np.array_equal(last("auto", hard), last("layout", hard))
     assert not np.array_equal(last("auto", soft), last("stability", soft))
-    assert not np.array_equal(last("performance", hard), last("none", hard))
-    # In a batch, the projection is chosen for each robot.
-    both = sim.rollout(soft._replace(z=np.stack([soft.z, hard.z])), 64)
-    assert np.array_equal(both.x[0, -1], last("auto", soft))
-    assert np.array_equal(both.x[1, -1], last("auto", hard))
+    assert not np.array_equal(last("performance", hard), last("layout", hard))
+
+
+def test_the_first_robot_decides_the_projection(sim: cosmic.Simulator) -> None:
+    soft = robot(sim, 0)
+    hard = soft._replace(z=np.eye(3)[soft.z.argmax(axis=1)])
+    both = soft._replace(z=np.stack([soft.z, hard.z]))
+    with pytest.raises(cosmic.InputError, match="two simulators"):
+        cosmic.Simulator(sim.scene).rollout(both, 64)
+    # A robot that is not finite decides nothing.
+    lost = soft._replace(z=np.full_like(soft.z, np.nan))
+    for first, other, kind in [(soft, hard, "performance"), (hard, soft, "layout")]:
+        own = cosmic.Simulator(sim.scene)
+        assert np.isnan(own.rollout(lost, 64, check=False).x).all()
+        assert own.projection == "auto"
+        expected = own.rollout(first, 64)
+        assert own.projection == kind
+        with pytest.raises(cosmic.InputError, match="another simulator|another Simulator"):
+            own.rollout(other, 64)
+        batch = first._replace(z=np.stack([first.z, lost.z]))
+        seen = own.rollout(batch, 64, check=False)
+        assert np.array_equal(seen.x[0], expected.x) and np.isnan(seen.x[1]).all()
+        copied = pickle.loads(pickle.dumps(own))
+        assert copied.projection == kind

@@ -3,6 +3,7 @@
 //!
 //! `cargo test -p cosmic-tests --test all plan::` runs one module.
 
+mod absent_nodes;
 mod case_reader;
 mod corpus;
 mod drawn_scenes;

@@ -93,7 +93,12 @@ impl Simulator {
     ) -> Result<PrintedRobots, Refused> {
         let workgroup = workgroup.into();
         self.check(robots.bodies, &[]);
-        let robot = (self.robot.for_bodies(robots.bodies)).metered(span.metered);
+        // A part without stiffness or strain has derivatives with respect to these numbers.
+        let robot = match wanted.bodies {
+            true => self.robot.for_all_edges(robots.bodies),
+            false => self.robot.for_bodies(robots.bodies),
+        };
+        let robot = robot.metered(span.metered);
         let plan = self.plan(robot.clone(), span);
         let numbers = self.population_numbers(&robot, robots);
         let common: Vec<bool> = numbers.iter().map(|lists| lists.len() == 1).collect();

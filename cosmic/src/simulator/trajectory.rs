@@ -140,7 +140,8 @@ pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
 impl<R: Real> Still<R> {
     pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
         let nodes = body.presence.iter().zip(&start.x).enumerate();
-        let still = nodes.filter(|(_, (presence, _))| presence.is_zero());
+        // The primal decides, so that forward and reverse mode see the same robot as plain numbers do.
+        let still = nodes.filter(|(_, (presence, _))| presence.primal() == 0.0);
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
