@@ -1,5 +1,26 @@
 //! The table of the elementary functions of one number.
 
+/// The Bernoulli numbers `B_2`, `B_4`, …, as quotients of integers that every number type represents exactly.
+pub(crate) const BERNOULLI: [[f64; 2]; 17] = [
+    [1.0, 6.0],
+    [-1.0, 30.0],
+    [1.0, 42.0],
+    [-1.0, 30.0],
+    [5.0, 66.0],
+    [-691.0, 2730.0],
+    [7.0, 6.0],
+    [-3617.0, 510.0],
+    [43867.0, 798.0],
+    [-174611.0, 330.0],
+    [854513.0, 138.0],
+    [-236364091.0, 2730.0],
+    [8553103.0, 6.0],
+    [-23749461029.0, 870.0],
+    [8615841276005.0, 14322.0],
+    [-7709321041217.0, 510.0],
+    [2577687858367.0, 6.0],
+];
+
 /// Passes the table of elementary functions to a macro. To add a function, add an entry.
 ///
 /// - *Basic* functions are implemented by every number type. An entry has the name of the method of
@@ -11,7 +32,7 @@
 ///   so that they run in lanes. Constants must be small integers and halves, which every number type represents
 ///   exactly. Longer formulas are functions in `math/table.rs`.
 /// - *Special* functions have entries like composed functions. Their values on floats and in lanes are those of a
-///   function of f64, in `math/special.rs`.
+///   function of f64, named in `math/table.rs`.
 macro_rules! functions {
     ($then:ident) => {
         $then! {
@@ -57,6 +78,10 @@ macro_rules! functions {
                     everywhere.":
                     |x| softplus(x),
                     |x, y| x.sigmoid();
+                log_sigmoid LogSigmoid "`ln(sigmoid(x))`, a smooth `min(x, 0)`. It is correct everywhere, while the \
+                    logarithm of `sigmoid` is infinite where `sigmoid` underflows.":
+                    |x| -softplus(-x),
+                    |x, y| (-x).sigmoid();
                 xlogx Xlogx "`x ln(x)`, and 0 at 0.":
                     |x| R::select(x.abs().less_equal(0.0), R::zero(), x * x.ln()),
                     |x, y| R::one() + x.ln();
@@ -66,6 +91,10 @@ macro_rules! functions {
                 erfc Erfc "`1 - erf(x)`, accurate where `erf(x)` is close to 1.":
                     |x| special::erfc(x),
                     |x, y| -special::erf_slope(x);
+                ln_erfc LnErfc "`ln(erfc(x))`, correct everywhere, while the logarithm of `erfc` is infinite where \
+                    `erfc` underflows.":
+                    |x| special::ln_erfc(x),
+                    |x, y| special::ln_erfc_slope(x);
                 ln_gamma LnGamma "The logarithm of the absolute value of the gamma function.":
                     |x| special::ln_gamma(x),
                     |x, y| x.digamma();

@@ -55,6 +55,7 @@ mod literal;
 mod mask;
 mod operators;
 mod elementary;
+mod composed;
 mod dual;
 pub mod real;
 mod constant;

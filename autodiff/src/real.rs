@@ -13,6 +13,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use num_traits::{One, Zero};
 
 use crate::dual::Dual;
+use crate::composed::{ln_beta, sum_of};
 use crate::elementary::{Elementary, elementary_methods, functions};
 pub use crate::literal::{Accepts, Literal};
 pub use crate::mask::Mask;
@@ -242,6 +243,8 @@ pub trait Real:
         Self::select(at_end, zero.straight_through(self * held.ln()), plain)
     }
 
+    ln_beta! {}
+
     // Derivatives.
 
     /// Returns the same value as a constant, without derivatives.
@@ -276,15 +279,12 @@ pub trait Real:
         }
         sum
     }
-    /// Returns the sum of a slice, added from first to last. It is one entry on the reverse tape, while the `sum` of an
-    /// iterator makes one entry for each term.
+    /// Returns the sum of a slice. It is one entry on the reverse tape, while the `sum` of an iterator makes one entry
+    /// for each term. Up to 128 terms are added from first to last. More are added by sixteens, and so are the sums, so
+    /// that the rounding error hardly grows with the number of terms.
     #[inline(always)]
     fn sum_of(terms: &[Self]) -> Self {
-        let mut sum = Self::zero();
-        for &term in terms {
-            sum += term;
-        }
-        sum
+        sum_of!(terms)
     }
     /// Returns the Euclidean length of a slice. Squares of long and short slices neither overflow nor underflow.
     #[inline(always)]

@@ -188,8 +188,81 @@ fn check_and_trace_find_an_infinity_that_a_zero_hides() {
     }
 }
 
+/// A kernel of one of the functions in which forward mode stops at a computed zero.
+#[derive(Clone, Copy)]
+enum Stopped {
+    CubicRoot,
+    LnSigmoid,
+    LnErfc,
+    Root,
+}
+
+impl Kernel<1, 1> for Stopped {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [match self {
+            Self::CubicRoot => (x * x * x).cbrt(),
+            Self::LnSigmoid => x.sigmoid().ln(),
+            Self::LnErfc => x.erfc().ln(),
+            Self::Root => (x * x).sqrt(),
+        }]
+    }
+}
+
+impl Function for Stopped {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        Kernel::eval(self, [x[0]])[0]
+    }
+}
+
+impl Model for Stopped {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let x = program.state(1);
+        let [y] = program.map(*self, [x]);
+        program.advance(x, y);
+    }
+}
+
+/// The table in the section *Zero times infinity* of `kinks.md`.
+#[test]
+fn forward_mode_stops_at_a_computed_zero_where_the_tape_is_nan() {
+    let rows = [
+        (Stopped::CubicRoot, 0.0),
+        (Stopped::CubicRoot, 1e-170),
+        (Stopped::LnSigmoid, -800.0),
+        (Stopped::LnErfc, 30.0),
+        (Stopped::Root, 0.0),
+    ];
+    for (function, x) in rows {
+        let of = |x: &[Var<f64>]| Function::eval(&function, x);
+        let rollout = Rollout::new(function, 1);
+        assert_eq!(forward_gradient(&function, &[x]), [0.0]);
+        assert_eq!(gradient(|x| rollout.run(x, &[])[0], &[x]), [0.0]);
+        assert!(gradient(of, &[x])[0].is_nan());
+        let found = first_non_finite(|x| vec![Function::eval(&function, x)], &[x]);
+        assert!(found.is_some(), "an infinite partial at {x}");
+    }
+    for x in [0.0, 1e-170] {
+        let report = check_gradient(&Stopped::CubicRoot, &[x], &Options::default());
+        assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+    }
+    let scaled = formula(1, |x| Sym::lit(0.0) * x[0].sqrt());
+    assert!(forward_gradient(&scaled, &[0.0_f64])[0].is_nan());
+    assert_eq!(gradient(|x| scaled.eval(x), &[0.0]), [0.0]);
+    // What the table says to write instead.
+    let logarithms = [
+        (Sym::log_sigmoid as Unary, -800.0, 1.0),
+        (Sym::ln_erfc, 30.0, -60.033296),
+    ];
+    for (function, x, slope) in logarithms {
+        for (mode, found) in gradients(&formula(1, |x| function(x[0])), &[x]) {
+            assert!((found[0] - slope).abs() < 1e-6, "{mode} at {x}: {found:?}");
+        }
+    }
+}
+
 /// Functions of one number.
-const FUNCTIONS: [fn(Sym) -> Sym; 37] = [
+const FUNCTIONS: [fn(Sym) -> Sym; 39] = [
     |x| x.recip(),
     |x| lit(1.0) / x,
     |x| x.sqrt(),
@@ -226,6 +299,8 @@ const FUNCTIONS: [fn(Sym) -> Sym; 37] = [
     |x| x.cbrt(),
     |x| x.sigmoid(),
     |x| x.softplus(),
+    |x| x.log_sigmoid(),
+    |x| x.ln_erfc(),
     |x| x.hypot(x * x),
 ];
 

@@ -32,6 +32,7 @@ mod local_jacobians;
 mod memory;
 mod misuse;
 mod nalgebra;
+mod nalgebra_singular;
 mod nesting;
 mod numbers;
 mod parallel;

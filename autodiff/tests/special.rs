@@ -2,7 +2,7 @@
 //! Their values and derivatives inside the range are in the table of `precision.rs`.
 
 use autodiff::data::Recorded;
-use autodiff::{Function, Real, Tape, Var, gradient, hessian};
+use autodiff::{DoubleDouble, Function, Real, Tape, Var, gradient, hessian, value_and_gradient};
 
 use crate::common::{Sym, assert_close, assert_gradients};
 
@@ -141,6 +141,77 @@ fn the_largest_term_of_a_sum_of_powers_may_be_infinite() {
     assert_eq!(f64::logsumexp(&[-1000.0, -1000.0]), 2f64.ln() - 1000.0);
 }
 
+/// Where `sigmoid` and `erfc` are 0, the logarithms have their values.
+#[test]
+fn logarithms_of_functions_that_underflow_are_finite() {
+    assert_gradients(
+        |x| x[0].log_sigmoid(),
+        &[
+            ([-800.0], [1.0]),
+            ([-1e300], [1.0]),
+            ([800.0], [0.0]),
+            ([-INF], [1.0]),
+            ([INF], [0.0]),
+        ],
+    );
+    assert_eq!(
+        [-800.0_f64, -INF, INF].map(Real::log_sigmoid),
+        [-800.0, -INF, 0.0]
+    );
+    assert_gradients(
+        |x| x[0].ln_erfc(),
+        &[([INF], [-INF]), ([-INF], [0.0]), ([NAN], [NAN])],
+    );
+    assert_eq!([INF, -INF].map(Real::ln_erfc), [-INF, 2f64.ln()]);
+    assert!(Real::ln_erfc(NAN).is_nan());
+    // By mpmath: log(erfc(30)) at 40 digits.
+    assert_close(&[Real::ln_erfc(30.0_f64)], &[-903.9741171106439], 1e-15);
+}
+
+#[test]
+fn the_beta_function_ends_at_zero() {
+    assert_gradients(
+        |x| x[0].ln_beta(x[1]),
+        &[
+            ([-1.0, 20.0], [NAN; 2]),
+            ([3.0, -2.0], [NAN; 2]),
+            ([NAN, 1.0], [NAN; 2]),
+        ],
+    );
+    assert_eq!(
+        [1.0, 30.0, INF].map(|y| 0.0_f64.ln_beta(y).is_sign_positive()),
+        [true, true, false]
+    );
+    assert_eq!(
+        [
+            0.0_f64.ln_beta(1.0),
+            0.0_f64.ln_beta(30.0),
+            2.0_f64.ln_beta(INF)
+        ],
+        [INF, INF, -INF]
+    );
+    assert_eq!(1.0_f64.ln_beta(1.0), 0.0);
+    // In 31 digits, the plain formula keeps enough digits in spite of its cancellation.
+    let plain =
+        |x: &[Var<DoubleDouble>]| x[0].ln_gamma() + x[1].ln_gamma() - (x[0] + x[1]).ln_gamma();
+    let sizes = [0.3, 1.0, 7.0, 15.9, 16.1, 40.0, 1e4, 1e7];
+    for (a, b) in sizes.iter().flat_map(|&a| sizes.map(|b| (a, b))) {
+        let (value, slopes) = value_and_gradient(|x| x[0].ln_beta(x[1]), &[a, b]);
+        let (exact, exact_slopes) = value_and_gradient(plain, &[a.into(), b.into()]);
+        // Relative to each number: a dozen terms, none of which is more than a hundred times as large.
+        let numbers = [
+            (value, exact),
+            (slopes[0], exact_slopes[0]),
+            (slopes[1], exact_slopes[1]),
+        ];
+        for (found, exact) in numbers {
+            let exact = exact.to_f64();
+            let error = (found - exact).abs() / exact.abs().max(1e-15);
+            assert!(error < 2e-14, "{a} {b}: {found}, not {exact}");
+        }
+    }
+}
+
 /// Every special function of one number, and the functions of slices.
 #[derive(Clone)]
 struct All;
@@ -150,6 +221,7 @@ impl Function for All {
         let (a, b) = (x[0], x[1]);
         let of_a =
             a.erf() + a.erfc() * a.ln_gamma() + a.digamma() * a.trigamma() + a.cot_pi() + a.xlogx();
+        let of_a = of_a + a.ln_erfc() * a.log_sigmoid() + (a * a).ln_beta(b);
         of_a + a.xlogy(b) * R::norm(&[a, b, a]) + R::logsumexp(&[a, b, a * b])
     }
 }
@@ -169,6 +241,55 @@ fn lanes_agree_with_single_points() {
         // Lanes round multiply-adds once. Some twenty terms are summed.
         assert_close(&[value], &[All.eval(x)], 1e-13);
         assert_close(&slopes, &gradient(|x| All.eval(x), x), 1e-13);
+    }
+}
+
+/// Next to each negative zero of the digamma function, every float has the digits that the zero's 31 digits give it.
+#[test]
+fn digamma_is_sharp_at_its_negative_zeros() {
+    // By mpmath: the floats below and above the zeros, with psi(0, x) at 60 digits.
+    let cases: [(f64, f64); 33] = [
+        (-0.5040830082644555, -9.19619380518413e-16),
+        (-0.5040830082644554, 7.289763902976895e-17),
+        (-0.5040830082644553, 1.0654146585779509e-15),
+        (-0.5030830082644554, 0.008939021469268997),
+        (-1.5734984731623907, -2.050961578386319e-15),
+        (-1.5734984731623904, 1.5649788481838454e-16),
+        (-1.5734984731623902, 2.3639573480230873e-15),
+        (-1.5724984731623906, 0.00993375087923243),
+        (-2.610720868444145, -5.889653358275491e-15),
+        (-2.6107208684441447, -1.0720275936410002e-15),
+        (-2.6107208684441443, 3.7455981709934854e-15),
+        (-2.609720868444145, 0.01083560919096757),
+        (-3.6352933664369016, -5.809544843645262e-15),
+        (-3.635293366436901, -6.354883894064686e-16),
+        (-3.6352933664369007, 4.5385680648323184e-15),
+        (-3.6342933664369013, 0.011634064039089018),
+        (-7.687788325031627, -1.0671333678793448e-14),
+        (-7.687788325031626, 1.9153452498708634e-15),
+        (-7.687788325031625, 1.4502024178535126e-14),
+        (-7.686788325031626, 0.014141380497872866),
+        (-20.74561686360753, -8.603746555578471e-14),
+        (-20.745616863607527, -1.7956226725118165e-14),
+        (-20.745616863607523, 5.0125012105546893e-14),
+        (-20.744616863607526, 0.019104694597331242),
+        (-100.80985503764678, -3.5977101940086843e-13),
+        (-100.80985503764677, 8.342847560138317e-14),
+        (-100.80985503764676, 5.266279706035765e-13),
+        (-100.80885503764677, 0.03104408101910791),
+        (-1000.8641588557815, -4.773650250211723e-12),
+        (-1000.8641588557814, 1.7752260239314121e-12),
+        (-1000.8641588557813, 8.32410229806426e-12),
+        (-1000.8631588557814, 0.05720943941431711),
+        (-0.5, 0.03648997397857652),
+    ];
+    for (x, expected) in cases {
+        let error = (Real::digamma(x) - expected) / expected;
+        assert!(
+            error.abs() < 4.0 * f64::EPSILON,
+            "{x}: {:e}, not {expected:e}",
+            Real::digamma(x)
+        );
     }
 }
 

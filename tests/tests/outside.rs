@@ -88,3 +88,30 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
         assert!(check.contains("negative control"), "{check}");
     }
 }
+
+/// The dependencies of both READMEs work as they are pasted: the packages are at their paths, and the features exist.
+#[test]
+fn the_dependencies_of_the_readmes_resolve() {
+    let repository = cosmic_tests::workspace().canonicalize().unwrap();
+    for readme in ["README.md", "autodiff/README.md"] {
+        let text = fs::read_to_string(repository.join(readme)).unwrap();
+        let block = text.split("```toml\n").nth(1).expect("a block of TOML");
+        let block = block.split("```").next().expect("its end");
+        // The reader's clone is beside the reader's crate.
+        let block = block.replace("../cosmic/", &format!("{}/", repository.display()));
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(readme.replace('/', "_"));
+        fs::create_dir_all(folder.join("src")).unwrap();
+        fs::write(folder.join("src/lib.rs"), "").unwrap();
+        let package = "[package]\nname = \"pasted\"\nedition = \"2024\"\n";
+        let features =
+            "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\"]\n";
+        let manifest = format!("{package}{block}{features}[workspace]\n");
+        fs::write(folder.join("Cargo.toml"), manifest).unwrap();
+        fs::copy(repository.join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
+        let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
+        let mut resolved = Command::new(cargo);
+        resolved.args(["metadata", "--offline", "--format-version", "1"]);
+        let metadata = done(resolved.current_dir(&folder));
+        assert!(metadata.contains("cosmic-autodiff"), "{readme}");
+    }
+}

@@ -61,7 +61,8 @@ pub(super) fn swept<R: Real>(function: Boxed<R>, x: &[R], take: &mut dyn FnMut(&
 }
 
 /// Returns the gradient at `x` in forward mode. Each forward pass computes the derivatives with respect to eight
-/// arguments. There is no tape, and for a dozen arguments this is faster than [`gradient`]. If the number of arguments
+/// arguments, so the function is called several times and must return the same value each time. There is no tape, and
+/// for a dozen arguments this is faster than [`gradient`]. If the number of arguments
 /// is fixed, [`value_and_gradient_array`](crate::value_and_gradient_array) is faster still.
 ///
 /// ```

@@ -30,8 +30,9 @@ pub fn hessian_vector<R: Real>(
     parts(gradient(function, &along(x, direction)))
 }
 
-/// Returns the Hessian at `x`, by forward mode over reverse mode. Each pass computes four rows. The upper and the lower
-/// triangle are computed separately, so they agree only up to rounding.
+/// Returns the Hessian at `x`, by forward mode over reverse mode. Each pass computes four rows, so the function is
+/// called several times and must return the same value each time. The upper and the lower triangle are computed
+/// separately, so they agree only up to rounding.
 ///
 /// ```
 /// use autodiff::hessian;

@@ -59,7 +59,8 @@ pub fn vjp<R: Real>(
 type VectorOf<'a, R> = Box<dyn FnOnce(&[Var<R>]) -> Vec<Var<R>> + 'a>;
 
 /// Returns the Jacobian at `x`, with one row per value and one column per argument. Each forward pass computes eight
-/// columns. Use [`jacobian_reverse`] if there are fewer values than arguments.
+/// columns, so the function is called once for every eight arguments and must return the same values each time. Use
+/// [`jacobian_reverse`] if there are fewer values than arguments.
 ///
 /// ```
 /// use autodiff::{Real, jacobian};

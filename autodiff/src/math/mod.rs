@@ -5,6 +5,8 @@ mod scalar;
 #[cfg(lanes)]
 mod abreast;
 pub(crate) mod exact;
+mod digamma;
+mod double_double;
 mod power;
 pub(crate) mod rounding;
 mod special;
@@ -16,6 +18,7 @@ mod tests;
 pub(crate) use abreast::tanh_abreast;
 #[cfg(lanes)]
 pub(crate) use power::FEW;
+pub use double_double::DoubleDouble;
 pub(crate) use power::{by_squaring, powi};
 pub(crate) use primitive::Primitive;
 #[cfg(lanes)]

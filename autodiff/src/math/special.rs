@@ -1,24 +1,11 @@
 //! Special functions: the error function, and the logarithm of the gamma function with its derivatives.
 //!
-//! Floats and lanes take the values of [`of_floats`]. Every other number type takes the series, which have terms for 31
+//! Floats and lanes take the values of [`of_system`](crate::Elementary::of_system). Every other number type takes the series, which have terms for 31
 //! digits. Slopes are computed by the same formulas in every number type, and higher derivatives follow from them.
 
 use super::rounding::{pi, round};
-use crate::elementary::Elementary;
+use crate::elementary::BERNOULLI;
 use crate::real::{Mask, Real};
-
-/// Returns the function for f64: that of the crate `libm`, or one of this file.
-pub(super) fn of_floats(function: Elementary) -> Option<fn(f64) -> f64> {
-    match function {
-        Elementary::Erf => Some(libm::erf),
-        Elementary::Erfc => Some(libm::erfc),
-        Elementary::LnGamma => Some(libm::lgamma),
-        Elementary::Digamma => Some(digamma_of_float),
-        Elementary::Trigamma => Some(trigamma),
-        Elementary::CotPi => Some(cot_pi),
-        _ => None,
-    }
-}
 
 // The error function.
 
@@ -71,31 +58,43 @@ pub(super) fn erfc<R: Real>(x: R) -> R {
     R::select(x.abs().less(NEAR), R::one() - erf_near(x), far)
 }
 
+/// From this number on, the logarithm of the complementary error function is computed by [`inverse_scaled_erfc`]. Below, the function
+/// itself has all its digits.
+const FAR_OUT: f64 = 3.0;
+
+/// Returns `e^(-x^2) / (sqrt(pi) erfc(x))` for `x >= FAR_OUT`, by the continued fraction of [`erfc_far`]. It takes 80
+/// terms for 31 digits.
+#[inline(always)]
+fn inverse_scaled_erfc<R: Real>(x: R) -> R {
+    let mut rest = R::zero();
+    for k in (1..80).rev() {
+        rest = R::lit(f64::from(k) * 0.5) / (x + rest);
+    }
+    x + rest
+}
+
+pub(super) fn ln_erfc<R: Real>(x: R) -> R {
+    // Below 1/2 the function is near 1 or between 1 and 2.
+    let near = R::select(x.less(0.5), (-x.erf()).ln_1p(), x.erfc().ln());
+    let above = R::select(x.less(FAR_OUT), R::lit(FAR_OUT), x);
+    let far = -(x * x) - (pi::<R>().sqrt() * inverse_scaled_erfc(above)).ln();
+    R::select(x.less(FAR_OUT), near, R::select(x.less_equal(x), far, x))
+}
+
+/// Returns the slope of the logarithm of `erfc(x)`. Lanes evaluate it too.
+#[inline(always)]
+pub(super) fn ln_erfc_slope<R: Real>(x: R) -> R {
+    let near = x.less(FAR_OUT);
+    let end = R::lit(FAR_OUT);
+    let [below, above] = [R::select(near, x, end), R::select(near, end, x)];
+    let quotient = erf_slope(below) / below.erfc();
+    -R::select(near, quotient, R::lit(2.0) * inverse_scaled_erfc(above))
+}
+
 // The gamma function.
 
-/// The Bernoulli numbers `B_2`, `B_4`, …, as quotients of integers that every number type represents exactly.
-const BERNOULLI: [[f64; 2]; 17] = [
-    [1.0, 6.0],
-    [-1.0, 30.0],
-    [1.0, 42.0],
-    [-1.0, 30.0],
-    [5.0, 66.0],
-    [-691.0, 2730.0],
-    [7.0, 6.0],
-    [-3617.0, 510.0],
-    [43867.0, 798.0],
-    [-174611.0, 330.0],
-    [854513.0, 138.0],
-    [-236364091.0, 2730.0],
-    [8553103.0, 6.0],
-    [-23749461029.0, 870.0],
-    [8615841276005.0, 14322.0],
-    [-7709321041217.0, 510.0],
-    [2577687858367.0, 6.0],
-];
-
 /// From this argument on, the sum of [`asymptotic`] has 31 digits.
-const FAR: f64 = 16.0;
+pub(super) const FAR: f64 = 16.0;
 
 /// Which function an [`asymptotic`] sum belongs to.
 #[derive(Clone, Copy)]
@@ -223,56 +222,6 @@ pub(super) fn tetragamma<R: Real>(x: R) -> R {
         value + two * pi * pi * cot * cot_pi_slope(cot),
         value,
     )
-}
-
-/// The zero of the digamma function above 0, as a double and its rounding error.
-const ZERO: [f64; 2] = [1.4616321449683622, 9.549995429965697e-17];
-
-/// The digamma function divided by `x - ZERO`, on `[1, 2]`, as a polynomial in `x - 1.5`. The coefficients interpolate
-/// values of mpmath. The relative error is 5e-17.
-const BY_ZERO: [f64; 23] = [
-    0.9510558760318328,
-    -0.4236274212814606,
-    0.24054248424078697,
-    -0.14840492305388092,
-    0.09498872445289039,
-    -0.06192213327548831,
-    0.040760833940846085,
-    -0.026975796659787055,
-    0.017907248317313294,
-    -0.011908220105959716,
-    0.007927021796868154,
-    -0.005279937255532708,
-    0.003518106563802472,
-    -0.0023454947397380833,
-    0.0015633696313653504,
-    -0.0010364584817312839,
-    0.0006909255761282986,
-    -0.00048595039220036254,
-    0.00032395945401345196,
-    -0.00014480643368061614,
-    9.653646261410062e-05,
-    -0.0001782188548855923,
-    0.00011881232908510335,
-];
-
-/// Computes the digamma function in f64. Near its zero the general formula would be a difference of numbers near 3.
-fn digamma_of_float(mut x: f64) -> f64 {
-    if !(0.0..10.0).contains(&x) {
-        return digamma(x);
-    }
-    let mut moved = 0.0;
-    while x > 2.0 {
-        x -= 1.0;
-        moved += 1.0 / x;
-    }
-    if x < 1.0 {
-        moved = -1.0 / x.abs();
-        x += 1.0;
-    }
-    let polynomial = BY_ZERO.iter().rev();
-    let by_zero = polynomial.fold(0.0, |sum, coefficient| sum * (x - 1.5) + coefficient);
-    ((x - ZERO[0]) - ZERO[1]) * by_zero + moved
 }
 
 // The cotangent of multiples of pi, which continues the gamma function to negative arguments.

@@ -2,6 +2,7 @@
 //! inaccurate derivative, so each function has a separate formula for its derivative (the partial). Higher derivatives
 //! come from differentiating the partial.
 
+use super::digamma::digamma_of_float;
 use super::special;
 use crate::elementary::{Elementary, functions};
 use crate::real::{Mask, Real};
@@ -15,7 +16,14 @@ impl Elementary {
         match self {
             Self::Log2 => Some(f64::log2),
             Self::Log10 => Some(f64::log10),
-            _ => special::of_floats(self),
+            Self::Erf => Some(libm::erf),
+            Self::Erfc => Some(libm::erfc),
+            Self::LnErfc => Some(special::ln_erfc),
+            Self::LnGamma => Some(libm::lgamma),
+            Self::Digamma => Some(digamma_of_float),
+            Self::Trigamma => Some(special::trigamma),
+            Self::CotPi => Some(special::cot_pi),
+            _ => None,
         }
     }
 }

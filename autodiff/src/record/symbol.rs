@@ -241,7 +241,7 @@ impl Real for Symbol {
                 .map(|([x, _], len)| push(Op::Sum(x, len)));
             return sums.reduce(|sum, x| sum + x).unwrap_or_else(Self::zero);
         }
-        terms.iter().fold(Self::zero(), |sum, &x| sum + x)
+        crate::composed::sum_of!(terms)
     }
     /// Marks the recording as unfit, because a fused function may have another derivative than its `eval`.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {

@@ -34,7 +34,6 @@
 //! Literals are f64: `R::lit(0.1)` is the same number in f64 and in double-double, so the two results differ only by
 //! rounding errors.
 
-mod number;
 mod real;
 
-pub use number::DoubleDouble;
+pub use crate::math::DoubleDouble;

@@ -8,10 +8,9 @@
 
 use num_traits::{One, Zero};
 
-use super::number::DoubleDouble;
 use crate::elementary::Elementary;
-use crate::math::by_squaring;
 use crate::math::exact::two_product;
+use crate::math::{DoubleDouble, by_squaring};
 use crate::real::{Accepts, Real};
 
 /// `ln 2` as a sum of floats.

@@ -142,7 +142,7 @@ impl Residual for Subspace {
 #[non_exhaustive]
 pub struct EigenGroup<R> {
     /// A square matrix with these eigenvalues, as many rows as there are eigenvalues. Their symmetric functions are
-    /// functions of this matrix: the sum is its trace, the product its determinant, and the sum of squares the trace of
+    /// functions of this matrix: the sum is its trace, the product its [`determinant`](super::determinant), and the sum of squares the trace of
     /// its square.
     pub block: DMatrix<Element<R>>,
 }
@@ -160,7 +160,7 @@ impl<R: Real> EigenGroup<R> {
 ///
 /// ```
 /// use ::nalgebra::DMatrix;
-/// use autodiff::nalgebra::symmetric_eigen_groups;
+/// use autodiff::nalgebra::{determinant, symmetric_eigen_groups};
 /// use autodiff::{Element, Real, gradient};
 ///
 /// /// The product of the two eigenvalues of [[2 + x, y], [y, 2 - x]] is 4 - x^2 - y^2.
@@ -168,7 +168,7 @@ impl<R: Real> EigenGroup<R> {
 ///     let (two, [x, y]) = (Element::lit(2.0), [0, 1].map(|k| Element(x[k])));
 ///     let matrix = DMatrix::from_row_slice(2, 2, &[two + x, y, y, two - x]);
 ///     let groups = symmetric_eigen_groups(&matrix, 1e-6).expect("one group");
-///     groups[0].block.determinant().0
+///     determinant(&groups[0].block).0
 /// }
 /// assert_eq!((product(&[0.0, 0.0]), gradient(product, &[0.0, 0.0])), (4.0, vec![0.0, 0.0]));
 /// ```

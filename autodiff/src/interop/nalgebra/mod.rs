@@ -37,8 +37,12 @@
 //!   The element type cannot prevent this: nalgebra uses the same test for zero to see whether an iteration has
 //!   converged. For a symmetric matrix use [`symmetric_eigen`], which is right everywhere, and
 //!   [`symmetric_eigen_groups`] if eigenvalues are repeated. Write other results of SVD,
-//!   Schur and the pseudo-inverse as a root ([`implicit`](crate::implicit)) or by a custom rule. LU, QR, Cholesky,
-//!   inverse and determinant are right.
+//!   Schur and the pseudo-inverse as a root ([`implicit`](crate::implicit)) or by a custom rule.
+//! - Solutions by LU, QR and Cholesky and the inverse are right at every regular matrix, also with zeros on the
+//!   diagonal, defective, or with repeated eigenvalues. At a singular matrix they are `None`.
+//! - **nalgebra's elimination skips a column whose pivot is zero, and loses its derivatives.** So the derivatives of
+//!   `lu().determinant()` and `full_piv_lu().determinant()` of a singular matrix are wrong, and so are those of
+//!   `determinant()` from 4 x 4 on. [`determinant`] and [`log_determinant`] are right everywhere.
 //! - **Geometry branches at the identity, and its derivative there is wrong.** It is zero for a
 //!   `UnitQuaternion`, `Rotation3` or `Isometry3` of a rotation vector of zero, for `scaled_axis` of the identity
 //!   and for `rotation_between` parallel vectors. [`rotation`], its inverse [`rotation_vector`] and [`angle`] are right
@@ -47,6 +51,7 @@
 //!   exponential, which converts norms: use [`exp`].
 //! - With `use autodiff::*`, `nalgebra` means this module; the crate itself is `::nalgebra`.
 
+mod determinant;
 mod eigen;
 mod exponential;
 mod field;
@@ -55,6 +60,7 @@ mod rotation;
 mod drivers;
 
 pub use super::element::Element;
+pub use determinant::{determinant, log_determinant};
 pub use drivers::{value_and_gradient, value_and_jacobian, value_gradient_hessian};
 pub use eigen::{EigenGroup, EigenPair, symmetric_eigen, symmetric_eigen_groups};
 pub use exponential::exp;

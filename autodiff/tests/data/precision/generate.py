@@ -130,6 +130,7 @@ one("log10", lambda x: ln(x) / ln(mpf(10)), **ROOTS)
 one("cbrt", lambda x: cbrt(abs(x)) * (1 if x > 0 else -1), without=[0])
 one("sigmoid", lambda x: 1 / (1 + exp(-x)), more=[-36.5, 36.5, 40.0])
 one("softplus", lambda x: log1p(exp(x)), more=[-36.5, 36.5, 40.0])
+one("log_sigmoid", lambda x: -log1p(exp(-x)), more=[-36.5, 36.5, 40.0])
 one("xlogx", lambda x: x * ln(x), **ROOTS)
 
 # Of two numbers.
@@ -149,7 +150,6 @@ two("powf", lambda x, y: x**y, lambda x, y: x > 0)
 TINY = [x for x in POINTS if 0 < abs(x) < 0.003]
 MIDDLE = {"low": 1e-150, "high": 1e150}
 one("logistic", lambda x: 1 / (1 + exp(-x)), low=-300, without=TINY)
-one("log_sigmoid", lambda x: -log1p(exp(-x)), low=-3)
 one("softplus_by_halves", lambda x: log1p(exp(x)))
 one("silu", lambda x: x / (1 + exp(-x)), low=-300)
 one("fermi", lambda x: 1 / (1 + exp(x)), high=300, without=TINY)
@@ -219,6 +219,7 @@ two("elastic", lambda x, y: y / 2 * (sqrt(x * x + 1) - 1) ** 2, lambda x, y: 0.5
 ERROR = {"low": -30, "high": 27, "more": [-5.5, 1e-3, 1.5, 3.7, 5.9, 26.1]}
 one("erf", erf, **ERROR)
 one("erfc", erfc, **ERROR)
+one("ln_erfc", lambda x: ln(erfc(x)), -30, 1e8, more=[-5.5, 0.499, 0.501, 1.7, 2.99, 3.01, 5.9, 26.1, 30.0])
 two("xlogy", lambda x, y: x * ln(y), lambda x, y: 1e-300 < y < 1e300)
 two("norm", lambda x, y: sqrt(x * x + y * y), moderate)
 two("logsumexp", lambda x, y: ln(exp(x) + exp(y)), lambda x, y: 1e-9 < abs(x) < 1e3 and abs(y) < 1e3)
@@ -226,6 +227,12 @@ mp.dps = 800
 GAMMA = {"low": -40, "high": 1e20, "more": [-0.7, -1.3, -29.25, 0.999, 1.01, 1.46, 1.999, 7.5, 9.99, 10.1, 15.99]}
 POLES = [0.0, -1.0, -15.0, -25.0]
 one("ln_gamma", lambda x: re(loggamma(x)), without=POLES, **GAMMA)
-one("digamma", lambda x: psi(0, x), without=POLES, **GAMMA)
+# The zeros of the digamma function between its poles, as far as a float can be close to them.
+ZEROS = [
+    -0.5, -0.5040830082644554, -0.504083, -1.5734984731623904, -1.5734984, -2.6107208684441447, -3.635293366436901,
+    -9.702672540001863, -11.714133061228955, -11.7141,
+]
+one("digamma", lambda x: psi(0, x), without=POLES, low=-40, high=1e20, more=GAMMA["more"] + ZEROS)
 one("trigamma", lambda x: psi(1, x), without=POLES, **GAMMA)
+two("ln_beta", lambda x, y: loggamma(x) + loggamma(y) - loggamma(x + y), lambda x, y: 1e-100 < min(x, y) and max(x, y) < 1e100)
 one("cot_pi", lambda x: cospi(x) / sinpi(x), -40, 14, more=[-29.75, 0.26, 3.4999999], without=POLES + [1.0])

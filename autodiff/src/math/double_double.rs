@@ -1,20 +1,21 @@
-//! The number type [`DoubleDouble`] and its arithmetic.
+//! The number type [`DoubleDouble`] and its arithmetic. Its other functions are in the module `diagnose`, because they
+//! use the table of elementary functions.
 
 use std::cmp::Ordering;
 
 use num_traits::FromPrimitive;
 
-use crate::math::Primitive;
-use crate::math::exact::{two_product, two_sum};
+use super::exact::{two_product, two_sum};
+use super::primitive::Primitive;
 use crate::operators::{literal_operators, operators};
 use crate::real::Real;
 
-/// The unevaluated sum of two floats; see the [module](super).
+/// The unevaluated sum of two floats; see the [module](crate::diagnose::double_double).
 ///
 /// The first float is the sum rounded to f64. So each number has only one pair, and numbers are compared part by part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubleDouble {
-    pub(super) high: f64,
+    pub(crate) high: f64,
     low: f64,
 }
 
@@ -41,7 +42,7 @@ impl DoubleDouble {
     /// Returns `high + low`, where `low` is small compared to `high`. For infinities and NaN the second float is 0. A
     /// zero keeps its sign.
     #[inline]
-    pub(super) fn normal(high: f64, low: f64) -> Self {
+    pub(crate) fn normal(high: f64, low: f64) -> Self {
         if low == 0.0 || !high.is_finite() {
             return Self { high, low: 0.0 };
         }
@@ -60,7 +61,7 @@ impl DoubleDouble {
 
     /// Returns `self * 2^exponent`. The result is exact unless it over- or underflows.
     #[inline]
-    pub(super) fn scaled(self, exponent: i32) -> Self {
+    pub(crate) fn scaled(self, exponent: i32) -> Self {
         // The exponent is split over two factors, because 2^exponent itself may be out of range.
         let half = exponent / 2;
         let [a, b] = [half, exponent - half].map(|n| 2.0_f64.powi(n));

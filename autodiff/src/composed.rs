@@ -1,0 +1,77 @@
+//! Longer default methods of [`Real`](crate::Real), as macros: a file that the trait imports cannot know the trait.
+
+/// Adds a slice of numbers: `Real::sum_of`. The additions of one sixteen do not wait for those of the next.
+macro_rules! sum_of {
+    ($terms:expr) => {{
+        let (mut terms, mut few): (&[Self], usize) = ($terms, 128);
+        let mut sums: Vec<Self>;
+        // Loops, because closures might be compiled without the instruction set of the lanes.
+        while terms.len() > few {
+            let mut next = Vec::with_capacity(terms.len().div_ceil(16));
+            for sixteen in terms.chunks(16) {
+                let mut sum = Self::zero();
+                for &term in sixteen {
+                    sum += term;
+                }
+                next.push(sum);
+            }
+            sums = next;
+            (terms, few) = (&sums, 16);
+        }
+        let mut sum = Self::zero();
+        for &term in terms {
+            sum += term;
+        }
+        sum
+    }};
+}
+
+/// Defines the method `ln_beta`.
+macro_rules! ln_beta {
+    () => {
+        /// Returns the logarithm of the beta function of two positive numbers `a` and `b`, which is
+        /// `ln_gamma(a) + ln_gamma(b) - ln_gamma(a + b)`. That formula loses its digits if a number is large, and this
+        /// method does not (A. R. DiDonato and A. H. Morris, "Algorithm 708", ACM Transactions on Mathematical Software
+        /// 18, 1992). It is infinite if a number is 0, and NaN if one is negative.
+        #[inline(always)]
+        fn ln_beta<T>(self, b: T) -> Self
+        where
+            Self: Accepts<T>,
+        {
+            let (a, b, half) = (self, Self::accept(b), Self::lit(0.5));
+            let first = a.less(b);
+            let (p, q) = (Self::select(first, a, b), Self::select(first, b, a));
+            let p = Self::select(p.less(0.0), p * Self::lit(f64::NAN), p);
+            let (sum, far) = (p + q, Self::lit(16.0).less_equal(q));
+            let of_p = p.ln_gamma();
+            let near = of_p + (q.ln_gamma() - sum.ln_gamma());
+            if Self::Mask::IS_SINGLE && !far.any() {
+                return near;
+            }
+            // The distances of `ln_gamma` from Stirling's formula, for numbers of at least 16.
+            let mut rests = [p, q, sum];
+            for rest in &mut rests {
+                let inverse = rest.recip();
+                let (square, mut series) = (inverse * inverse, Self::zero());
+                for k in (0..17).rev() {
+                    let [numerator, denominator] = $crate::elementary::BERNOULLI[k];
+                    let twice = 2.0 * (k + 1) as f64;
+                    let denominator = Self::lit(denominator * twice * (twice - 1.0));
+                    series = Self::lit(numerator) / denominator + series * square;
+                }
+                *rest = series * inverse;
+            }
+            let ([by_p, by_q, by_sum], share) = (rests, p / sum);
+            let ln_rest = (-share).ln_1p();
+            let ln_sqrt_2_pi = Self::lit(0.9189385332046728) + Self::lit(-3.8782941580672414e-17);
+            let constant = by_p + (by_q - by_sum) + ln_sqrt_2_pi - half * q.ln();
+            let both = constant + (p - half) * share.ln() + q * ln_rest;
+            let one = of_p + (by_q - by_sum) + (p - p * sum.ln()) + (q - half) * ln_rest;
+            let value = Self::select(Self::lit(16.0).less_equal(p), both, one);
+            let value = Self::select(q.finite(), value, -q);
+            Self::select(far, value, near)
+        }
+    };
+}
+
+pub(crate) use {ln_beta, sum_of};
