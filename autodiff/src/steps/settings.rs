@@ -122,9 +122,12 @@ impl<M: Model> Rollout<M> {
 }
 
 impl Rollout<()> {
-    /// Checks the settings. `inputs` is the number of inputs of a step.
+    /// Checks the settings. `inputs` is the number of inputs of a step, `state` the length of a state.
+    ///
+    /// # Panics
+    /// If a setting does not fit the model.
     #[track_caller]
-    pub(super) fn check(&self, inputs: usize) {
+    pub(super) fn check(&self, inputs: usize, state: usize) {
         assert!(
             self.observed.is_sorted(),
             "`observed` is {:?}; the steps must be in ascending order",
@@ -143,18 +146,45 @@ impl Rollout<()> {
             self.steps,
             self.inputs.len()
         );
-        if let Some(bound) = self.state_bound {
+        check_bounds(self.state_bound, self.cotangent_bound);
+        check_units(self.cotangent_units.as_deref(), state);
+        if let Some(entries) = &self.entries {
             assert!(
-                bound >= 0.0,
-                "`state_bound` is {bound}; it must be 0 or more"
+                entries.iter().all(|&entry| entry < state),
+                "the entries are {entries:?}; each must be less than {state}, the length of a state"
             );
         }
-        if let Some(CotangentBound { norm, every }) = self.cotangent_bound {
-            assert!(
-                norm >= 0.0 && every > 0,
-                "`cotangent_bound` has `norm` = {norm} and `every` = {every}; \
-                 `norm` must be 0 or more, and `every` 1 or more"
-            );
-        }
+    }
+}
+
+/// # Panics
+/// If a bound is negative or NaN, or [`CotangentBound::every`] is 0.
+#[track_caller]
+pub(crate) fn check_bounds(state: Option<f64>, cotangent: Option<CotangentBound>) {
+    if let Some(bound) = state {
+        assert!(
+            bound >= 0.0,
+            "`state_bound` is {bound}; it must be 0 or more"
+        );
+    }
+    if let Some(CotangentBound { norm, every }) = cotangent {
+        assert!(
+            norm >= 0.0 && every > 0,
+            "`cotangent_bound` has `norm` = {norm} and `every` = {every}; \
+             `norm` must be 0 or more, and `every` 1 or more"
+        );
+    }
+}
+
+/// # Panics
+/// If there are units, but not one for each number of the state.
+#[track_caller]
+pub(crate) fn check_units(units: Option<&[f64]>, state: usize) {
+    if let Some(units) = units {
+        let count = units.len();
+        assert!(
+            count == state,
+            "`cotangent_units` has {count} numbers; it must have {state}, one for each number of the state"
+        );
     }
 }

@@ -39,7 +39,7 @@ impl<R: Real> Stepper<R> {
         let mut program = Program::side_by_side(starts.count);
         record(&mut program);
         let mut program = program.finish();
-        rollout.check(program.inputs_len);
+        rollout.check(program.inputs_len, program.state_len() / starts.count);
         let mut parameters = program.parameters();
         let (start, given) = inputs.split_first().expect("input 0 is the initial state");
         assert_eq!(
