@@ -186,7 +186,6 @@ pub trait Real:
     fn abs(self) -> Self;
     /// Returns the sign: -1, 0 or 1. Unlike `f64::signum` it is 0 at 0.
     #[inline(always)]
-    #[track_caller]
     fn signum(self) -> Self {
         let (zero, one) = (Self::zero(), Self::one());
         let negative = Self::select(self.less(zero), -one, self.detach() * zero);
@@ -194,7 +193,6 @@ pub trait Real:
     }
     /// Returns the larger one of `self` and `bound`. If they are equal, returns the bound.
     #[inline(always)]
-    #[track_caller]
     fn max<T>(self, bound: T) -> Self
     where
         Self: Accepts<T>,
@@ -204,7 +202,6 @@ pub trait Real:
     }
     /// Returns the smaller one of `self` and `bound`. If they are equal, returns the bound.
     #[inline(always)]
-    #[track_caller]
     fn min<T>(self, bound: T) -> Self
     where
         Self: Accepts<T>,
@@ -215,7 +212,6 @@ pub trait Real:
     /// Limits `self` to `[lo, hi]`. At a bound and beyond, the result is the bound itself. If `lo > hi`, the result is
     /// `hi`.
     #[inline(always)]
-    #[track_caller]
     fn clamp<L, H>(self, lo: L, hi: H) -> Self
     where
         Self: Accepts<L> + Accepts<H>,
@@ -433,30 +429,16 @@ pub trait Lane<S>: Real {
     const N: usize;
     /// Returns the same scalar in every lane.
     fn splat(value: S) -> Self;
-    /// Loads the first `N` scalars of a slice.
-    ///
-    /// # Panics
-    /// If the slice is shorter than `N`.
+    /// Loads the first `N` scalars of a slice. Panics if it is shorter.
     #[track_caller]
     fn load(from: &[S]) -> Self;
-    /// Writes all lanes to the first `N` entries of a slice.
-    ///
-    /// # Panics
-    /// If the slice is shorter than `N`.
+    /// Writes all lanes to the first `N` entries of a slice. Panics if it is shorter.
     #[track_caller]
     fn store(self, to: &mut [S]);
-    /// Loads a slice that is shorter than `N` into the first lanes. The other lanes are zero. For a slice of any length
-    /// use [`load_up_to`](Self::load_up_to).
-    ///
-    /// # Panics
-    /// If the slice is not shorter than `N`.
+    /// Loads a slice that is shorter than `N` into the first lanes. The other lanes are zero. Panics if it is longer.
     #[track_caller]
     fn load_part(from: &[S]) -> Self;
-    /// Writes the first lanes to a slice that is shorter than `N`. For a slice of any length use
-    /// [`store_up_to`](Self::store_up_to).
-    ///
-    /// # Panics
-    /// If the slice is not shorter than `N`.
+    /// Writes the first lanes to a slice that is shorter than `N`. Panics if it is longer.
     #[track_caller]
     fn store_part(self, to: &mut [S]);
     /// Returns the mask that is true in lane `k` where bit `k` is set.
