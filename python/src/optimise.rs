@@ -62,8 +62,9 @@ pub(crate) fn optimise(
         let progress = match begin_with {
             None => codesign.begin(plan.seed),
             Some(path) => {
-                let design = DesignFile::read(&path)?;
-                let controller = design.robot(&plan.scene, &path.display().to_string())?;
+                let file = path.display().to_string();
+                let design = DesignFile::read(&path)?.in_order(&plan.scene, &file)?;
+                let controller = design.robot(&plan.scene, &file)?;
                 codesign.begin_with(plan.seed, design.design(), controller)
             }
         }?;

@@ -179,8 +179,11 @@ fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>
 pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Controller<f64>)> {
     let (path, bytes) = read_design(name)?;
     let design = DesignFile::parse(&path, &bytes)?;
-    let controller = fitted((&path, &bytes), |file| design.robot(scene, file))?;
-    Ok((design.design(), controller))
+    fitted((&path, &bytes), |file| {
+        let design = design.in_order(scene, file)?;
+        let controller = design.robot(scene, file)?;
+        Ok((design.design(), controller))
+    })
 }
 
 /// Reads a design file, or the design in a run's folder. Returns the path and the content.

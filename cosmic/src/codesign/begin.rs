@@ -265,10 +265,19 @@ impl CoDesign {
                 ));
             }
             let material = Material::dominant(z);
-            if material.one_hot() == *z && !rules.allow(edge, material.is_solid()) {
-                let (is, rule) = match material {
-                    Material::Void => ("void", "solid"),
-                    Material::Skeleton | Material::Actuator => ("solid", "void"),
+            let allowed = rules.allowed(edge);
+            if material.one_hot() == *z && !material.of(&allowed) {
+                let rule = match allowed {
+                    [true, ..] => "void",
+                    [_, true, true] => "solid",
+                    [_, true, _] => "skeleton",
+                    _ => "an actuator",
+                };
+                let is = match material {
+                    Material::Void => "void",
+                    _ if rule == "void" => "solid",
+                    Material::Skeleton => "skeleton",
+                    Material::Actuator => "an actuator",
                 };
                 return refuse(format!(
                     "edge {edge} is {is}, but the lattice requires it to be {rule}"

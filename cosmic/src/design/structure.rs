@@ -242,7 +242,7 @@ impl LayoutRules {
                     continue;
                 };
                 let next = ends[1 - at];
-                if !seen[next] && self.edges().allow(edge, true) {
+                if !seen[next] && self.edges().allowed(edge)[1..].contains(&true) {
                     seen[next] = true;
                     way[next] = Some([edge, node]);
                     front.push_back(next);

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Scene;
+use crate::lattice::Lattice;
 use crate::settings;
 use crate::settings::{above, within};
 
@@ -243,6 +244,17 @@ impl MaterialSettings {
             *of_actuator = parts.actuator_mass / length + ends;
         }
         BarNumbers { stiffness, density }
+    }
+
+    /// The stiffness and the mass per length of the bar of an edge. A truss may give its stiffness, for both solid
+    /// materials.
+    pub fn of_edge(&self, lattice: &Lattice, edge: usize) -> BarNumbers {
+        let mut bar = self.of_length(lattice.rest_length[edge]);
+        if let Some(&given) = lattice.stiffness.get(edge) {
+            let [_, solid @ ..] = &mut bar.stiffness;
+            solid.fill(given);
+        }
+        bar
     }
 
     /// The force (N) under which a skeleton bar with this rest length (m) buckles: `pi^2 E I / l^2`, Euler's load of a bar

@@ -53,7 +53,9 @@ impl RobotFiles {
         let folder = path.parent().unwrap_or(Path::new(""));
         let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder, registry)?;
         let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
-        let controller = design.robot(&scene, &path.display().to_string())?;
+        let file = path.display().to_string();
+        let design = design.in_order(&scene, &file)?;
+        let controller = design.robot(&scene, &file)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
             omega: frequency(&scene.controller, &controller),
