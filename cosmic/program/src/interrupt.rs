@@ -1,4 +1,4 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the first of these signals asks a run to stop, the second ends the process at once.
+//! Ctrl-C, SIGTERM, SIGHUP and SIGUSR1, which schedulers send before the time is up: the first of these signals asks a run to stop, the second ends the process at once.
 
 use cosmic::error::{Error, Result};
 use std::process;
@@ -25,6 +25,8 @@ impl Interrupt {
         };
         ctrlc::set_handler(on_signal)
             .map_err(|error| Error::Usage(format!("cannot install the signal handler: {error}")))?;
+        #[cfg(unix)]
+        listen_for_usr1(&asked)?;
         Ok(Self(asked))
     }
 
@@ -32,4 +34,19 @@ impl Interrupt {
     pub(super) fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+}
+
+/// Lets SIGUSR1 do what the other signals do.
+///
+/// # Errors
+/// [`Error::Usage`] if the signal handler cannot be installed.
+#[cfg(unix)]
+fn listen_for_usr1(asked: &Arc<AtomicBool>) -> Result<()> {
+    use signal_hook::consts::SIGUSR1;
+    use signal_hook::flag;
+    // The first function ends the process if the flag is set already, so it must run first.
+    flag::register_conditional_shutdown(SIGUSR1, 75, Arc::clone(asked))
+        .and_then(|_| flag::register(SIGUSR1, Arc::clone(asked)))
+        .map(|_| ())
+        .map_err(|error| Error::Usage(format!("cannot install the signal handler: {error}")))
 }

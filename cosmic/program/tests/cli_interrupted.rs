@@ -52,7 +52,7 @@ fn resume(bench: &Bench, run: &str) -> Told {
 #[test]
 fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
     let bench = slow();
-    for name in ["TERM", "INT"] {
+    for name in ["TERM", "INT", "USR1"] {
         let output = caught(&bench, name, 20, name);
         assert_eq!((output.status.code(), output.stdout.len()), (Some(75), 0));
         let snapshot = bench.json(&format!("{name}/snapshot.json"));
