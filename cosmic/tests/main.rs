@@ -91,6 +91,7 @@ mod record_files;
 mod scene {
     mod declarations;
     mod departures;
+    mod fit;
     mod follow;
     mod generator;
     mod materials;

@@ -222,7 +222,8 @@ def optimize(
 
     - ``loss``: a :class:`Loss`, :func:`cosmic.jax.loss` or :func:`cosmic.torch.loss` that replaces
       the scene's objective.
-    - ``iterations``: stop after this many iterations, without rescaling the phases.
+    - ``iterations``: fit the phases of the schedule into this many iterations, so that a short run ends
+      with a finished robot. If ``start`` is a finished robot, it is fine-tuned for so many iterations.
     - ``start``: start with the robot of a run, of its folder or of a ``design.json``.
     - ``out``: a new or empty folder for the run, which can be resumed; by default temporary.
     - ``progress``: True for a progress bar, or a function that is called after every iteration with

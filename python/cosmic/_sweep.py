@@ -105,7 +105,8 @@ def sweep(
     """Plans all combinations of scenes, settings and seeds in a new or empty folder.
 
     ``grid`` contains values for keys of the scenes; every combination is planned:
-    ``{"physics.friction": [0.6, 1.0, 2.5]}``. An existing sweep is opened by :class:`Sweep`.
+    ``{"physics.friction": [0.6, 1.0, 2.5]}``. The phases of every scene are fitted into ``iterations``.
+    An existing sweep is opened by :class:`Sweep`.
     """
     several = isinstance(scenes, (list, tuple))
     listed = cast(Sequence[SceneLike], scenes if several else [scenes])

@@ -52,21 +52,27 @@ pub(crate) fn optimise(
     let iterations = iterations.map(|n| {
         NonZeroUsize::new(n).ok_or_else(|| refused("iterations: expected 1 or more".to_owned()))
     });
-    let plan = RunPlan {
-        iterations: iterations.transpose()?,
-        ..RunPlan::new(&name, scene.scene.clone(), seed)
+    let iterations = iterations.transpose()?;
+    let given = scene.scene.clone();
+    let read = || {
+        let read = |path: &Path| {
+            DesignFile::read(path)?.in_order(&given, &path.display().to_string())
+        };
+        let design = begin_with.as_deref().map(read).transpose()?;
+        let from = design.as_ref().map(DesignFile::design);
+        let plan = RunPlan::new(&name, given.clone(), seed).fitted(iterations, from.as_ref())?;
+        Ok((plan, design))
     };
+    let (plan, design) = caught(|| py.detach(read).map_err(raised))?;
     optimisation_fits(&plan.scene)?;
     let begin = || {
         let codesign = codesign(&plan.scene, loss, &failure)?;
-        let progress = match begin_with {
-            None => codesign.begin(plan.seed),
-            Some(path) => {
-                let file = path.display().to_string();
-                let design = DesignFile::read(&path)?.in_order(&plan.scene, &file)?;
-                let controller = design.robot(&plan.scene, &file)?;
+        let progress = match (&begin_with, &design) {
+            (Some(path), Some(design)) => {
+                let controller = design.robot(&plan.scene, &path.display().to_string())?;
                 codesign.begin_with(plan.seed, design.design(), controller)
             }
+            _ => codesign.begin(plan.seed),
         }?;
         Ok((codesign, progress))
     };

@@ -34,7 +34,8 @@ pub(super) struct Arguments {
     /// after the snap and only fine-tunes
     #[arg(long, value_name = "RUN", conflicts_with = "starts")]
     from: Option<PathBuf>,
-    /// Stop after this many iterations, without rescaling the phases
+    /// Fit the phases of the schedule into this many iterations, so that a short run ends with a finished robot; with
+    /// --from and a finished robot, fine-tune it for so many iterations
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
     /// Continue even if the time step is unstable for the robot (like unstable_step = "warn" in the scene)
@@ -95,9 +96,12 @@ impl Arguments {
             scene: origin.scene,
             seed: self.seed,
             starts: self.starts,
-            iterations: self.iterations,
+            iterations: None,
             search: self.search,
         };
+        let from = self.from.as_deref();
+        let robot = from.map(|from| robot(from, &plan.scene)).transpose()?;
+        let plan = plan.fitted(self.iterations, robot.as_ref().map(|(design, _)| design))?;
         if plan.search == Search::Halving && plan.starts.get() == 1 {
             return Err(Error::Usage(
                 "`--search halving` needs several starts: add --starts N".into(),
@@ -106,8 +110,6 @@ impl Arguments {
         let device = self.on.open(gpu, self.work.threads)?;
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
-        let from = self.from.as_deref();
-        let robot = from.map(|from| robot(from, &plan.scene)).transpose()?;
         runs::carry_out(
             &folder,
             registry,

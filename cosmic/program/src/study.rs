@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// results
     #[arg(long, value_name = "S", conflicts_with_all = ["runs", "out", "threads"])]
     plan: Option<PathBuf>,
-    /// Stop every run after this many iterations, to try the study quickly
+    /// Fit the phases of every trial into this many iterations, to try the study quickly
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
     /// A TOML file with settings for every built-in scene; the settings of the study override them

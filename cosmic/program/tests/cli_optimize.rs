@@ -154,10 +154,11 @@ fn optimize_prints_its_progress_and_its_result() {
 }
 
 #[test]
-fn a_limit_of_iterations_ends_the_run_and_does_not_change_the_phases() {
+fn the_robot_of_an_unfinished_run_is_undecided() {
     let bench = Bench::default();
     bench.run("whole", "");
-    let said = bench.run("part", "--iterations 15");
+    bench.unfinished("part", 15);
+    let said = bench.ok("resume part");
     let summary = bench.json("part/summary.json");
     assert_eq!(summary["iterations"], 15);
     assert_eq!(summary["stop_reason"], "iteration_limit");
@@ -186,9 +187,39 @@ fn a_limit_of_iterations_ends_the_run_and_does_not_change_the_phases() {
     let decided = bench.json("whole/summary.json");
     assert_eq!(decided["undecided"], false);
     assert!(decided["structure"]["pieces"].as_u64() > Some(0));
+}
 
-    bench.run("more", "--iterations 1000");
-    assert_eq!(bench.results("more"), whole);
+/// `--iterations` fits the phases into a run, so that the shortest run ends with a layout. The scene in the folder has the
+/// fitted numbers, so a run by this scene is the same, and so is one cell of a sweep.
+#[test]
+fn a_short_run_ends_with_a_robot() {
+    let bench = Bench::default();
+    for iterations in [1, 2, 3, 5, 12] {
+        let run = format!("short-{iterations}");
+        let said = bench.run(&run, &format!("--iterations {iterations}"));
+        assert!(!said.error.contains("no effect"), "{said:?}");
+        let summary = bench.json(&format!("{run}/summary.json"));
+        assert_eq!(summary["iterations"], iterations);
+        assert_eq!(summary["stop_reason"], "finished");
+        assert_eq!(summary["undecided"], false);
+        assert!(summary["structure"]["pieces"].as_u64() > Some(0));
+        let design = bench.json(&format!("{run}/design.json"));
+        let materials = design["materials"].as_array().unwrap();
+        assert!(materials.iter().any(|material| *material != 0), "{design}");
+        bench.ok(&format!("report {run}"));
+    }
+    bench.ok("optimize short-12/scene.toml --out again");
+    assert_eq!(bench.results("again"), bench.results("short-12"));
+    bench.ok("sweep plan tiny.toml --seeds 1 --iterations 12 --out s");
+    bench.ok("sweep run s");
+    assert_eq!(bench.results("s/runs/tiny-0"), bench.results("short-12"));
+    // The scene's own number changes nothing.
+    bench.run("whole", "");
+    bench.run("own", "--iterations 24");
+    assert_eq!(bench.results("own"), bench.results("whole"));
+    let said = bench.optimize("many", "--iterations 100001");
+    said.fails(2, &["100001 iterations", "from 1 to 1e5"]);
+    assert!(!bench.path("many").exists());
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn a_robot_may_come_from_a_folder_whose_name_is_not_unicode() {
 #[test]
 fn an_undecided_robot_goes_through_the_whole_schedule() {
     let bench = Bench::default();
-    bench.run("soft", "--iterations 10");
+    bench.unfinished("soft", 10);
     bench.run("b", "--from soft");
     assert!(iterations(&bench, "b").into_iter().eq(1..=24));
     assert!(is_the_start(&bench, ["soft", "b"]));
@@ -89,7 +89,7 @@ fn an_undecided_robot_goes_through_the_whole_schedule() {
 fn a_start_names_the_materials_of_its_mixture() {
     let held = scene(24, 64, "") + "[projection]\nhold_materials = 1.0\n";
     let bench = Bench::with(&held);
-    bench.run("soft", "--iterations 1");
+    bench.unfinished("soft", 1);
     bench.run("b", "--from soft");
     assert!(is_the_start(&bench, ["soft", "b"]));
 }
@@ -163,7 +163,7 @@ fn departures(bench: &Bench, run: &str) -> Vec<String> {
 #[test]
 fn departures_list_only_options_that_took_effect() {
     let bench = Bench::finished();
-    bench.run("soft", "--iterations 10");
+    bench.unfinished("soft", 10);
     bench.run("b", "--from a");
     bench.run("c", "--from soft");
     let [a, b, c] = ["a", "b", "c"].map(|run| departures(&bench, run));
@@ -290,7 +290,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
 #[test]
 fn unsuitable_starts_are_refused() {
     let bench = Bench::finished();
-    bench.run("soft", "--iterations 10");
+    bench.unfinished("soft", 10);
     let refused = |line: &str, says: &[&str]| {
         let said = bench.cosmic(&format!("optimize {line} --out b"));
         said.fails(2, says);

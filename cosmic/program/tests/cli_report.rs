@@ -126,7 +126,7 @@ fn an_evolution_shows_the_robots_of_several_iterations() {
 #[test]
 fn a_robot_of_mixtures_is_drawn() {
     let bench = Bench::with(SCENE);
-    bench.run("run", "--iterations 2 --quiet");
+    bench.unfinished("run", 2);
     let told = bench.cosmic("report run --evolution").ok().out;
     assert_eq!(told.lines().count(), 5);
     let drawn = bench.read("run/robot.svg").matches("<polyline").count();

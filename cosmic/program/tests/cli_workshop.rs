@@ -153,8 +153,7 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
     );
     numbers_are_plain(&bench);
     // A run may end before the snap. Then the exported robot differs from the robot that moved.
-    let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
-    bench.run("half", &format!("--quiet {layout}"));
+    bench.unfinished("half", 12);
     let told = bench.cosmic("export half --csv").ok();
     assert!(told.error.contains("the design is undecided"), "{told:?}");
 }

@@ -3,6 +3,7 @@
 use super::files::{no_run, read_json, write_json};
 use super::format::{Format, parse_json};
 use crate::codesign::{CoDesign, Progress};
+use crate::design::Design;
 use crate::error::{Error, Result};
 use crate::lattice::Truss;
 use crate::reading::{placed, read_whole};
@@ -35,7 +36,9 @@ pub struct RunPlan<S = Scene> {
     pub seed: u64,
     /// The number of starts. Their seeds are consecutive.
     pub starts: NonZeroUsize,
-    /// The largest number of iterations of the run, or `None` for all iterations of the scene.
+    /// The run stops after this number of iterations, in the middle of its phases; `None` for all iterations of the
+    /// scene. The robot of an unfinished run is delivered so; [`fitted`](Self::fitted) makes a run that is short but
+    /// whole.
     pub iterations: Option<NonZeroUsize>,
     /// How several starts are searched.
     #[serde(default, skip_serializing_if = "Search::is_full")]
@@ -100,6 +103,25 @@ impl RunPlan {
             iterations: None,
             search: Search::Full,
         }
+    }
+
+    /// This plan with the phases of its scene fitted into so many iterations; `None` for those of the scene. A run that
+    /// begins with the layout `from` has only its fine-tuning, which gets all iterations.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for more iterations than a schedule may have.
+    pub fn fitted(
+        mut self,
+        iterations: Option<NonZeroUsize>,
+        from: Option<&Design<[f64; 3]>>,
+    ) -> Result<Self> {
+        if let Some(iterations) = iterations {
+            self.scene = match from {
+                Some(Design::Layout(_)) => self.scene.fitted_after_snap(iterations)?,
+                _ => self.scene.fitted(iterations)?,
+            };
+        }
+        Ok(self)
     }
 
     /// Checks that this plan, the plan of the run in `folder`, is equal to `expected`. Only `physics.unstable_step` may

@@ -114,7 +114,7 @@ keys! {
         iterations: usize, "whole number";
         /// The iteration that produced the delivered controller.
         delivered_iteration: usize, "whole number", columns ["delivered_iteration"];
-        /// `finished`, or `iteration_limit` if `--iterations` ended the run before its scene did.
+        /// `finished`, or `iteration_limit` for the robot of an unfinished run.
         stop_reason: StopReason, "text";
         /// The named options in use that differ from the paper. If the list is empty, physics and algorithm are
         /// those of the paper, except for the values of numbers. `option` is the key as `section.key`, or `start`

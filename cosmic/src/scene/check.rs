@@ -80,8 +80,8 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
         snap <= last,
         ["schedule.snap_at", "schedule.iterations"],
         format!(
-            "the snap (iteration {snap}) comes after the last iteration ({last}); to stop a run early, use \
-             `--iterations`"
+            "the snap (iteration {snap}) comes after the last iteration ({last}); `--iterations` changes \
+             both"
         ),
     );
     let first = schedule.attraction_from;

@@ -32,6 +32,7 @@ mod world;
 mod data_sheet;
 mod doubts;
 mod check;
+mod fit;
 mod diagnostic;
 mod read;
 mod renamed;

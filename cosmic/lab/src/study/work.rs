@@ -21,7 +21,7 @@ pub struct Study {
     pub first_seed: u64,
     /// The number of consecutive seeds.
     pub seeds: NonZeroUsize,
-    /// If set, every run stops after this many iterations. This gives a shortened trial of the study.
+    /// If set, the phases of every trial are fitted into this many iterations, to try the study quickly.
     pub iterations: Option<NonZeroUsize>,
     /// A user's settings that replace the defaults of every built-in scene; see [`Base`].
     pub base: Base,

@@ -67,7 +67,7 @@ pub struct SweepPlan {
     pub first_seed: u64,
     /// The number of consecutive seeds.
     pub seeds: NonZeroUsize,
-    /// If set, every run stops after this many iterations, even if its scene has more.
+    /// If set, the phases of every scene are fitted into this many iterations.
     pub iterations: Option<NonZeroUsize>,
     /// The scenes.
     pub scenes: Vec<PlannedScene>,
@@ -137,14 +137,15 @@ impl SweepPlan {
         indices.into_par_iter().try_for_each(begins)
     }
 
-    /// Parses the scene with this index.
+    /// Parses the scene with this index, and fits its phases into the planned number of iterations.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a malformed scene.
+    /// [`Error::Usage`] for a malformed scene, and for too many iterations.
     fn scene(&self, index: usize, registry: &Registry) -> Result<Scene> {
         let scene = &self.scenes[index].scene;
         let read = scene.read(&format!("scenes[{index}].scene"), registry);
-        read.map_err(|error| Error::Usage(format!("{PLAN}: {}", error.within())))
+        let scene = read.map_err(|error| Error::Usage(format!("{PLAN}: {}", error.within())))?;
+        (self.iterations).map_or(Ok(scene.clone()), |iterations| scene.fitted(iterations))
     }
 
     /// Returns the plan of the run with this number. Its scene may name the laws and losses of `registry`.
@@ -154,10 +155,7 @@ impl SweepPlan {
     pub fn run(&self, index: usize, registry: &Registry) -> Result<RunPlan> {
         let (planned, seed) = self.parts(index);
         let scene = self.scene(index / self.seeds.get(), registry)?;
-        Ok(RunPlan {
-            iterations: self.iterations,
-            ..RunPlan::new(&planned.name, scene, seed)
-        })
+        Ok(RunPlan::new(&planned.name, scene, seed))
     }
 
     /// Checks the number of runs and the names of their folders.

@@ -28,7 +28,7 @@ pub(super) struct Plan {
     /// The first seed
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     first_seed: u64,
-    /// Stop every run after this many iterations
+    /// Fit the phases of every scene into this many iterations
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
     /// The folder of the sweep, new or empty

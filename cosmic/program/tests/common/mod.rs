@@ -3,11 +3,12 @@
 pub(crate) mod python;
 
 use crate::program::{Told, cosmic_in};
-use cosmic::record::RunPlan;
+use cosmic::record::{RunPlan, optimise};
 use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tempfile::TempDir;
@@ -88,6 +89,17 @@ impl Bench {
     /// The plan of the run that `cosmic optimize` makes from the scene.
     pub(crate) fn plan(&self) -> RunPlan {
         RunPlan::new("tiny", Scene::read(&self.path("tiny.toml")).unwrap(), 0)
+    }
+
+    /// Delivers the robot of the scene after so many iterations into the folder `out`, as if the run were interrupted
+    /// there. Before the snap, its edges are undecided.
+    pub(crate) fn unfinished(&self, out: &str, iterations: usize) {
+        let iterations = NonZeroUsize::new(iterations);
+        let plan = RunPlan {
+            iterations,
+            ..self.plan()
+        };
+        optimise(&self.path(out), &plan, &mut ()).unwrap();
     }
 
     /// Runs the program in the folder with the arguments in `line`.
