@@ -286,3 +286,26 @@ fn only_values_that_differ_from_the_base_get_a_warning() {
         [""; 0]
     );
 }
+
+/// End stops that an actuator cannot reach, or that give way more than the actuator, are probably those of another robot.
+#[test]
+fn stops_that_do_not_fit_their_actuators_get_a_warning() {
+    let said = |scene: &Scene| -> Vec<String> {
+        let doubts = scene.doubts().into_iter();
+        doubts.map(|doubt| doubt.to_string()).collect()
+    };
+    let world = "[materials]\nstiffness = [1e-7, 1e5, 2000.0]\nmax_strain = [0.0, 0.0, 0.2]\n";
+    let world = Scene::parse("world", world).unwrap();
+    assert_eq!(said(&world), [] as [&str; 0]);
+    let beyond = said(&world.set(&["stops.at=0.27"]).unwrap());
+    assert!(matches!(&beyond[..], [one] if one.contains("beyond the stroke") && one.contains("0.27")), "{beyond:?}");
+    let soft = said(&world.set(&["stops.stiffness=1300"]).unwrap());
+    assert!(matches!(&soft[..], [one] if one.contains("softer") && one.contains("1300")), "{soft:?}");
+    // Just stiff enough, for stops at the end of the stroke.
+    let fits = ["stops.stiffness=2000", "stops.at=0.2"];
+    assert_eq!(said(&world.set(&fits).unwrap()), [] as [&str; 0]);
+    // Without stops, or without a stroke, there is nothing to fit.
+    assert_eq!(said(&world.set(&["physics.forces=[]"]).unwrap()), [] as [&str; 0]);
+    let still = world.set(&["stops.at=0.27", "materials.max_strain=[0.0, 0.0, 0.0]"]);
+    assert!(said(&still.unwrap()).iter().all(|doubt| !doubt.contains("stops")));
+}

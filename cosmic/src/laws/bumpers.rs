@@ -29,7 +29,8 @@ crate::settings! {
     /// Bars do not pass through one another: nodes and bars that come too near push each other apart.
     struct Bumpers<R> {
         /// Stiffness of a contact. Bar and node give way too: their stiffnesses act in series with it.
-        stiffness: R = 2000.0, allowed above(0.0, 1e7), unit "N/m", source "beyond the paper";
+        stiffness: R = 2000.0, allowed above(0.0, 1e10), unit "N/m", auto "5 times the stiffness of skeleton",
+            source "beyond the paper";
         /// Distance below which a node and a bar push each other apart, divided by the length of the shortest bar. It is at
         /// most half of their distance at rest.
         distance: R = 0.15, allowed above(0.0, 1.0), source "beyond the paper";

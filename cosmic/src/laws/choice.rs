@@ -294,6 +294,18 @@ impl ForceLaws {
         Some(law.0.clone())
     }
 
+    /// Changes the settings of the law of the type `L`, if the scene has chosen it.
+    pub(crate) fn change<L: AnyForce + Clone>(&mut self, change: impl FnOnce(&mut L)) {
+        for law in &mut self.laws {
+            if let Some(chosen) = law.any().downcast_ref::<L>() {
+                let mut changed = chosen.clone();
+                change(&mut changed);
+                *law = Box::new(changed);
+                return;
+            }
+        }
+    }
+
     /// The name and the description of each law.
     pub fn about(&self) -> Vec<(&'static str, &'static str)> {
         let about = |law: &dyn AnyForce| (law.name(), law.boxed().settings().about());

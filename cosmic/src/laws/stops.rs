@@ -12,10 +12,16 @@ crate::settings! {
     struct Stops<R> {
         /// Strain of a bar at its stops, stretched or compressed. With the actuator's value of
         /// `materials.max_strain`, the stops are exactly at the ends of its range of targets.
-        at: R = 0.35, allowed above(0.0, 0.99), source "beyond the paper";
+        at: R = 0.35, allowed above(0.0, 0.99),
+            auto "27/35 of the largest actuation strain, so that an actuator meets its stop before the \
+                  end of its stroke",
+            source "beyond the paper";
         /// Stiffness of the stops of an actuator with the largest strain `at`. For an actuator with another largest
         /// strain, the stiffness is in proportion to that strain.
-        stiffness: R = 400.0, allowed within(0.0, 1e6), unit "N/m", source "that of skeleton";
+        stiffness: R = 400.0, allowed within(0.0, 1e9), unit "N/m",
+            auto "130/3 times the stiffness of an actuator, so that actuators of any stiffness overshoot their stops by the \
+                  same strain",
+            source "that of skeleton";
     }
 }
 

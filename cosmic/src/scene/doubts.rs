@@ -2,7 +2,7 @@
 
 use super::{BarNumbers, ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
-use crate::laws::{Actuator, Buckle};
+use crate::laws::{Actuator, Buckle, Stops};
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
@@ -84,6 +84,13 @@ const DOUBTS: &[Doubt] = &doubts! {
             let law: Option<Actuator> = s.physics.forces.along_bars();
             law.is_some_and(|law| law.strain != s.materials.max_strain[2])
         };
+    ["stops.at", "materials.max_strain"]: "the end stops lie beyond the stroke of the actuators, so an actuator is not stopped at the end of its stroke"
+        if |s| stops(s).is_some_and(|stops| 0.0 < strain(s) && strain(s) < stops.at);
+    ["stops.stiffness", "materials.stiffness"]: "the end stops are softer than the actuators that run into them"
+        if |s| stops(s).is_some_and(|stops| {
+            // The stiffness counts for actuators with the strain of the stops.
+            stops.stiffness * strain(s) / stops.at < typical(s).stiffness[2] && 0.0 < strain(s)
+        });
     ["volume.actuator"]: "no edge may be an actuator"
         if |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout;
     ["physics.gravity"]: "gravity points up"
@@ -113,6 +120,16 @@ const DOUBTS: &[Doubt] = &doubts! {
     ["selection.perturbation"]: "all perturbed starts are equal, so medians over them are meaningless"
         if |s| s.selection.perturbation == 0.0;
 };
+
+/// The end stops, if the scene has chosen them.
+fn stops(scene: &Scene) -> Option<Stops> {
+    scene.physics.forces.along_bars()
+}
+
+/// The largest strain of the actuators.
+fn strain(scene: &Scene) -> f64 {
+    scene.materials.max_strain[2]
+}
 
 /// The numbers of a bar between two neighbouring nodes.
 fn typical(scene: &Scene) -> BarNumbers {

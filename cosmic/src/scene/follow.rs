@@ -11,9 +11,10 @@
 
 use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
-use super::{GoalKind, Scene, Setting, StartKind};
+use super::{BarNumbers, GoalKind, Scene, Setting, StartKind};
 use crate::geometry::Ground;
 use crate::lattice::Lattice;
+use crate::laws::{Bumpers, Damper, ForceLaws, OnBars, Stops};
 use serde::Serialize;
 
 /// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
@@ -83,7 +84,7 @@ impl Scales {
     }
 
     /// The factor by which a robot is more careful than `earth`: below 1 if an actuator can lift more than 1.5 times the
-    /// robot's weight. Such a robot flies apart if it begins with full strokes or learns in large steps.
+    /// robot's weight. Such a robot flies apart if it begins with full strokes.
     fn care(&self) -> f64 {
         (1.5 / self.strength).clamp(0.1, 1.0)
     }
@@ -97,8 +98,50 @@ fn iteration(scene: &Scene, of_300: usize) -> usize {
 /// A rule: the key, and the function that sets it. Rules read the numbers that earlier rules have set.
 type Rule = (&'static str, fn(&mut Scene, &Scales));
 
-/// Every rule. The declarations of the keys state them in words.
-const RULES: [Rule; 25] = [
+/// A bar between two neighbouring nodes.
+#[derive(Clone, Copy)]
+struct Bar {
+    /// The rest length, m.
+    length: f64,
+    numbers: BarNumbers,
+}
+
+/// The rules for the settings of laws. The scales depend on these settings, so they come first.
+const LAWS: [(&str, fn(&mut Scene, Bar)); 4] = [
+    ("stops.at", |scene, _| {
+        let at = match scene.materials.max_strain {
+            // Actuators that do not move have no stops.
+            [.., 0.0] => 0.27,
+            [.., strain] => 0.27 * (strain / 0.35),
+        };
+        let laws = &mut scene.physics.forces;
+        laws.change(|OnBars(stops): &mut OnBars<Stops>| stops.at = at);
+    }),
+    ("stops.stiffness", |scene, bar| {
+        let [.., actuator] = bar.numbers.stiffness;
+        let stiffness = 1300.0 * (actuator / 30.0);
+        let laws = &mut scene.physics.forces;
+        laws.change(|OnBars(stops): &mut OnBars<Stops>| stops.stiffness = stiffness);
+    }),
+    ("damper.time", |scene, bar| {
+        // Half of the bar's mass and a node, divided by its stiffness: the period of its vibration, squared and up to a
+        // factor. First that of `earth`.
+        const OF_EARTH: f64 = (1e-4 + 0.5 * 0.03 * 0.1) / 400.0;
+        let BarNumbers { stiffness, density } = bar.numbers;
+        let mass = scene.physics.node_mass + 0.5 * density[1] * bar.length;
+        let slower = (mass / stiffness[1] / OF_EARTH).sqrt();
+        let laws = &mut scene.physics.forces;
+        laws.change(|OnBars(damper): &mut OnBars<Damper>| damper.time = (2.5e-4 * slower).min(1.0));
+    }),
+    ("bumpers.stiffness", |scene, bar| {
+        let [_, skeleton, _] = bar.numbers.stiffness;
+        let laws = &mut scene.physics.forces;
+        laws.change(|bumpers: &mut Bumpers| bumpers.stiffness = (5.0 * skeleton).max(1e-9));
+    }),
+];
+
+/// Every other rule. The declarations of the keys state them in words.
+const RULES: [Rule; 23] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -193,12 +236,6 @@ const RULES: [Rule; 25] = [
         controller.gain =
             [2.0 * of_clocks.sqrt(), 0.2 * of_hidden.sqrt()].map(|gain| gain * world.care());
     }),
-    ("adam.rate", |scene, world| {
-        scene.adam.rate = 0.004 * world.care();
-    }),
-    ("adam.fine_rate", |scene, world| {
-        scene.adam.fine_rate = 0.003 * world.care();
-    }),
     ("volume.solid", |scene, world| {
         scene.volume.solid = match world.heavy_nodes || world.sparse {
             true => [0.9, 1.0],
@@ -244,6 +281,13 @@ impl Scene {
                 false => 0,
             };
         }
+        let length = Lattice::new(&self.lattice, Ground::from(&self.physics)).spacing;
+        let numbers = self.materials.of_length(length);
+        for (key, set) in LAWS {
+            if self.auto.contains(key) {
+                set(self, Bar { length, numbers });
+            }
+        }
         let scales = Scales::of(self);
         for (key, set) in RULES {
             if self.auto.contains(key) {
@@ -251,11 +295,26 @@ impl Scene {
             }
         }
         let keys = self.auto.clone().into_iter();
+        // The settings of a law that the scene has not chosen do not exist.
         let mut fits = |key: &String| {
             self.field(key)
-                .is_some_and(|field| field.value.fits(&field.limits))
+                .is_none_or(|field| field.value.fits(&field.limits))
         };
         keys.filter(|key| !fits(key)).collect()
+    }
+
+    /// In a scene whose numbers follow, lets the numbers of the laws follow that are not among `before`.
+    pub(super) fn let_new_laws_follow(&mut self, before: &ForceLaws) {
+        if self.auto.is_empty() {
+            return;
+        }
+        for (name, settings) in self.physics.forces.settings() {
+            if before.laws().all(|law| law.name() != name) {
+                let keys = settings.fields().into_iter();
+                let keys = keys.filter(|field| !field.auto.is_empty());
+                self.auto.extend(keys.map(|field| format!("{name}.{}", field.key)));
+            }
+        }
     }
 }
 

@@ -118,11 +118,11 @@ settings! {
     /// Adam, for the controller's weights.
     struct AdamSettings {
         /// Learning rate while design and controller are both updated.
-        rate: f64 = 0.003, allowed within(0.0, 10.0), auto "0.004 times the care",
+        rate: f64 = 0.003, allowed within(0.0, 10.0),
             read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when only the controller is updated.
-        fine_rate: f64 = 0.003, allowed within(0.0, 10.0), auto "0.003 times the care", source "found by experiment";
+        fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
         /// Ratio of the learning rate at the end of the fine-tuning to the rate at its start. The rate falls linearly.
         /// Once the fine-tuning settles, it falls to zero.
         fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";

@@ -364,6 +364,7 @@ impl<'s, 't> Reader<'s, 't> {
 
     /// Reads the value of a key of the scene.
     fn key(&mut self, path: String, value: &Spanned<DeValue>) {
+        let before = self.scene.physics.forces.clone();
         let Some(field) = self.scene.field(&path) else {
             return;
         };
@@ -376,6 +377,9 @@ impl<'s, 't> Reader<'s, 't> {
         }
         if !is_auto {
             self.scene.auto.remove(&path);
+        }
+        if path == "physics.forces" {
+            self.scene.let_new_laws_follow(&before);
         }
         self.place(path, value);
     }
