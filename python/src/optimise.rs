@@ -54,7 +54,7 @@ pub(crate) fn optimise(
     });
     let iterations = iterations.transpose()?;
     let given = scene.scene.clone();
-    let read = || {
+    let read = || -> Result<(RunPlan, Option<DesignFile>)> {
         let read = |path: &Path| {
             DesignFile::read(path)?.in_order(&given, &path.display().to_string())
         };

@@ -295,7 +295,7 @@ impl ForceLaws {
     }
 
     /// Changes the settings of the law of the type `L`, if the scene has chosen it.
-    pub(crate) fn change<L: AnyForce + Clone>(&mut self, change: impl FnOnce(&mut L)) {
+    pub(crate) fn change<L: AnyForce + Clone + 'static>(&mut self, change: impl FnOnce(&mut L)) {
         for law in &mut self.laws {
             if let Some(chosen) = law.any().downcast_ref::<L>() {
                 let mut changed = chosen.clone();

@@ -11,10 +11,11 @@
 
 use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
-use super::{BarNumbers, GoalKind, Scene, Setting, StartKind};
+use super::{BarNumbers, GoalKind, PhysicsSettings, Scene, Setting, StartKind};
 use crate::geometry::Ground;
 use crate::lattice::Lattice;
-use crate::laws::{Bumpers, Damper, ForceLaws, OnBars, Stops};
+use crate::laws::{Actuator, Bumpers, Damper, ForceLaws, OnBars, Stops};
+use autodiff::Real;
 use serde::Serialize;
 
 /// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
@@ -38,7 +39,8 @@ struct Scales {
     /// True for a truss with fewer than three edges per node. Somebody has chosen these edges, while a lattice offers
     /// more than a robot needs: with half of its edges, an arch collapses.
     sparse: bool,
-    /// The largest force of an actuator at rest, divided by the weight of a robot whose lattice is half full.
+    /// The largest force of an actuator at rest, which its law may limit, divided by the weight of a robot whose lattice
+    /// is half full.
     strength: f64,
 }
 
@@ -65,6 +67,8 @@ impl Scales {
             gravity => gravity,
         };
         let weight = (nodes + bars + physics.payload_mass) * gravity;
+        let law: Option<Actuator> = physics.forces.along_bars();
+        let limit = law.map_or(f64::INFINITY, |law| law.force);
         let any_design = AnyDesign::new(&lattice, &scene.materials, &physics);
         Self {
             length,
@@ -73,7 +77,7 @@ impl Scales {
             edges: lattice.edges.len() as f64,
             heavy_nodes: nodes > bars,
             sparse: scene.lattice.is_truss() && lattice.edges.len() < 3 * lattice.nodes(),
-            strength: stiffness * strain * lattice.spacing / weight,
+            strength: (stiffness * strain * lattice.spacing).min(limit) / weight,
             stable: any_design.stable_step(scene.robust.faster()),
         }
     }
@@ -84,9 +88,18 @@ impl Scales {
     }
 
     /// The factor by which a robot is more careful than `earth`: below 1 if an actuator can lift more than 1.5 times the
-    /// robot's weight. Such a robot flies apart if it begins with full strokes.
+    /// robot's weight. Such a robot flies apart if it begins with full strokes or learns in large steps.
     fn care(&self) -> f64 {
         (1.5 / self.strength).clamp(0.1, 1.0)
+    }
+
+    /// The care for steps of the optimiser. What a change of the controller does to a strong robot grows exponentially
+    /// with time, so short rollouts need less care.
+    fn care_of_rates(&self, physics: &PhysicsSettings) -> f64 {
+        let usual = 16.384 * self.time;
+        let share = (physics.steps as f64 * physics.dt / usual).min(1.0);
+        // The power of the system's libm may differ from machine to machine.
+        <f64 as Real>::powf(self.care(), share)
     }
 }
 
@@ -141,7 +154,7 @@ const LAWS: [(&str, fn(&mut Scene, Bar)); 4] = [
 ];
 
 /// Every other rule. The declarations of the keys state them in words.
-const RULES: [Rule; 23] = [
+const RULES: [Rule; 25] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -235,6 +248,12 @@ const RULES: [Rule; 23] = [
         let of_hidden = (hidden + world.edges) / 142.0 * (32.0 / hidden);
         controller.gain =
             [2.0 * of_clocks.sqrt(), 0.2 * of_hidden.sqrt()].map(|gain| gain * world.care());
+    }),
+    ("adam.rate", |scene, world| {
+        scene.adam.rate = 0.004 * world.care_of_rates(&scene.physics);
+    }),
+    ("adam.fine_rate", |scene, world| {
+        scene.adam.fine_rate = 0.003 * world.care_of_rates(&scene.physics);
     }),
     ("volume.solid", |scene, world| {
         scene.volume.solid = match world.heavy_nodes || world.sparse {

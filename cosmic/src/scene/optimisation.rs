@@ -119,10 +119,12 @@ settings! {
     struct AdamSettings {
         /// Learning rate while design and controller are both updated.
         rate: f64 = 0.003, allowed within(0.0, 10.0),
+            auto "0.004 times the care to the power `T / 16.384 s` divided by the time scale, at most 1, where `T` is the \
+                  time of a rollout",
             read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when only the controller is updated.
-        fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
+        fine_rate: f64 = 0.003, allowed within(0.0, 10.0), auto "3/4 of the rate that `rate` has with auto", source "found by experiment";
         /// Ratio of the learning rate at the end of the fine-tuning to the rate at its start. The rate falls linearly.
         /// Once the fine-tuning settles, it falls to zero.
         fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";

@@ -364,7 +364,7 @@ impl<'s, 't> Reader<'s, 't> {
 
     /// Reads the value of a key of the scene.
     fn key(&mut self, path: String, value: &Spanned<DeValue>) {
-        let before = self.scene.physics.forces.clone();
+        let forces = (path == "physics.forces").then(|| self.scene.physics.forces.clone());
         let Some(field) = self.scene.field(&path) else {
             return;
         };
@@ -378,7 +378,7 @@ impl<'s, 't> Reader<'s, 't> {
         if !is_auto {
             self.scene.auto.remove(&path);
         }
-        if path == "physics.forces" {
+        if let Some(before) = forces {
             self.scene.let_new_laws_follow(&before);
         }
         self.place(path, value);
