@@ -111,9 +111,9 @@ class Run:
 
     @property
     def displacement(self) -> float:
-        """Median displacement along the ground over perturbed starts, of the payload or of the body
-        that ``objective.body`` names, m; NaN if rollouts diverged."""
-        median = self.summary["displacement_p50"]
+        """Median displacement along the ground of robots that vary a little, of the payload or of the
+        body that ``objective.body`` names, m; NaN if rollouts diverged."""
+        median = self.summary["displacement_robust_p50"]
         return float("nan") if median is None else float(median)
 
     @property

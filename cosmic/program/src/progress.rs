@@ -225,7 +225,7 @@ pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
 pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {
-            let median = metres(summary.displacement_p50);
+            let median = metres(summary.displacement_robust_p50);
             let verdict = unreliable(summary.reliability.as_ref());
             format!("{median}{verdict}  {:.1} s", summary.seconds)
         }

@@ -48,11 +48,11 @@ pub(super) fn carry_out(
     }
     let summary = done?;
     show(folder, &summary, registry, output)?;
-    match summary.displacement_p50 {
+    match summary.displacement_robust_p50 {
         Some(_) => Ok(()),
         None => Err(Error::NoFigure(format!(
-            "{}: there is no median displacement: the final robot walks from its unperturbed start but \
-             diverges from perturbed starts (displacement_p50 is null in {SUMMARY})",
+            "{}: there is no median displacement: the final robot walks as designed, but robots that vary a little \
+             diverge (displacement_robust_p50 is null in {SUMMARY})",
             folder.display()
         ))),
     }
@@ -136,7 +136,7 @@ fn robot(summary: &Summary) -> String {
         .as_ref()
         .map_or(String::new(), energy);
     // Such a displacement is printed as 0.000 m.
-    if let Some(moved) = summary.displacement_p50.filter(|x| x.abs() < 5e-4) {
+    if let Some(moved) = summary.displacement_robust_p50.filter(|x| x.abs() < 5e-4) {
         text +=
             &format!("the robot moves by only {moved:.1e} m; try other seeds with --starts 4\n");
     }
@@ -175,7 +175,7 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     for start in &summary.starts {
         let end = match start.dropped_at {
             Some(iteration) => format!("dropped after iteration {iteration}"),
-            None => metres(start.displacement_p50) + unreliable(start.reliability.as_ref()),
+            None => metres(start.displacement_robust_p50) + unreliable(start.reliability.as_ref()),
         };
         text += &format!("start {}: {end}\n", start.seed);
     }
@@ -211,16 +211,18 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     }
     if let Some(verdict) = verdict {
         text += &format!("verdict: {}\n", verdict.line(in_colour));
+        if !verdict.hints.is_empty() {
+            text += &format!("what to try: {}\n", verdict.hints.join("; "));
+        }
     }
     let together = match summary.starts[..] {
         [] => "",
         _ => ", all starts together",
     };
     text + &format!(
-        "displacement {} (10-90 %: {} to {}){}, V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
-        metres(summary.displacement_p50),
-        metres(summary.displacement_p10),
-        metres(summary.displacement_p90),
+        "displacement {} (median of robots that vary a little; 10 % quantile {}){}, V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
+        metres(summary.displacement_robust_p50),
+        metres(summary.displacement_robust_p10),
         unreliable(summary.reliability.as_ref()),
         summary.volume,
         summary.actuator_volume,

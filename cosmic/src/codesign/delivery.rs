@@ -3,11 +3,14 @@
 
 use rayon::prelude::*;
 
+use super::domains::VARIED;
 use super::evaluator::Evaluator;
+use super::other_steps::OtherSteps;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
+use super::standstill::Standstill;
 use crate::design::{Design, Material, Mixture, Structure};
 use crate::domain::Domain;
 use crate::geometry::Vector;
@@ -38,18 +41,22 @@ pub struct Delivery {
     /// is the merit for the worse goal.
     pub selection: Quantiles,
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
-    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements.
+    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements. At most the
+    /// median merit of `other_steps` if that one is a reason not to trust the robot.
     pub selection_score: f64,
-    /// Quantiles of the displacement along the ground of robots that vary a little, in metres; see [`VARIED`](super::VARIED).
+    /// Quantiles of the displacement along the ground of robots that vary a little, in metres: the figures to quote; see
+    /// [`VARIED`](super::VARIED). If goals are given, these robots have the goal of the scene.
     pub robust: Quantiles,
     /// Whether the median of `robust` describes the robot well. For tasks other than distance: whether the median loss
     /// of these robots does.
     pub reliability: Reliability,
+    /// Medians with half the time step and with another integrator, over the starts of `spread`.
+    pub other_steps: OtherSteps,
     /// Only with two goals: quantiles of the displacement when the goal is behind the robot, over the starts of
     /// `spread`, in metres. A negative displacement is towards that goal.
     pub behind: Option<Quantiles>,
-    /// Quantiles of the displacement along the ground over perturbed starts, in metres: the figures to quote. These
-    /// starts are not the starts of `selection`.
+    /// Quantiles of the displacement along the ground over perturbed starts, in metres. These starts are not the starts
+    /// of `selection`. They flatter: a robot that is built is never so close to its design.
     pub spread: Quantiles,
     /// Quantiles of the displacement without feedback, over the starts of `spread`, in metres. Without feedback, the
     /// controller observes the clock and the robot's initial state, but not its current state.
@@ -69,6 +76,8 @@ pub struct Delivery {
     /// The loads of the bars of `materials` over all steps of the unperturbed rollout; `None` for
     /// an undecided design and for a diverged rollout.
     pub loads: Option<Loads>,
+    /// Where and since when the robot stands still in the unperturbed rollout; `None` if it walks on to the end.
+    pub standstill: Option<Standstill>,
     /// The energy that the robot needs in the unperturbed rollout; `None` if `loads` is `None`.
     pub energy: Option<Energy>,
     /// The energy of the varied robot whose displacement is nearest to the median of `robust`, per distance of that median:
@@ -118,14 +127,17 @@ impl Evaluator {
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
-        let domains = self.varied(progress.seed, Purpose::Variation);
-        let varied = self.spreads(&design, &[controller], &domains).remove(0);
+        let ([robust, varied], robust_energy) =
+            self.of_varied(&design, controller, progress.seed);
         go_on()?;
-        let typical = varied.typical.map(|k| &domains[k]);
-        let median = varied.displacement.p50;
-        let robust_energy =
-            typical.and_then(|domain| self.energy_in(&design, controller, domain, median));
+        let other_steps = self.with_other_steps(&design, controller, &domains);
         go_on()?;
+        let integrator = self.scene.physics.integrator;
+        let own = spreads[0].merit.p50;
+        let unsteady = self.merit().unsteady(own, &other_steps, integrator);
+        let score = self.score(&selection, merit);
+        // Robots with another task may have reached their goal.
+        let stops = seen.standstill.filter(|_| self.loss.is_far());
         Some(Delivery {
             design: progress.design.clone(),
             materials: design.materials(),
@@ -134,9 +146,15 @@ impl Evaluator {
             displacement: self.task.ground().vector_to_world(seen.moved),
             along: seen.moved.forward(),
             selection,
-            selection_score: self.score(&selection, merit),
-            robust: varied.displacement,
-            reliability: self.merit().reliability(&varied.merit, merit),
+            selection_score: match unsteady.is_empty() {
+                true => score,
+                false => score.min(other_steps.least_merit()),
+            },
+            robust: robust.displacement,
+            reliability: (self.merit().reliability(&varied.merit, merit))
+                .and(unsteady)
+                .and(stops.map(Standstill::reason)),
+            other_steps,
             behind: spreads[0].behind,
             spread: spreads[0].displacement,
             clock_alone,
@@ -150,6 +168,7 @@ impl Evaluator {
             actuator_volume: seen.actuator_volume,
             structure: seen.structure,
             loads: seen.loads,
+            standstill: seen.standstill,
             energy: seen.energy,
             robust_energy,
             bars: seen.bars,
@@ -185,6 +204,31 @@ impl Evaluator {
     /// breaks ties.
     pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
         [self.score(spread, candidate.merit), spread.p50]
+    }
+
+    /// Measures robots that vary a little. Returns their displacements towards the goal of the scene, and their merits with
+    /// given goals; both are the same without given goals. Also returns the energy of the robot whose displacement is
+    /// nearest to the median.
+    fn of_varied(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        seed: u64,
+    ) -> ([Reaches; 2], Option<Energy>) {
+        let reach = |domains: Vec<Domain>| {
+            let reaches = self.spreads(design, &[controller], &domains).remove(0);
+            (reaches, domains)
+        };
+        let purpose = Purpose::Variation;
+        let (varied, domains) = reach(self.varied(seed, purpose));
+        let (robust, domains) = match self.scene.controller.goals {
+            GoalKind::Fixed | GoalKind::Two => (varied, domains),
+            GoalKind::Given => reach(self.drawn(&VARIED, seed, purpose)),
+        };
+        let energy = robust.typical.and_then(|k| {
+            self.energy_in(design, controller, &domains[k], robust.displacement.p50)
+        });
+        ([robust, varied], energy)
     }
 
     /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `domains`, in
@@ -261,7 +305,7 @@ impl Evaluator {
 
     /// Measures controllers over the same domains, in parallel rollouts. Returns the quantiles of each controller's
     /// results, in the order of the controllers.
-    fn spreads(
+    pub(super) fn spreads(
         &self,
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
@@ -288,9 +332,10 @@ impl Evaluator {
 }
 
 /// The quantiles of one controller's results over several domains.
-struct Reaches {
-    displacement: Quantiles,
-    merit: Quantiles,
+#[derive(Clone, Copy)]
+pub(super) struct Reaches {
+    pub(super) displacement: Quantiles,
+    pub(super) merit: Quantiles,
     behind: Option<Quantiles>,
     /// The number of the rollout whose displacement is nearest to the median; `None` if there is no median.
     typical: Option<usize>,

@@ -1,6 +1,9 @@
 //! What one rollout tells about a robot: how far it gets, how its bars are loaded and the energy that it needs.
 
+use std::f64::consts::TAU;
+
 use super::evaluator::Evaluator;
+use super::standstill::Standstill;
 use crate::design::{Design, Mixture, Structure, volumes};
 use crate::domain::Domain;
 use crate::geometry::Vector;
@@ -19,6 +22,8 @@ pub struct Observed {
     pub divergence: Option<Divergence>,
     /// The displacement of the payload along the axes of the ground, in metres; NaN for a diverged rollout.
     pub moved: Vector<f64>,
+    /// Where and since when the robot stands still; `None` if it walks on to the end, or diverges.
+    pub standstill: Option<Standstill>,
     /// How the bars are connected; `None` for an undecided design, which has no bars.
     pub structure: Option<Structure>,
     /// The loads of each edge over all steps, `None` for a void edge. Empty if `loads` is `None`.
@@ -48,6 +53,10 @@ impl Evaluator {
             Some(_) => Vector::NAN,
             None => self.between(&self.start, &trajectory),
         };
+        let standstill = match divergence {
+            Some(_) => None,
+            None => self.standstill(&trajectory),
+        };
         let structure = design.layout();
         let structure = structure.map(|layout| Structure::new(&task.lattice, layout));
         let layout = design.layout().filter(|_| divergence.is_none());
@@ -72,6 +81,7 @@ impl Evaluator {
             trajectory,
             divergence,
             moved,
+            standstill,
             structure,
             bars,
             volume,
@@ -91,5 +101,14 @@ impl Evaluator {
         let (simulator, body) = (&task.simulator, task.body(design));
         let bars = simulator.loads(layout, &body, controller, start, steps);
         Some(simulator.energy_of(layout, &bars, &body, &task.materials, steps, displacement))
+    }
+
+    /// Where and since when the robot of a full rollout stands still.
+    fn standstill(&self, seen: &Trajectory<f64>) -> Option<Standstill> {
+        let ground = self.task.ground();
+        let times = seen.steps.iter().map(|&step| step as f64 * self.scene.physics.dt);
+        let places = seen.steps.iter().map(|&step| ground.along(seen.position(step)));
+        let period = TAU / self.scene.controller.omega;
+        Standstill::of(&times.collect::<Vec<_>>(), &places.collect::<Vec<_>>(), period)
     }
 }

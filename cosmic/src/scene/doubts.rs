@@ -2,6 +2,7 @@
 
 use super::{BarNumbers, ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
+use crate::lattice::Lattice;
 use crate::laws::{Actuator, Buckle, Stops};
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -177,6 +178,8 @@ impl Scene {
             .map(|doubt| Finding::new(self, doubt.keys, doubt.says.into(), String::new()))
             .chain(other_bending(self))
             .chain(misfits(self))
+            .chain(slides(self))
+            .chain(too_heavy(self))
             .chain(self.unread())
             .collect()
     }
@@ -197,5 +200,38 @@ fn other_bending(scene: &Scene) -> Option<Finding> {
         let remedy = format!("set buckle.bending to {bending:.3e}");
         let keys = ["buckle.bending", "parts.skeleton"];
         Finding::new(scene, &keys, says.to_owned(), remedy)
+    })
+}
+
+/// The margin of friction below which a scene is doubtful. A foot that pushes the robot up the slope needs more friction
+/// than one that only holds it.
+const FRICTION_MARGIN: f64 = 1.2;
+
+/// A warning if a robot at rest slides down the slope, or nearly so.
+fn slides(scene: &Scene) -> Option<Finding> {
+    let margin = scene.friction_margin()?;
+    let says = match margin {
+        ..1.0 => "the robot slides down the slope",
+        ..FRICTION_MARGIN => "the robot barely holds on the slope",
+        _ => return None,
+    };
+    let least = scene.physics.friction / margin;
+    let keys = ["physics.incline_deg", "physics.friction"];
+    let remedy = format!("a friction of {least:.2} holds it at rest; walking needs more");
+    Some(Finding::new(scene, &keys, says.to_owned(), remedy))
+}
+
+/// A warning if the payload is heavier than what the actuators can lift.
+fn too_heavy(scene: &Scene) -> Option<Finding> {
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let load = scene.share_of_lift(&lattice);
+    (load > 1.0).then(|| {
+        let lift = scene.lift(&lattice);
+        let says = format!(
+            "the payload weighs {:.3} N, but the actuators can lift {lift:.3} N at most",
+            load * lift
+        );
+        let remedy = "choose a lighter payload or stronger actuators".to_owned();
+        Finding::new(scene, &["physics.payload_mass"], says, remedy)
     })
 }

@@ -30,6 +30,7 @@ mod departures;
 mod unread;
 mod world;
 mod data_sheet;
+mod margins;
 mod doubts;
 mod check;
 mod fit;
@@ -63,6 +64,7 @@ pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;
 pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
+pub use margins::Riser;
 pub use materials::{
     ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
 };
