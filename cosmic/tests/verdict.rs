@@ -1,14 +1,16 @@
 //! The thresholds of a verdict, each from both sides, and its line.
 
-use cosmic::codesign::Reliability;
-use cosmic::design::Structure;
+use cosmic::codesign::{CoDesign, Reliability, Standstill};
+use cosmic::design::{Design, Material, Structure};
 use cosmic::lattice::Lattice;
-use cosmic::scene::Scene;
+use cosmic::policy::Controller;
+use cosmic::scene::{BUILTIN, Scene};
 use cosmic::simulator::{Energy, Loads, Magnitude};
 use cosmic::verdict::{
     BATTERY, BRUSHES, ENDURANCES, EULER_SAFETIES, MUSCLE_POWERS, SKELETON_STRAINS, STAYS, STROKES,
 };
 use cosmic::verdict::{Item, Level, Measured, Verdict, mass, plain};
+use std::path::Path;
 
 /// A number just below and just above a threshold.
 fn around(threshold: f64) -> [f64; 2] {
@@ -335,10 +337,28 @@ fn what_is_not_known_is_said() {
     };
     let items = old.verdict().items;
     let mass = Item::figure("mass not known", Level::Doubtful);
-    assert!(
-        items.contains(&mass) && items.iter().all(|item| item.is_figure),
-        "{items:?}"
-    );
+    assert!(items.contains(&mass), "{items:?}");
+    let says = old.verdict().to_text();
+    let missing = "Doubtful: how its bars are connected is not known, the load of its bars is not known, the energy that \
+                   it needs is not known.";
+    assert!(says.ends_with(missing), "{says}");
+    // One missing part is enough.
+    let loads = sound();
+    let without = |change: fn(&mut Measured)| {
+        let mut robot = robot(&loads);
+        change(&mut robot);
+        robot.verdict().to_text()
+    };
+    assert!(without(|_| ()).contains("speaks against"));
+    let changes: [fn(&mut Measured); 3] = [
+        |robot| robot.structure = None,
+        |robot| robot.loads = None,
+        |robot| robot.energy = None,
+    ];
+    for change in changes {
+        let says = without(change);
+        assert!(says.contains("not known") && !says.contains("speaks against"), "{says}");
+    }
     let undecided = Measured {
         is_undecided: true,
         ..old
@@ -361,4 +381,126 @@ fn numbers_have_two_digits() {
         [0.03, 0.0994, 0.0996, 1.26].map(mass),
         ["30 g", "99 g", "0.10 kg", "1.3 kg"]
     );
+}
+
+/// Two bars in line: a mechanism without a muscle. It falls over, so nothing else speaks against it.
+#[test]
+fn a_mechanism_without_muscles_does_not_pass() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/outside");
+    let scene = Scene::load(folder.join("chain.toml").to_str().unwrap()).unwrap();
+    let codesign = CoDesign::new(&scene).unwrap();
+    let layout = Design::Layout(vec![Material::Skeleton; 2]);
+    let controller = Controller::xavier(&scene.controller, &codesign.task().lattice, 1);
+    let progress = codesign.begin_with(1, layout, controller).unwrap();
+    let delivery = codesign.evaluator().deliver(&progress);
+    let lattice = &codesign.task().lattice;
+    let verdict = Measured::of_delivery(&delivery, &scene, lattice).verdict();
+    let text = verdict.to_text();
+    assert_eq!(verdict.level(), Level::Bad);
+    for says in [
+        "it has no muscles",
+        "1 floppy mode, which no bar resists",
+        "0 % of its edges are muscles (bounds: ",
+    ] {
+        assert!(text.contains(says), "{text}");
+    }
+    assert!(!text.contains("-0") && !text.contains("speaks against"), "{text}");
+}
+
+#[test]
+fn floppy_modes_and_missed_volumes_are_doubts() {
+    let loads = sound();
+    let with = |floppy_modes, volumes| Measured {
+        structure: Some(Structure {
+            pieces: 1,
+            floppy_modes,
+            ..Structure::default()
+        }),
+        volumes: Some(volumes),
+        ..robot(&loads)
+    };
+    let inside = [0.5, 0.21];
+    assert_eq!(with(Some(0), inside).verdict().level(), Level::Good);
+    let floppy = with(Some(5), inside).verdict();
+    assert_eq!(level(&floppy, "5 floppy modes"), Level::Doubtful);
+    // The bounds of `earth` widen by 0.03 to 47 % and 53 %, 17 % and 25 %.
+    let at = |volumes| with(Some(0), volumes).verdict().level();
+    assert_eq!([at([0.47, 0.17]), at([0.53, 0.25])], [Level::Good; 2]);
+    assert_eq!(
+        [[0.46, 0.2], [0.54, 0.2], [0.5, 0.16], [0.5, 0.26]].map(at),
+        [Level::Doubtful; 4]
+    );
+    let says = with(Some(0), [0.46, 0.2]).verdict().to_text();
+    assert!(says.ends_with("Doubtful: 46 % of its edges are solid (bounds: 47 % to 53 %)."), "{says}");
+}
+
+/// A robot that stops under a stair: the time in which it walks counts, and the verdict says where it stops and what to try.
+#[test]
+fn a_robot_that_stops_is_told_where_and_since_when() {
+    let scene = Scene::load("steps").unwrap();
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let loads = sound();
+    let robot = Measured {
+        displacement: Some(0.9),
+        standstill: Some(Standstill { since: 6.0, at: 0.9 }),
+        ..Measured {
+            risers: scene.risers_ahead(&lattice),
+            ..robot(&loads)
+        }
+    };
+    let verdict = robot.verdict();
+    assert_eq!(
+        verdict.items[0],
+        Item::figure("0.15 m/s until it stands still at 0.90 m after 6.0 s", Level::Doubtful)
+    );
+    let risers = robot.risers.len();
+    assert_eq!(risers, scene.physics.ground.count);
+    let passed = robot.risers.iter().filter(|riser| riser.along <= 0.9).count();
+    assert!(passed > 0 && passed < risers);
+    assert_eq!(verdict.items[1].text, format!("passes {passed} of {risers} steps"));
+    let next = &verdict.hints[0];
+    assert!(next.starts_with("the next step is 2.0 cm high"), "{next}");
+    // A robot with a goal may stand still.
+    let other = Measured { is_far: false, ..robot.clone() };
+    assert!(!other.verdict().to_text().contains("stands still"));
+    assert!(other.verdict().hints.is_empty());
+    let walks = Measured { standstill: None, ..robot };
+    assert!(walks.verdict().hints.is_empty());
+}
+
+/// Slopes and payloads that stop a robot are named, and scenes with them are doubted.
+#[test]
+fn slippery_slopes_and_heavy_payloads_are_named() {
+    let of = |settings: &str| {
+        let scene = Scene::default().with("hard", settings).unwrap();
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let stays = Measured {
+            displacement: Some(0.0),
+            ..Measured::unmeasured(&scene, &lattice)
+        };
+        let doubts: Vec<_> = scene.doubts().iter().map(ToString::to_string).collect();
+        (stays.verdict().hints.join("; "), doubts.join("; "))
+    };
+    let (hints, doubts) = of("");
+    assert_eq!((&hints[..], &doubts[..]), ("try other seeds: `--starts 4`", ""));
+    // tan 25 degrees is 0.466, tan 40 degrees 0.839.
+    let (hints, doubts) = of("physics.incline_deg = 25.0\nphysics.friction = 0.7");
+    assert!(hints.contains("it is 1.5 times what holds a robot at rest"), "{hints}");
+    assert_eq!(doubts, "");
+    let (hints, doubts) = of("physics.incline_deg = 40.0\nphysics.friction = 0.7");
+    assert!(hints.contains("only 0.83 times what holds a robot"), "{hints}");
+    assert!(doubts.starts_with("the robot slides down the slope"), "{doubts}");
+    assert!(doubts.ends_with("a friction of 0.84 holds it at rest; walking needs more"), "{doubts}");
+    let (hints, doubts) = of("physics.payload_mass = 20.0");
+    assert!(hints.starts_with("the payload is heavy"), "{hints}");
+    assert!(doubts.starts_with("the payload weighs 196.200 N"), "{doubts}");
+}
+
+/// No built-in scene slides, or has a payload that cannot be lifted.
+#[test]
+fn built_in_scenes_are_not_doubted() {
+    for builtin in BUILTIN {
+        let scene = Scene::load(builtin.name).unwrap();
+        assert_eq!(scene.doubts(), [], "{}", builtin.name);
+    }
 }

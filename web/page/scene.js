@@ -4,7 +4,7 @@
 /** The page's own scenes, as texts in TOML. */
 export const OWN = {
   creature: {
-    about: "a small robot in a world like ours, designed in half a minute",
+    about: "a small robot of soft bars that may cross, designed in half a minute",
     toml: `base = "earth"
 [lattice]
 columns = 4

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::other_steps::OtherSteps;
 use super::quantiles::Quantiles;
-use crate::scene::{Integrator, Named};
+use crate::scene::Integrator;
 
 /// The verdict whether the median over robots that [vary](super::VARIED) a little describes a robot.
 ///
@@ -136,7 +136,11 @@ impl Merit {
             Self::MinusLoss | Self::MinusShare => format!("{:.4}", -merit),
             Self::Distance { .. } | Self::ShorterWay { .. } => format!("{merit:.2} m"),
         };
-        let name = |integrator: Integrator| integrator.name().replace('_', " ");
+        let name = |integrator: Integrator| match integrator {
+            Integrator::SymplecticEuler => "symplectic Euler",
+            Integrator::Leapfrog => "leapfrog",
+            Integrator::Implicit => "implicit steps",
+        };
         let half = (
             other.half.merit,
             "at half the time step".to_owned(),
