@@ -423,7 +423,7 @@ fn compare_has_a_row_for_every_run() {
     assert_eq!(columns.count(), 6, "{told}");
     assert!(rows[4] == rows[5] && rows[4].starts_with("run: "), "{told}");
     let summary = bench.json("run/summary.json");
-    let median = format!("{:.3}", summary["displacement_p50"].as_f64().unwrap());
+    let median = format!("{:.3}", summary["displacement_robust_p50"].as_f64().unwrap());
     assert!(rows[1].replace('\u{2212}', "-").contains(&median));
     let html = bench.read("compare.html");
     // Two tables, of six and of all columns, have a head and two rows each.
@@ -447,7 +447,8 @@ fn compare_has_a_row_for_every_run() {
         "{items:?}"
     );
     let compared = &json["runs"][0]["summary"];
-    assert_eq!(compared["displacement_p50"], summary["displacement_p50"]);
+    let quoted = "displacement_robust_p50";
+    assert_eq!(compared[quoted], summary[quoted]);
 
     // The other run has the same folder name, but its task has a loss.
     assert!(!rows[0].contains("loss"));

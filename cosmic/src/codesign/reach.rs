@@ -223,8 +223,9 @@ impl Evaluator {
         domains: &[Domain],
         precision: GradientPrecision,
     ) -> Vec<Reached> {
-        let steps = self.scene.physics.steps;
-        let finer = domains[0].task.physics.steps / steps;
+        let physics = &domains[0].task.physics;
+        let finer = (self.scene.physics.dt / physics.dt).round() as usize;
+        let steps = physics.steps / finer;
         let observed = match self.loss.is_far() {
             true => vec![steps],
             false => self.loss.observed(steps),
