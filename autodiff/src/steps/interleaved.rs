@@ -40,6 +40,9 @@ impl Rollout<()> {
             }
         }
         recorded.apply_state_bound(&mut seen);
+        if self.is_stopped() {
+            seen.fill(R::lit(f64::NAN));
+        }
         (seen, recorded)
     }
 
@@ -72,6 +75,10 @@ impl Rollout<()> {
                 bound.clip(step, starts, self.cotangent_units.as_deref(), state_bar);
             }
         });
-        std::iter::once(state_bar).chain(parameter_bars).collect()
+        let mut bars: Vec<Vec<R>> = std::iter::once(state_bar).chain(parameter_bars).collect();
+        if self.is_stopped() {
+            bars.iter_mut().for_each(|bars| bars.fill(R::lit(f64::NAN)));
+        }
+        bars
     }
 }

@@ -1,6 +1,7 @@
 //! Models and the settings of their rollouts.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::checkpoints::Memory;
 use super::cotangent_bound::CotangentBound;
@@ -76,6 +77,15 @@ pub struct Rollout<M> {
     pub cotangent_units: Option<Arc<[f64]>>,
     /// How much memory to use for the reverse sweep.
     pub memory: Memory,
+    /// A flag that another thread may set to stop the rollout. The rollout looks at it before every step, forward and in
+    /// reverse. Once the flag is set, all steps are left out, and all outputs and all cotangents are NaN.
+    pub stop: Option<Arc<AtomicBool>>,
+}
+
+/// True if a flag is given and set.
+pub(super) fn is_set(flag: &Option<Arc<AtomicBool>>) -> bool {
+    // The flag orders no other memory: after the rollout, its caller looks at the flag again.
+    (flag.as_ref()).is_some_and(|flag| flag.load(Ordering::Relaxed))
 }
 
 /// The values of one parameter in a batch of rollouts.
@@ -102,6 +112,7 @@ impl<M: Model> Rollout<M> {
             cotangent_bound: None,
             cotangent_units: None,
             memory: Memory::All,
+            stop: None,
         }
     }
 
@@ -117,11 +128,17 @@ impl<M: Model> Rollout<M> {
             cotangent_bound: self.cotangent_bound,
             cotangent_units: self.cotangent_units.clone(),
             memory: self.memory,
+            stop: self.stop.clone(),
         }
     }
 }
 
 impl Rollout<()> {
+    /// True if another thread asks the rollout to stop.
+    pub(super) fn is_stopped(&self) -> bool {
+        is_set(&self.stop)
+    }
+
     /// Checks the settings. `inputs` is the number of inputs of a step, `state` the length of a state.
     ///
     /// # Panics

@@ -71,14 +71,14 @@ impl Arguments {
             stiffness: self.stiffness,
             mass: self.mass,
         };
-        let reason = "there is no scene to change; name one with --scene";
         let domains = DrawnDomains {
             scatter,
             seed: self.seed,
             scene: match &self.scene {
-                Some(name) => Some(self.settings.load(name, registry)?),
-                None => self.settings.refuse(reason).map(|()| None)?,
+                Some(name) => Some(registry.load(name)?),
+                None => None,
             },
+            settings: self.settings.set.clone(),
             registry: registry.clone(),
             device: self.on.open(gpu, None)?,
         };

@@ -8,17 +8,22 @@ use cosmic::Registry;
 use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::geometry::Range;
+use cosmic::record::run::read_scene;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
+use cosmic::scene::{Scene, SkeletonPart};
 use cosmic::simulator::Energy;
 use cosmic::verdict::Verdict;
-use cosmic_lab::report::{departures, verdict_of};
+use cosmic_lab::report::verdict_of;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
 use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
+
+/// The built-in scene of robots that consist of parts.
+const OF_PARTS: &str = "workshop";
 
 /// Calls `work`, which does the run in `folder`, and prints the run's summary. The lines of `introduction` are printed
 /// when the run begins.
@@ -33,7 +38,7 @@ pub(super) fn carry_out(
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
 ) -> Result<()> {
     let pool = pool(*threads)?;
-    let mut progress = Progress::new(output, Interrupt::listen()?, introduction);
+    let mut progress = Progress::new(output, Interrupt::listen(output.quiet)?, introduction);
     let done = pool.install(|| work(&mut progress));
     drop(progress);
     let diverged = folder.join(DIVERGED);
@@ -87,7 +92,25 @@ fn show(folder: &Path, summary: &Summary, registry: &Registry, output: &Output) 
     }
     // The run is done, so a scene that somebody has removed since is not an error.
     let verdict = verdict_of(folder, summary, registry).ok();
-    print(&describe(folder, summary, verdict.as_ref()))
+    print(&describe(folder, summary, verdict.as_ref()))?;
+    note(&next(folder, registry));
+    Ok(())
+}
+
+/// The commands that a user probably runs next.
+fn next(folder: &Path, registry: &Registry) -> String {
+    let run = in_shell(folder);
+    let mut text = format!(
+        "next: cosmic report {run} writes a page on which the robot walks\n      cosmic robustness {run} tells how far \
+         it walks in other worlds"
+    );
+    // A robot of plain numbers shows what is possible; a robot of parts can be built.
+    let has_parts = |scene: Scene| scene.materials.parts.skeleton != SkeletonPart::Numbers;
+    let is_of_parts = read_scene(folder, registry).is_ok_and(has_parts);
+    if !is_of_parts && registry.scene(OF_PARTS).is_some() {
+        text += &format!("\n      cosmic optimize {OF_PARTS} designs a robot of tubes and cylinders that can be built");
+    }
+    text
 }
 
 /// Describes the robot in a few lines: how its bars are connected, how they are loaded, whether it moves, and how far
@@ -180,8 +203,7 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
         text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
-        "{}, seed {}: {}, controller of iteration {}, {}, {} skipped\n\
-         departures from the paper: {}\n",
+        "{}, seed {}: {}, controller of iteration {}, {}, {} skipped\n",
         summary.scene,
         summary.seed,
         counted(summary.iterations, "iteration"),
@@ -191,7 +213,6 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
             false => counted(summary.flips, "flip"),
         },
         counted(summary.skipped_gradients, "gradient"),
-        departures(summary),
     );
     text += &robot(summary);
     if let Some(entered) = summary.entered {

@@ -205,6 +205,37 @@ fn a_run_without_a_history_is_drawn() {
     assert!(page.contains("No history was kept."));
 }
 
+/// A full disk or an interrupted copy cuts a history off, also in the middle of a line. The page shows what is left.
+#[test]
+fn a_history_that_was_cut_off_is_drawn() {
+    let bench = finished();
+    for file in ["history.jsonl", "designs.jsonl"] {
+        let text = bench.read(&format!("run/{file}"));
+        bench.write(&format!("run/{file}"), &text[..text.len() / 2 + 3]);
+    }
+    report(&bench).ok();
+    let page = bench.read("run/report.html");
+    assert!(!page.contains("No history was kept."));
+    bench.write("run/history.jsonl", "");
+    report(&bench).ok();
+    assert!(bench.read("run/report.html").contains("No history was kept."));
+}
+
+/// A finished run lacks a file of its result. The error says how to write the file again, and that works.
+#[test]
+fn a_missing_file_of_a_finished_run_is_restored() {
+    let bench = Bench::finished();
+    let before = bench.results("a");
+    for (file, command) in [("trajectory.json", "report a"), ("design.json", "evaluate a")] {
+        bench.remove(&format!("a/{file}"));
+        let says = "delete a/summary.json and continue with: cosmic resume a";
+        bench.fails(command, 4, &[file, "the run is finished, but this file is missing", says]);
+        bench.remove("a/summary.json");
+        bench.ok("resume a");
+        assert_eq!(bench.results("a"), before);
+    }
+}
+
 /// Makes a folder that contains only the design and the scene of the run.
 pub(crate) fn design_alone(bench: &Bench, folder: &str) {
     fs::create_dir(bench.path(folder)).unwrap();
@@ -319,7 +350,6 @@ fn files_of_another_run_or_version_are_refused() {
             last_of_another_version("designs.jsonl"),
             "version 7, not",
         ),
-        ("history.jsonl", Vec::new(), "iterations 1 to 12"),
         (
             "history.jsonl",
             without_the_first.into(),

@@ -1,6 +1,7 @@
 //! [`CoDesign`], an optimisation that is ready to begin, and its state before the first iteration ([`Progress`]).
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::evaluator::Evaluator;
 use super::on_device::{OnDevice, batch_of};
@@ -175,6 +176,12 @@ impl CoDesign {
         let mut all = all.iter();
         all.try_for_each(|(asked, by)| device.check(asked, *by))
             .map_err(refused_by(device))
+    }
+
+    /// Sets the flag with which another thread stops all rollouts, so that an iteration ends soon. The result of an
+    /// iteration during which the flag was set is meaningless.
+    pub fn stop_by(&mut self, stop: Option<Arc<AtomicBool>>) {
+        self.evaluator.task.simulator.stop = stop;
     }
 
     /// True if rollouts and gradients are computed on a [device](Self::on).

@@ -350,8 +350,16 @@ pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }
 
-/// Text that says why the run in a folder has no result, and what the user can do.
+/// Text that says why the run in a folder lacks a file of its result, and what the user can do.
 fn unfinished(folder: &Path) -> String {
+    let summary = folder.join(SUMMARY);
+    if summary.exists() {
+        let (summary, run) = (in_shell(&summary), in_shell(folder));
+        return format!(
+            "the run is finished, but this file is missing; to write it again, delete {summary} and continue with: \
+             cosmic resume {run}"
+        );
+    }
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
         let command = format!("cosmic evaluate {}", in_shell(&diverged));

@@ -1,0 +1,89 @@
+//! The robot at which gradients are checked.
+//!
+//! A robot that stands still has no gradient: its foot sticks to the ground, whatever its design and its controller are.
+//! Then reverse mode, forward mode and differences all return zero, and nothing is compared. Such a robot is thrown.
+
+use std::fmt;
+
+use super::{LIFT, heights};
+use cosmic::case::Case;
+use cosmic::geometry::Ground;
+use cosmic::policy::Controller;
+use cosmic::random::{Purpose, stream, symmetric};
+
+/// The share of the rollout in which a thrown robot flies; then it falls on the ground.
+const FLIGHT: f64 = 1.0 / 3.0;
+/// The speed at which a thrown robot flies forward, as a share of the speed at which it flies up.
+const FORWARD: f64 = 0.5;
+/// The largest random part of a thrown node's velocity, as a share of the speed at which the robot flies up.
+const SPREAD: f64 = 0.1;
+
+/// How the robot of a check differs from the robot of the case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moved {
+    /// The robot is that of the case.
+    No,
+    /// The robot starts in the air and flies up and forward. Its design and its controller are those of the case.
+    Thrown,
+    /// The robot is thrown, and its controller is drawn at random.
+    Driven,
+}
+
+impl Moved {
+    /// The ways to move a robot, beginning with the smallest change.
+    pub(super) const WAYS: [Self; 2] = [Self::Thrown, Self::Driven];
+
+    /// The robot of a case, moved in this way.
+    pub(super) fn of(self, case: &Case) -> Case {
+        let mut case = case.clone();
+        match self {
+            Self::No => {}
+            Self::Thrown => throw(&mut case),
+            Self::Driven => {
+                throw(&mut case);
+                drive(&mut case);
+            }
+        }
+        case
+    }
+}
+
+/// Continues a sentence about the robot of the case: "the slopes are those of …".
+impl fmt::Display for Moved {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::No => "the robot as it is",
+            Self::Thrown => "the robot thrown up and forward",
+            Self::Driven => "the robot thrown up and forward, with a random controller",
+        })
+    }
+}
+
+/// Lets the robot fly, at such a speed that it lands in the course of the rollout.
+fn throw(case: &mut Case) {
+    let physics = &case.physics;
+    let duration = physics.steps as f64 * physics.dt;
+    let up = match physics.gravity.abs() {
+        // Without gravity, the robot covers its own size.
+        0.0 => case.lattice.scale / duration,
+        gravity => 0.5 * FLIGHT * duration * gravity,
+    };
+    let ground = Ground::from(physics);
+    let velocity = ground.normal() * up + ground.tangent() * (FORWARD * up);
+    let lowest = heights(case).into_iter().fold(f64::INFINITY, f64::min);
+    let lift = ground.normal() * (LIFT * case.lattice.scale - lowest).max(0.0);
+    let mut random = stream(0, Purpose::Verification);
+    for (x, v) in case.start.x.iter_mut().zip(&mut case.start.v) {
+        *x += lift;
+        *v = velocity;
+        v.iter_mut()
+            .for_each(|v| *v += symmetric(&mut random, SPREAD * up));
+    }
+}
+
+/// Draws a controller whose layers keep the size of their inputs, so that no layer hides the layers below it.
+fn drive(case: &mut Case) {
+    let mut settings = case.observation.clone();
+    settings.gain = [1.0; 2];
+    case.controller = Controller::xavier(&settings, &case.lattice, 0);
+}
