@@ -290,11 +290,13 @@ class _Temporary:
 def _result(folder: Path, keep: Any, loss: Any, interrupted: bool) -> Run:
     if not interrupted:
         return Run(folder, keep=keep)
+    go_on = "" if keep else f"; continue with cosmic.resume({os.fspath(folder)!r})"
+    if not (folder / "history.jsonl").stat().st_size:
+        raise KeyboardInterrupt(f"interrupted in the first iteration, so there is no robot yet{go_on}")
     so_far, kept = _folder(None)
     _core.deliver_so_far(folder, so_far, loss)
     run = Run(so_far, keep=kept)
     done = run.summary["iterations"]
-    go_on = "" if keep else f"; continue with cosmic.resume({os.fspath(folder)!r})"
     _warn(f"interrupted after iteration {done}: this is the robot of that iteration{go_on}", 4)
     return run
 

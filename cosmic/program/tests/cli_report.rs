@@ -179,7 +179,7 @@ fn a_missing_or_truncated_file_is_named() {
     ] {
         let file = format!("run/{name}");
         let whole = bench.read(&file);
-        // Two files may be missing: a run without a history can still be drawn (see below), and the scene is also in
+        // Two files may be missing: a run without a history or with a part of it is drawn (see below), and the scene is also in
         // the snapshot.
         if !["history.jsonl", "scene.toml"].contains(&name) {
             bench.remove(&file);
@@ -187,7 +187,9 @@ fn a_missing_or_truncated_file_is_named() {
             bench.write(&file, &whole);
         }
         // The text ends in the middle of a line, because a smaller number of complete lines could be valid.
-        refused(&bench, name, &whole[..whole.len() / 2 + 1], &[name]);
+        if name != "history.jsonl" {
+            refused(&bench, name, &whole[..whole.len() / 2 + 1], &[name]);
+        }
     }
     assert!(!bench.path("run/report.html").exists());
     let told = bench.cosmic("report run --quiet").ok();
