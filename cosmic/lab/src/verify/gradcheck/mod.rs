@@ -196,6 +196,18 @@ fn comparable(case: Case, loss: &dyn AnyLoss, still: usize) -> (Moved, Case) {
     best
 }
 
+/// Moves the robot of a case as little as possible so that, over `steps` steps, the payload's displacement has a gradient
+/// with respect to every group of parameters.
+pub(super) fn in_motion(case: &Case, steps: usize) -> (Moved, Case) {
+    let mut short = case.clone();
+    short.physics.steps = steps.clamp(1, case.physics.steps.max(1));
+    let loss = Displacement::at_end(Ground::from(&case.physics));
+    let still = CaseLoss::new(&short, &loss).without_gradient().len();
+    let (moved, mut robot) = comparable(short, &loss, still);
+    robot.physics.steps = case.physics.steps;
+    (moved, robot)
+}
+
 /// Checks the gradient at the robot of a case.
 fn checked_at(
     loss: &dyn AnyLoss,

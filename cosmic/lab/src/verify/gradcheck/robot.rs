@@ -48,7 +48,7 @@ impl Moved {
     }
 }
 
-/// Continues a sentence about the robot of the case: "the slopes are those of …".
+/// A noun phrase, for sentences about the robot of the check.
 impl fmt::Display for Moved {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
