@@ -7,27 +7,22 @@ use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
 pub use robot::Moved;
+use robot::{LIFT, lifted, stands_and_touches};
 
 use super::probe::{Probe, norm};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
 use cosmic::inputs::{ALL, Block, Inputs, Part};
-use cosmic::laws::ContactLaw;
 use cosmic::objective::{AnyLoss, Displacement, LossOf, of_scene};
 use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
-/// The height, as a share of the lattice's scale, to which a robot's lowest node is lifted above the ground. A node
-/// exactly on the ground is at a kink of the loss.
-const LIFT: f64 = 1e-3;
 /// If the rounding error of the slopes exceeds this fraction of the slopes, the output mentions it.
 const WORN: f64 = 1e-6;
 /// The factor from the estimate [`GradientCheck::rounding`] of the rounding error to a bound on it.
 const SAFETY: f64 = 64.0;
-/// A bound on the rounding errors of heights above an inclined ground, as a share of the lattice's scale.
-const ON_LINE: f64 = 1e-12;
 
 /// The check of the gradient with respect to one group of parameters.
 #[derive(Clone, Debug)]
@@ -268,32 +263,6 @@ pub fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
         let off = (forward - direction.gradient).abs();
         off <= SAFETY * rounding * norm.max(forward.abs()).min(f64::MAX)
     })
-}
-
-/// Returns two answers: whether a node starts on the ground line, and whether a node starts on or below it.
-fn stands_and_touches(case: &Case) -> [bool; 2] {
-    let any = |is: fn(f64) -> bool| {
-        let mut heights = heights(case).into_iter().map(|h| h / case.lattice.scale);
-        case.physics.contact != ContactLaw::none() && heights.any(is)
-    };
-    [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
-}
-
-/// The heights of all nodes above the terrain, m.
-fn heights(case: &Case) -> Vec<f64> {
-    let state = case.start.to_ground(&Ground::from(&case.physics));
-    let profile = case.physics.ground.resolved();
-    state.x.iter().map(|&x| profile.above(x)).collect()
-}
-
-fn lifted(case: &Case) -> Case {
-    let by = LIFT * case.lattice.scale - heights(case).into_iter().fold(0.0, f64::min);
-    let mut case = case.clone();
-    let normal = Ground::from(&case.physics).normal();
-    for x in &mut case.start.x {
-        *x += normal * by;
-    }
-    case
 }
 
 /// The loss of a case as a function of its inputs.

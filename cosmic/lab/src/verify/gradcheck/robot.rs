@@ -5,12 +5,17 @@
 
 use std::fmt;
 
-use super::{LIFT, heights};
 use cosmic::case::Case;
 use cosmic::geometry::Ground;
+use cosmic::laws::ContactLaw;
 use cosmic::policy::Controller;
 use cosmic::random::{Purpose, stream, symmetric};
 
+/// The height, as a share of the lattice's scale, to which a robot's lowest node is lifted above the ground. A node
+/// exactly on the ground is at a kink of the loss.
+pub(super) const LIFT: f64 = 1e-3;
+/// A bound on the rounding errors of heights above an inclined ground, as a share of the lattice's scale.
+const ON_LINE: f64 = 1e-12;
 /// The share of the rollout in which a thrown robot flies; then it falls on the ground.
 const FLIGHT: f64 = 1.0 / 3.0;
 /// The speed at which a thrown robot flies forward, as a share of the speed at which it flies up.
@@ -86,4 +91,31 @@ fn drive(case: &mut Case) {
     let mut settings = case.observation.clone();
     settings.gain = [1.0; 2];
     case.controller = Controller::xavier(&settings, &case.lattice, 0);
+}
+
+/// Returns two answers: whether a node starts on the ground line, and whether a node starts on or below it.
+pub(super) fn stands_and_touches(case: &Case) -> [bool; 2] {
+    let any = |is: fn(f64) -> bool| {
+        let mut heights = heights(case).into_iter().map(|h| h / case.lattice.scale);
+        case.physics.contact != ContactLaw::none() && heights.any(is)
+    };
+    [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
+}
+
+/// The heights of all nodes above the terrain, m.
+fn heights(case: &Case) -> Vec<f64> {
+    let state = case.start.to_ground(&Ground::from(&case.physics));
+    let profile = case.physics.ground.resolved();
+    state.x.iter().map(|&x| profile.above(x)).collect()
+}
+
+/// The robot of a case, with its lowest node lifted off the ground.
+pub(super) fn lifted(case: &Case) -> Case {
+    let by = LIFT * case.lattice.scale - heights(case).into_iter().fold(0.0, f64::min);
+    let mut case = case.clone();
+    let normal = Ground::from(&case.physics).normal();
+    for x in &mut case.start.x {
+        *x += normal * by;
+    }
+    case
 }
