@@ -73,7 +73,7 @@ fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
 /// A signal acts inside an iteration, which may take hours. The first signal is answered at once.
 #[test]
 fn a_signal_acts_inside_a_long_iteration() {
-    let bench = Bench::new(4, 1_000_000);
+    let bench = Bench::new(4, 200_000);
     let child = bench.start("optimize tiny.toml --out a");
     // The run has begun when its first snapshot is there.
     bench.await_lines("a/snapshot.json", 1);
