@@ -186,7 +186,7 @@ fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
 }
 
 /// Returns a text that names the options by which a run departs from the paper.
-pub fn departures(summary: &Summary) -> String {
+pub(super) fn departures(summary: &Summary) -> String {
     let departures = summary.departures.iter();
     let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
     if names.is_empty() {
