@@ -440,7 +440,8 @@ fn a_rollout_stops_when_its_flag_is_set() {
         stop: Some(Arc::clone(&STOP)),
         ..Rollout::new(Stopping, 1_000_000)
     };
-    assert!(stopping.run(&[1.0], &[])[0].is_nan());
+    let end: Vec<f64> = stopping.run(&[1.0], &[]);
+    assert!(end[0].is_nan(), "{end:?}");
     let counted = COUNTED.load(Ordering::Relaxed);
     // A step may evaluate its kernel in a whole register of lanes, or twice.
     assert!(counted < 100, "{counted} evaluations");
