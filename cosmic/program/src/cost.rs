@@ -5,8 +5,8 @@ use cosmic::error::Result;
 use cosmic::record::RunPlan;
 use cosmic::scene::{GradientPrecision, Scene};
 use cosmic::simulator::Span;
+use cosmic_lab::verify::measured;
 use std::fmt;
-use std::time::Instant;
 
 /// The processor time of an iteration, in full rollouts in f64. An iteration computes one or two gradients over a part of
 /// the rollout, and ranks robots. Measured for `earth` (f32), which takes 4.3 rollouts per iteration; the estimate is
@@ -64,10 +64,10 @@ fn seconds_of_step(scene: &Scene) -> Result<f64> {
     let case = Case::of_scene(&short, 0)?;
     let (task, design) = (case.task(), case.own_design());
     let seconds = |steps: usize| {
-        let began = Instant::now();
         let span = Span::from_start(vec![steps]);
-        std::hint::black_box(task.rollout(&design, &case.controller, &case.start, &span));
-        began.elapsed().as_secs_f64()
+        let (_, seconds, _) =
+            measured(|| task.rollout(&design, &case.controller, &case.start, &span));
+        seconds
     };
     let measured = (0..3).map(|_| seconds(more) - seconds(less));
     let least = measured.fold(f64::INFINITY, f64::min).max(0.0);
@@ -84,11 +84,12 @@ impl fmt::Display for Cost {
             _ => write!(out, "{steps} steps of {substeps} substeps a rollout")?,
         }
         let (number, unit) = match self.seconds {
-            seconds if seconds < 90.0 => (seconds, "seconds"),
-            seconds if seconds < 5400.0 => (seconds / 60.0, "minutes"),
-            seconds => (seconds / 3600.0, "hours"),
+            seconds if seconds < 90.0 => (seconds, "second"),
+            seconds if seconds < 5400.0 => (seconds / 60.0, "minute"),
+            seconds => (seconds / 3600.0, "hour"),
         };
         let number = number.max(1.0).round();
-        write!(out, ", about {number} processor {unit} for an optimisation")
+        let s = if number == 1.0 { "" } else { "s" };
+        write!(out, ", about {number} processor {unit}{s} for an optimisation")
     }
 }

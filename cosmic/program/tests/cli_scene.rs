@@ -137,7 +137,7 @@ fn a_scene_is_checked_by_its_name() {
 fn nonsense_is_warned_about() {
     let truss = |nodes: &str, edges: &str| {
         format!(
-            "{{\"format\": \"cosmic-truss\", \"version\": 1, \"nodes\": {nodes}, \"edges\": {edges}, \"payload\": [0]}}"
+            "{{\"format\": \"cosmic-truss\", \"version\": 1, \"nodes\": {nodes}, \"edges\": {edges}, \"payload\": [{{\"node\": 0}}]}}"
         )
     };
     let bench = Bench::default();
@@ -153,14 +153,14 @@ fn nonsense_is_warned_about() {
     let edges = "[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3]]";
     bench.write("pieces.json", truss(two, edges));
     for (set, says) in [
-        ("lattice.file=millimetres.json", "the robot is 600 m large"),
-        ("lattice.file=tiny.json", "the robot is 0.0003 m large"),
+        ("lattice.file=millimetres.json", "the robot measures 600 m"),
+        ("lattice.file=tiny.json", "the robot measures 0.0003 m"),
         ("lattice.file=floating.json", "the robot starts 5 m above the ground"),
         (
             "lattice.file=pieces.json",
             "the truss is in 2 pieces: no edges connect node 0 with node 3",
         ),
-        ("lattice.spacing=300", "the robot is 1500 m large"),
+        ("lattice.spacing=10", "the robot measures 50 m"),
         ("lattice.drop=3", "the robot starts 3 m above the ground"),
         (
             "physics.steps=1",
@@ -178,7 +178,7 @@ fn nonsense_is_warned_about() {
 /// Stiff, light bars need many explicit steps. The cost is announced, and the implicit step is advised.
 #[test]
 fn many_mechanical_steps_are_announced() {
-    let stiff = "--set materials.stiffness=[1e-4,4e9,250]";
+    let stiff = "--set materials.stiffness=[1e-4,1e7,250]";
     let told = cosmic(&format!("scene check earth {stiff}"));
     has(&told.out, &[" substeps a rollout, about "]);
     let advice = "; set physics.integrator = \"implicit\": a rollout then takes ";

@@ -220,7 +220,7 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
     };
     let mut found = Vec::new();
     if size > SIZES.high || size < SIZES.low {
-        let says = format!("the robot is {} m large", rounded(size));
+        let says = format!("the robot measures {} m", rounded(size));
         let remedy = "lengths are in metres; divide lengths in millimetres by 1000";
         found.push(warn(&[of_robot], says, remedy));
     }
