@@ -261,6 +261,7 @@ pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
         line,
         column,
         message: message.to_owned(),
+        allowed: String::new(),
         report: format!("error: {message}\n --> {file}:{line}:{column}"),
     }
 }

@@ -94,6 +94,7 @@ pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error 
         line,
         column,
         message: first.message,
+        allowed: first.allowed,
         report: report.join("\n\n"),
     }
 }
@@ -117,7 +118,11 @@ fn show(source: &SceneText, fault: &Fault) -> String {
 
 /// Adds to the error for a file that is not text what is allowed.
 pub(super) fn not_text(mut error: Error) -> Error {
-    if let Error::Malformed { report, .. } = &mut error {
+    if let Error::Malformed {
+        allowed, report, ..
+    } = &mut error
+    {
+        *allowed = "a scene is UTF-8 text".to_owned();
         report.push_str("\n  = allowed: a scene is UTF-8 text");
     }
     error
