@@ -86,8 +86,10 @@ export class Design {
   /** The designs that links can lead back to: a map from scene and seed to the attempts, the seconds, the designed robot,
    * and the links of its edits. */
   #kept = new Map();
+  /** Whether another robot is about to take the place of the finished one. */
+  isReplacing = false;
   /** Scene and seed of this design. */
-  #key = null;
+  key = null;
   /** The walk on which the user has sent the robot: after a push, to another world, or to a goal `along` (m along the
    * ground, from the payload at the start), from which it is `left` metres away in the end. Null if there is none. */
   told = null;
@@ -130,7 +132,7 @@ export class Design {
     this.robots = [{ walk: new Walk(world, first), record: null }];
     this.delivered = null;
     this.#stayHome();
-    this.#key = key;
+    this.key = key;
     this.seconds = 0;
     this.#change("ready");
   }
@@ -139,7 +141,7 @@ export class Design {
   async open(scene, link, key) {
     const kept = this.#kept.get(key);
     const isKept = kept !== undefined && (kept.designed.link === link || kept.edits.has(link));
-    if (isKept && this.state === "finished" && this.#key === key) return this.restore(link);
+    if (isKept && this.state === "finished" && this.key === key) return this.restore(link);
     const run = ++this.#run;
     this.#change("preparing");
     const designed = isKept ? kept.designed : { link, measured: null };
@@ -149,7 +151,7 @@ export class Design {
     const walk = new Walk(world, robot);
     this.robots = isKept ? kept.robots : [{ walk, record: null }];
     this.seconds = isKept ? kept.seconds : 0;
-    this.#key = key;
+    this.key = key;
     this.#finish({ ...designed, walk });
     if (designed.link !== link) await this.restore(link);
   }
@@ -225,7 +227,7 @@ export class Design {
     if (run !== this.#run) return;
     const designed = { walk: new Walk(this.world, robot), link, measured };
     const { robots, seconds } = this;
-    if (link !== null) this.#kept.set(this.#key, { robots, seconds, designed, edits: new Set() });
+    if (link !== null) this.#kept.set(this.key, { robots, seconds, designed, edits: new Set() });
     this.#finish(designed);
   }
 
@@ -254,12 +256,13 @@ export class Design {
 
   async #replace(request, isOther) {
     const run = this.#run;
-    const { robot } = await this.#client.ask(request);
-    const link = isOther ? await this.#share() : null;
+    this.isReplacing = true;
+    const ask = async () => [(await this.#client.ask(request)).robot, isOther ? await this.#share() : null];
+    const [robot, link] = await ask().finally(() => { this.isReplacing = false; });
     if (run !== this.#run) return;
     const { designed } = this.delivered;
     this.delivered = { ...(isOther ? { walk: new Walk(this.world, robot), link, measured: null } : designed), designed };
-    if (isOther && link !== null) this.#kept.get(this.#key)?.edits.add(link);
+    if (isOther && link !== null) this.#kept.get(this.key)?.edits.add(link);
     this.#stayHome();
     this.onchange(this.state);
     await this.judge();

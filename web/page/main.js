@@ -1,6 +1,7 @@
 // Connects the controls of the page with what they do.
 /* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
+import { keepAddress, keepRobot, linked } from "./address.js";
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
@@ -11,6 +12,7 @@ import { GroundEditor } from "./ground.js";
 import { GREETING, hello, mayBegin } from "./hello.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
+import { progressOf } from "./progress.js";
 import { Push } from "./push.js";
 import { Race } from "./race.js";
 import { Refusals } from "./refusal.js";
@@ -25,11 +27,8 @@ const $ = id => document.getElementById(id);
 const LONG = 2000;
 /** The buttons that cannot be used before there is a robot. */
 const LATER = ["design", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
-const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
-/** Whether the address names what to show. */
-const linked = location.hash.length > 1;
 
 // The world that is shown before there is a robot.
 const stage = new Stage($("stage"), { width: 2, ground: [[-9, 0], [9, 0]], cos: 1, limit: 1 });
@@ -169,23 +168,13 @@ async function sceneKnown(error) {
     design.abandon("empty");
     return refuse(error);
   }
-  keepAddress();
+  keepAddress(scene);
   const { settings, profile } = scene.checked;
   chips.show(settings);
   errand.open(settings);
   const columns = settings["lattice.columns"] - 1;
   ground.show(profile, settings["lattice.origin_x"] + columns * settings["lattice.spacing"]);
   await prepare();
-}
-
-/** Writes the link into the address. The page's own scene needs none. Back returns to a finished robot, and to the
- * robot before an edit. */
-function keepAddress() {
-  const isOwn = !linked && scene.link === `#scene=${DEFAULT}&seed=1`;
-  if (isOwn && location.hash === "") return;
-  const before = new URLSearchParams(location.hash.slice(1));
-  const isOther = before.has("robot") && scene.robot !== before.get("robot");
-  history[isOther ? "pushState" : "replaceState"](null, "", scene.link);
 }
 
 /** Asks before a change that would discard a design in progress. */
@@ -286,16 +275,9 @@ function changed(state) {
   }
   if (looked === null || !busy) show({ restart: state === "ready" });
   else drawCurve();
-  if (state === "finished") keepRobot();
-}
-
-/** Puts the finished robot, and the other world in which it walks, into the address, so that the link, a refresh and Back
- * show it again. */
-function keepRobot() {
-  scene.robot = design.delivered.link;
-  const changes = Object.entries(design.elsewhere?.changes ?? {});
-  scene.visited = Object.fromEntries(changes.map(([kind, { name }]) => [kind, name]));
-  keepAddress();
+  // Another scene or robot may have been chosen that is not prepared yet.
+  const isCurrent = design.key === scene.key && !scene.isChecking && !design.isReplacing;
+  if (state === "finished" && isCurrent) keepRobot(scene, design);
 }
 
 /** Sets the flag: at the goal, or at the distance of the headline; during a design at the best distance so far. The best
@@ -337,7 +319,7 @@ function show(how = {}) {
   $("back").disabled = number === 0;
   $("ahead").disabled = $("latest").disabled = looked === null;
   $("stage").classList.toggle("earlier", looked !== null);
-  drawTernary(walk);
+  ternary.draw({ mixtures: walk.mixtures, delivered: walk.materials, highlight: player.highlight });
   drawCurve();
   describe(walk);
   tellStatus(design.state);
@@ -357,33 +339,10 @@ function step(by) {
   show();
 }
 
-function drawTernary(walk) {
-  ternary.draw({ mixtures: walk.mixtures, delivered: walk.materials, highlight: player.highlight });
-}
-
 function drawCurve() {
-  strip.draw({ robots: design.robots, attempts: design.world.iterations, shown: looked ?? design.iteration });
-  const points = design.robots.map(({ walk }, k) => [k, walk.along ?? NaN]);
-  curve.draw({
-    title: "Displacement after each iteration, m",
-    series: [{ name: "displacement", colour: "accent", points }],
-    x: [0, design.world.iterations],
-    unit: "iterations",
-    cursor: looked ?? design.iteration,
-    phases: phases(),
-  });
-}
-
-/** The phases, each with its range of iterations. */
-function phases() {
-  const spans = [];
-  design.robots.forEach(({ record }, k) => {
-    const name = record && PHASES[record.phase];
-    if (name === null) return;
-    if (spans.at(-1)?.name === name) spans.at(-1).to = k;
-    else spans.push({ name, from: k - 1, to: k });
-  });
-  return spans;
+  const attempt = looked ?? design.iteration;
+  strip.draw({ robots: design.robots, attempts: design.world.iterations, shown: attempt });
+  curve.draw(progressOf(design, attempt));
 }
 
 function describe(walk) {
@@ -506,7 +465,7 @@ async function saveFilm() {
 async function share() {
   // The robot that greets is the one to share.
   await adopt();
-  keepAddress();
+  keepAddress(scene);
   if (location.hash === "") history.replaceState(null, "", scene.link);
   const world = Object.keys(scene.visited).length > 0 ? " and the world in which it walks" : "";
   const robot = looked === null ? "this robot" : "the finished robot";
@@ -580,6 +539,12 @@ if (filmKind() === null) $("saved").textContent = "This browser cannot record an
 if (designs) begin();
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
-/** Pushes the robot, for tests. */
+/** Pushes the robot, and says what the stage shows, for tests. */
 globalThis.push = velocity => push.push(velocity);
+globalThis.onStage = () => {
+  const { walk, goal, goalLabel, playing, time } = player;
+  const { world, body, duration } = walk;
+  const foot = ({ positions }) => Math.min(...[...body].map(i => positions[2 * i + 1] - levelAt(world.ground, positions[2 * i])));
+  return { box: stage.box, goal, goalLabel, playing, time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
+};
 if ("serviceWorker" in navigator && isSecureContext) navigator.serviceWorker.register("sw.js").catch(() => {});

@@ -15,7 +15,7 @@ export class Player {
   #stage;
   #walk = null;
   /** The positions and the camera that are shown. Below: their differences from the walk when it began to be shown. */
-  #shown = { positions: [], camera: [0, 0] };
+  #shown = { positions: [], camera: [0, 0], top: 0 };
   #offset = null;
   #blend = 0;
   time = 0;
@@ -84,9 +84,9 @@ export class Player {
     const blends = (goesOn || (same && !restart)) && this.playing;
     this.#blend = blends ? 1 : 0;
     if (blends) {
-      const { positions, camera } = walk.at(this.time);
+      const { positions, camera, top } = walk.at(this.time);
       const from = (before, now) => now.map((x, k) => before[k] - x);
-      this.#offset = { positions: from(this.#shown.positions, positions), camera: from(this.#shown.camera, camera) };
+      this.#offset = { positions: from(this.#shown.positions, positions), camera: from(this.#shown.camera, camera), top: this.#shown.top - top };
     }
     if (!this.playing) this.paint();
   }
@@ -131,6 +131,7 @@ export class Player {
 
   seek(time) {
     this.time = time;
+    this.#blend = 0;
     this.paint();
   }
 
@@ -141,7 +142,7 @@ export class Player {
     this.#shown = moment;
     if (this.#blend > 0.01) {
       const moved = name => moment[name].map((x, k) => x + this.#blend * this.#offset[name][k]);
-      this.#shown = { positions: moved("positions"), camera: moved("camera") };
+      this.#shown = { positions: moved("positions"), camera: moved("camera"), top: moment.top + this.#blend * this.#offset.top };
     }
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];

@@ -62,6 +62,8 @@ export class Scene {
   visited = {};
   /** The settings that replace the scene's own: a map from keys to values in TOML. */
   changed = new Map();
+  /** Whether the library still checks the scene. */
+  isChecking = false;
   /** All settings, and the text of `scene.toml`; null until the library has checked the scene. */
   checked = null;
 
@@ -152,6 +154,7 @@ export class Scene {
    */
   async check() {
     const asked = ++this.#asked;
+    this.isChecking = true;
     if (this.#client.busyFor > PATIENCE) this.#client.start();
     try {
       const own = await this.#client.ask({ do: "check", scene: this.#text, settings: [] });
@@ -163,10 +166,12 @@ export class Scene {
         if (key !== POINTS && String(this.#own[key]) === value) this.changed.delete(key);
       }
       this.#show();
+      this.isChecking = false;
       await this.onchange(null);
     } catch (error) {
       if (asked !== this.#asked) return false;
       this.checked = null;
+      this.isChecking = false;
       await this.onchange(error);
     }
     return asked === this.#asked;
