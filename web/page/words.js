@@ -51,8 +51,8 @@ function spread({ measured }) {
   const { verdict, reason } = measured.reliability;
   const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
   const far = isKnown(measured.distance)
-    ? `If its start, friction and stiffness vary a little, it walks ${range(p10, p90)}, with a median of ${metres(p50)}.`
-    : "If its start, friction and stiffness vary a little, it sometimes falls apart.";
+    ? `With small changes of start, friction and stiffness it walks ${range(p10, p90)}, median ${metres(p50)}.`
+    : "With small changes of start, friction and stiffness it sometimes falls apart.";
   return ` ${far}${doubt}`;
 }
 

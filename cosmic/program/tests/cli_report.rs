@@ -58,12 +58,12 @@ fn a_report_is_a_page_two_pictures_and_an_animation() {
 
     let page = bench.read("run/report.html");
     assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
-    // The verdict comes first, then the poses, the tiles and the moving robot. Parts for authors are folded at the end.
+    // The verdict comes first, then the moving robot, the poses and the tiles. Parts for authors are folded at the end.
     let places = [
         "class=\"verdict",
+        "id=\"stage\"",
         "s of walking",
         "class=\"figures\"",
-        "id=\"stage\"",
         "<details><summary>Convergence",
     ];
     let places = places.map(|part| page.find(part).unwrap_or_else(|| panic!("no {part}")));

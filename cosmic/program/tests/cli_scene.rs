@@ -103,8 +103,8 @@ fn check_warns_about_valid_but_senseless_settings() {
 /// robot, the world and the cost, except with `--json` or `--quiet`.
 #[test]
 fn the_world_is_described() {
-    let earth = "world: gravity 9.81 m/s2; contact coulomb, friction 1; no drag; damped bars \
-                 (damper.time = 0.00025); end stops (stops.at = 0.27, stops.stiffness = 1300.0)\n";
+    let earth = "world: gravity 9.81 m/s²; feet slip at friction 1 (contact coulomb); no drag; damped bars \
+                 (time 0.00025 s); end stops (at a strain of 0.27, stiffness 1300 N/m)\n";
     let told = check("").ok().out;
     assert!(told.starts_with("lattice.payload = 0 (auto)\n"), "{told}");
     assert!(told.ends_with("\nmy.toml: ok\n"), "{told}");
@@ -113,8 +113,8 @@ fn the_world_is_described() {
     has(&told, &["\ncontroller.omega = 10.0 (auto)\n", robot, earth, cost]);
     let moon =
         "base = \"rough\"\n[physics]\ngravity = 1.6\nincline_deg = 5\nforces = [\"stops\"]\n";
-    let says = "world: gravity 1.6 m/s2; contact infinite; incline 5 degrees; ground rough; drag 20 1/s; \
-                no damping in bars; end stops (stops.at = 0.35, stops.stiffness = 400.0)\n";
+    let says = "world: gravity 1.6 m/s²; feet never slip (contact infinite); incline 5 degrees; ground rough; \
+                drag 20 per second; no damping in bars; end stops (at a strain of 0.35, stiffness 400 N/m)\n";
     has(&check(moon).ok().out, &[says]);
     let bench = Bench::new(2, 32);
     bench.write("moon.toml", moon);
@@ -196,7 +196,7 @@ fn optimize_describes_the_world_and_warns_as_check_does() {
         bench.read("tiny.toml") + "[search]\nwindow = 5\n",
     );
     let expected = [
-        "world: gravity -4.8 m/s2; contact infinite; drag 20 1/s; no damping in bars; no end stops",
+        "world: gravity -4.8 m/s²; feet never slip (contact infinite); drag 20 per second; no damping in bars; no end stops",
         "warning: gravity points up (physics.gravity = -4.8)",
         "warning: this setting has no effect: it is read only with a contact law that slips (physics.friction = 0.8)",
     ];

@@ -1,5 +1,6 @@
 //! Describes the robot and the world of a scene, each in one line.
 
+use super::keys::Setting;
 use super::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::geometry::Vector;
 use crate::lattice::Lattice;
@@ -40,10 +41,14 @@ impl Scene {
     /// Other forces, an incline, a ground profile and parts are named if the scene has them.
     pub fn world(&self) -> String {
         let physics = &self.physics;
-        let mut parts = vec![format!("gravity {} m/s2", physics.gravity)];
+        let mut parts = vec![format!("gravity {} m/s\u{b2}", physics.gravity)];
         parts.push(match physics.contact.name() {
             "none" => "no ground".to_owned(),
-            name if self.slips() => format!("contact {name}, friction {}", physics.friction),
+            "infinite" => "feet never slip (contact infinite)".to_owned(),
+            name if self.slips() => {
+                let friction = physics.friction;
+                format!("feet slip at friction {friction} (contact {name})")
+            }
             name => format!("contact {name}"),
         });
         if physics.incline_deg != 0.0 {
@@ -54,7 +59,7 @@ impl Scene {
         }
         parts.push(match physics.damping {
             0.0 => "no drag".to_owned(),
-            rate => format!("drag {rate} 1/s"),
+            rate => format!("drag {rate} per second"),
         });
         let bars = &self.materials.parts;
         if bars.skeleton != SkeletonPart::Numbers {
@@ -64,37 +69,42 @@ impl Scene {
         if bars.actuator == ActuatorPart::Device {
             parts.push(format!("actuators of {} kg", bars.actuator_mass));
         }
-        let settings = self.settings();
-        let law = |name: &str| {
-            let of_law = |key: &str| {
-                key.strip_prefix(name)
-                    .is_some_and(|rest| rest.starts_with('.'))
-            };
-            let of_law = settings.iter().filter(|setting| of_law(&setting.key));
-            let values = of_law.map(|setting| format!("{} = {}", setting.key, setting.value));
-            values.collect::<Vec<_>>().join(", ")
-        };
-        let laws: Vec<_> = physics
-            .forces
-            .about()
-            .into_iter()
-            .map(|(name, _)| name)
-            .collect();
-        for (name, says, missing) in [
+        parts.extend(self.forces());
+        parts.join("; ")
+    }
+
+    /// Descriptions of the forces: the damping of bars, end stops, and the names of all others.
+    fn forces(&self) -> Vec<String> {
+        let laws = self.physics.forces.about().into_iter();
+        let laws: Vec<_> = laws.map(|(name, _)| name).collect();
+        let known = [
             ("damper", "damped bars", "no damping in bars"),
             ("stops", "end stops", "no end stops"),
-        ] {
-            parts.push(if laws.contains(&name) {
-                format!("{says} ({})", law(name))
-            } else {
-                missing.to_owned()
-            });
-        }
-        let others = laws
-            .iter()
-            .filter(|name| !["damper", "stops"].contains(name));
-        parts.extend(others.map(|name| format!("force {name}")));
-        parts.join("; ")
+        ];
+        let described = known.map(|(name, says, missing)| match laws.contains(&name) {
+            true => format!("{says} ({})", self.numbers_of(name)),
+            false => missing.to_owned(),
+        });
+        let others = laws.into_iter();
+        let others = others.filter(|law| known.iter().all(|(name, ..)| name != law));
+        let others = others.map(|name| format!("force {name}"));
+        described.into_iter().chain(others).collect()
+    }
+
+    /// The numbers of a law, each with its name and unit.
+    fn numbers_of(&self, law: &str) -> String {
+        let number = |setting: Setting| {
+            let (section, key) = setting.key.split_once('.')?;
+            let key = match key {
+                "at" => "at a strain of",
+                key => key,
+            };
+            let value = setting.value.strip_suffix(".0").unwrap_or(&setting.value);
+            let says = format!("{} {value} {}", key.replace('_', " "), setting.unit);
+            (section == law).then(|| says.trim_end().to_owned())
+        };
+        let numbers: Vec<String> = self.settings().into_iter().filter_map(number).collect();
+        numbers.join(", ")
     }
 }
 

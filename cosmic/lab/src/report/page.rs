@@ -33,7 +33,7 @@ pub(super) fn html(title: &str, body: &str) -> String {
     )
 }
 
-/// Returns the page of a run: the verdict, the robot in several poses and in motion, its design, gait and energies.
+/// Returns the page of a run: the verdict, the robot in motion and in several poses, its design, gait and energies.
 /// Folded at the end are the parts for authors: the convergence if the run has a history, all numbers, and the scene. A
 /// robot that takes goals also has its `ways` to several goals.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
@@ -68,12 +68,12 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
     let body = [
         &head(&run.robot, &run.title(), &about),
         &verdict::to_html(&verdict),
+        include_str!("page/player.html"),
         "<div class=\"strip\" tabindex=\"0\" role=\"region\" aria-label=\"The robot at several moments\">\n",
         &robot::draw(motion),
         "</div>\n",
         &tiles::of_run(run, motion),
         &warning(summary),
-        include_str!("page/player.html"),
         "<div>\n",
         include_str!("page/design.html"),
         &walks,
