@@ -215,15 +215,16 @@ impl Evaluator {
         controller: &Controller<f64>,
         seed: u64,
     ) -> ([Reaches; 2], Option<Energy>) {
-        let reach = |domains: Vec<Domain>| {
-            let reaches = self.spreads(design, &[controller], &domains).remove(0);
-            (reaches, domains)
-        };
+        let reach = |domains: &[Domain]| self.spreads(design, &[controller], domains).remove(0);
         let purpose = Purpose::Variation;
-        let (varied, domains) = reach(self.varied(seed, purpose));
-        let (robust, domains) = match self.scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => (varied, domains),
-            GoalKind::Given => reach(self.drawn(&VARIED, seed, purpose)),
+        let mut domains = self.varied(seed, purpose);
+        let varied = reach(&domains);
+        let robust = match self.scene.controller.goals {
+            GoalKind::Fixed | GoalKind::Two => varied,
+            GoalKind::Given => {
+                domains = self.drawn(&VARIED, seed, purpose);
+                reach(&domains)
+            }
         };
         let energy = robust.typical.and_then(|k| {
             self.energy_in(design, controller, &domains[k], robust.displacement.p50)
