@@ -12,8 +12,8 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use crate::dual::Dual;
 use crate::composed::{ln_beta, sum_of};
+use crate::dual::Dual;
 use crate::elementary::{Elementary, elementary_methods, functions};
 pub use crate::literal::{Accepts, Literal};
 pub use crate::mask::Mask;

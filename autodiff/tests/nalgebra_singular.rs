@@ -141,18 +141,14 @@ fn a_nearly_singular_matrix_keeps_the_digits_of_its_derivatives() {
                 .map(DoubleDouble::to_f64)
                 .collect::<Vec<_>>()
         };
-        // The products have up to six factors below 100 with a rounding error each.
-        let tolerance =
-            |row: &[f64]| 1e-13 + 1e-13 * row.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        // The rounding error is relative to products of as many entries as a cofactor has rows.
+        let largest = x.iter().fold(1.0, |a: f64, b| a.max(b.abs()));
+        let tolerance = 1e-14 * largest.powi(size as i32 - 1);
         let slopes = exact(gradient(|x| Determinant.eval(x), &wide));
-        assert_close(
-            &gradient(|x| Determinant.eval(x), &x),
-            &slopes,
-            tolerance(&slopes),
-        );
+        assert_close(&gradient(|x| Determinant.eval(x), &x), &slopes, tolerance);
         let second = exact(hessian(|x| Determinant.eval(x), &wide).into_vec());
         let found = hessian(|x| Determinant.eval(x), &x);
-        assert_close(found.as_slice(), &second, tolerance(&second));
+        assert_close(found.as_slice(), &second, tolerance);
     }
 }
 
@@ -167,7 +163,8 @@ fn a_logarithm_of_a_determinant_has_the_slopes_of_its_matrix() {
     let plain = |x: &[f64]| vec![by_minors(&square(x).map(|x| x.0)).abs().ln()];
     for x in matrices() {
         if plain(&x)[0].is_infinite() {
-            assert_eq!(Logarithm.eval(&x), f64::NEG_INFINITY, "{x:?}");
+            // Rounding may leave a determinant of 1e-13.
+            assert!(Logarithm.eval(&x) < -25.0, "{x:?}");
             let cofactors = gradient(|x| Determinant.eval(x), &x);
             let modes = [
                 gradient(|x| Logarithm.eval(x), &x),
@@ -176,10 +173,7 @@ fn a_logarithm_of_a_determinant_has_the_slopes_of_its_matrix() {
             for (slope, cofactor) in modes.iter().flatten().zip(cofactors.iter().cycle()) {
                 // A cofactor of 0 may have a rounding error.
                 let moves = cofactor.abs() > 1e-9;
-                assert!(
-                    !moves || slope.is_infinite() || slope.is_nan(),
-                    "{x:?}: {slope}"
-                );
+                assert!(!moves || !(slope.abs() < 1e9), "{x:?}: {slope}");
             }
             continue;
         }
@@ -221,9 +215,12 @@ fn nalgebra_loses_derivatives_at_a_pivot_of_zero() {
     let repeated = [1.0, 2.0, 2.0, 4.0];
     let fully = gradient(|x| square(x).full_piv_lu().determinant().0, &repeated);
     assert_eq!(fully, [0.0; 4]);
-    let equal_rows = &matrices()[2];
-    let own = gradient(|x| square(x).determinant().0, equal_rows);
-    assert_eq!(own[..4], [0.0; 4]);
+    // A column of zeros, where the cofactor of the entry in row 1 is -17.
+    let zero_column_of_four = &matrices()[3];
+    let own = gradient(|x| square(x).determinant().0, zero_column_of_four);
+    let right = gradient(|x| Determinant.eval(x), zero_column_of_four);
+    assert_eq!(own[4], 0.0);
+    assert_close(&[right[4]], &[-17.0], 1e-14);
 }
 
 /// The ways to solve equations and to invert.

@@ -16,9 +16,9 @@ mod tests;
 
 #[cfg(lanes)]
 pub(crate) use abreast::tanh_abreast;
+pub use double_double::DoubleDouble;
 #[cfg(lanes)]
 pub(crate) use power::FEW;
-pub use double_double::DoubleDouble;
 pub(crate) use power::{by_squaring, powi};
 pub(crate) use primitive::Primitive;
 #[cfg(lanes)]

@@ -32,7 +32,8 @@ pub fn determinant<R: Real, M: Dim, N: Dim>(
 }
 
 /// Returns the natural logarithm of the absolute value of the [`determinant`], also where the determinant itself would
-/// overflow. At a singular matrix it is minus infinity, and its slopes are infinite or NaN.
+/// overflow. At a singular matrix it is minus infinity, or a large
+/// negative number where rounding leaves a rest, and its slopes are infinite, very large or NaN.
 ///
 /// ```
 /// use ::nalgebra::DMatrix;
