@@ -34,8 +34,8 @@ impl Argument for Literal {}
 /// assert_eq!(gradient(penalty, &[4.0, 5.0]), [5.0, 3.0]);
 /// ```
 ///
-/// A number type of another crate implements this trait only for `f64`. The trait is sealed: no other type can become an
-/// argument.
+/// A number type of another crate implements this trait only for `f64`. The trait is sealed: an argument is a number or a
+/// literal.
 ///
 /// ```compile_fail
 /// use autodiff::Var;
