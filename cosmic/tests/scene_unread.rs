@@ -298,14 +298,27 @@ fn stops_that_do_not_fit_their_actuators_get_a_warning() {
     let world = Scene::parse("world", world).unwrap();
     assert_eq!(said(&world), [] as [&str; 0]);
     let beyond = said(&world.set(&["stops.at=0.27"]).unwrap());
-    assert!(matches!(&beyond[..], [one] if one.contains("beyond the stroke") && one.contains("0.27")), "{beyond:?}");
+    assert!(
+        matches!(&beyond[..], [one] if one.contains("beyond the stroke") && one.contains("0.27")),
+        "{beyond:?}"
+    );
     let soft = said(&world.set(&["stops.stiffness=1300"]).unwrap());
-    assert!(matches!(&soft[..], [one] if one.contains("softer") && one.contains("1300")), "{soft:?}");
+    assert!(
+        matches!(&soft[..], [one] if one.contains("softer") && one.contains("1300")),
+        "{soft:?}"
+    );
     // Just stiff enough, for stops at the end of the stroke.
     let fits = ["stops.stiffness=2000", "stops.at=0.2"];
     assert_eq!(said(&world.set(&fits).unwrap()), [] as [&str; 0]);
     // Without stops, or without a stroke, there is nothing to fit.
-    assert_eq!(said(&world.set(&["physics.forces=[]"]).unwrap()), [] as [&str; 0]);
+    assert_eq!(
+        said(&world.set(&["physics.forces=[]"]).unwrap()),
+        [] as [&str; 0]
+    );
     let still = world.set(&["stops.at=0.27", "materials.max_strain=[0.0, 0.0, 0.0]"]);
-    assert!(said(&still.unwrap()).iter().all(|doubt| !doubt.contains("stops")));
+    assert!(
+        said(&still.unwrap())
+            .iter()
+            .all(|doubt| !doubt.contains("stops"))
+    );
 }

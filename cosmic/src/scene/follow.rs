@@ -331,7 +331,8 @@ impl Scene {
             if before.laws().all(|law| law.name() != name) {
                 let keys = settings.fields().into_iter();
                 let keys = keys.filter(|field| !field.auto.is_empty());
-                self.auto.extend(keys.map(|field| format!("{name}.{}", field.key)));
+                self.auto
+                    .extend(keys.map(|field| format!("{name}.{}", field.key)));
             }
         }
     }

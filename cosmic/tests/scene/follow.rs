@@ -135,8 +135,8 @@ fn the_rules_scale_exactly_with_the_size() {
     }
 }
 
-/// Bars that are a hundred times as stiff vibrate ten times as fast, and their dampers need even shorter steps. They get
-/// substeps, and the steps of the controller stay as long as they are.
+/// Bars that are a hundred times as stiff vibrate ten times as fast. They get substeps, and the steps of the controller stay
+/// as long as they are.
 #[test]
 fn stiff_bars_get_substeps() {
     let earth = Scene::load("earth").unwrap();
@@ -144,9 +144,9 @@ fn stiff_bars_get_substeps() {
     assert_eq!(stiff.physics.dt, earth.physics.dt);
     assert!(stiff.physics.substeps >= 9, "{}", stiff.physics.substeps);
     // Beyond the largest number of substeps, the step itself shrinks, and the simulated time stays.
-    let stiffer = set(&earth, "materials.stiffness", "[1e-7, 4e7, 30.0]");
+    let stiffer = set(&earth, "materials.stiffness", "[1e-7, 1e9, 30.0]");
     assert_eq!(stiffer.physics.substeps, 1024);
-    assert!(stiffer.physics.dt < 0.1 * earth.physics.dt);
+    assert!(stiffer.physics.dt < 0.8 * earth.physics.dt);
     let time = |scene: &Scene| scene.physics.dt * scene.physics.steps as f64;
     let share = time(&stiffer) / time(&earth);
     // The number of steps is rounded to a whole number.
@@ -187,14 +187,19 @@ fn the_laws_of_bars_follow_from_the_bars() {
     let forces = ["physics.forces=[\"bumpers\", \"stops\"]"];
     let shown = |scene: &Scene| {
         let settings = scene.set(&forces).unwrap().settings().into_iter();
-        let of_laws = settings.filter(|s| s.key.starts_with("bumpers.s") || s.key.starts_with("stops."));
+        let of_laws =
+            settings.filter(|s| s.key.starts_with("bumpers.s") || s.key.starts_with("stops."));
         of_laws.map(|setting| setting.value).collect::<Vec<_>>()
     };
     assert_eq!(shown(&world)[0], "7500.0");
     assert_eq!(shown(&Scene::paper()), ["2000.0", "0.35", "400.0"]);
     // The numbers of a law that is not chosen are not there.
     let bare = world.set(&["physics.forces=[]"]).unwrap();
-    assert!(bare.following().iter().all(|other| !other.key.starts_with("stops")));
+    assert!(
+        bare.following()
+            .iter()
+            .all(|other| !other.key.starts_with("stops"))
+    );
     // Bars without stiffness and actuators that do not move have allowed numbers too.
     set(&earth, "materials.stiffness", "[0.0, 0.0, 0.0]");
     set(&earth, "materials.max_strain", "[0.0, 0.0, 0.0]");
@@ -246,9 +251,15 @@ fn strong_robots_are_treated_with_care() {
             let steps = parts * strong.physics.steps / 4;
             shares(&set(&strong, "physics.steps", &steps.to_string()))
         });
-        for (share, expected) in short.into_iter().zip([care, care.powf(0.25), care.powf(0.25)]) {
+        for (share, expected) in short
+            .into_iter()
+            .zip([care, care.powf(0.25), care.powf(0.25)])
+        {
             // The tolerance above, to the power of a quarter.
-            assert!((share - expected).abs() < 0.005, "{share} at {stiffness} N/m");
+            assert!(
+                (share - expected).abs() < 0.005,
+                "{share} at {stiffness} N/m"
+            );
         }
         // Longer rollouts than usual need no more care.
         assert_eq!(long[1..], shares(&strong)[1..]);
