@@ -166,8 +166,15 @@ fn a_robot_leans_on_an_inclined_wall() {
             case.start = seen.last().unwrap().clone();
         }
         let along = |x: &Vector<f64>| ground.point_to_ground(*x).forward();
-        let at_wall = case.start.x.iter().filter(|x| (along(x) - 0.65).abs() < 1e-9);
-        assert!(at_wall.count() > 0, "{integrator:?}: no node is at the wall");
+        let at_wall = case
+            .start
+            .x
+            .iter()
+            .filter(|x| (along(x) - 0.65).abs() < 1e-9);
+        assert!(
+            at_wall.count() > 0,
+            "{integrator:?}: no node is at the wall"
+        );
     }
 }
 

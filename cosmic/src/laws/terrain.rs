@@ -105,9 +105,8 @@ impl Terrain {
             let behind = -segment.plane.lit().height(x);
             let below = R::lit(wall.heights.high) - x.up();
             // A node that stands on the edge is nearer to the top than to the wall.
-            let is_behind = zero.less(behind)
-                & behind.less(R::lit(wall.tolerance()))
-                & behind.less(below);
+            let is_behind =
+                zero.less(behind) & behind.less(R::lit(wall.tolerance())) & behind.less(below);
             let way = (R::lit(wall.place) - x.forward()).detach();
             let way = R::select(touches | is_behind, way, zero);
             x = x.moved_along(Vector::upright(way, zero));
@@ -119,7 +118,9 @@ impl Terrain {
     /// or touches the wall with segment number `but`, stays in front of it.
     #[inline(always)]
     fn end_of<R: Real, const D: usize>(&self, k: usize, way: &Way<R, D>, but: R) -> R {
-        let Segment { end, wall_at_end, .. } = self.segments[k];
+        let Segment {
+            end, wall_at_end, ..
+        } = self.segments[k];
         let end = R::lit(end);
         let Some(number) = wall_at_end else {
             return end;
@@ -162,11 +163,19 @@ impl Terrain {
             enters = leaves;
             let (height, out) = (plane.height(x), plane.axes.out(v));
             let is_other = number.less(but) | but.less(number);
-            let Encounter { is_met, first, last } = match &segment.wall {
+            let Encounter {
+                is_met,
+                first,
+                last,
+            } = match &segment.wall {
                 None => {
                     let sinks = last.fma(out, height).less(zero) & out.less(zero);
                     let is_met = sinks & first.less(last) & first.less(earliest);
-                    Encounter { is_met, first, last }
+                    Encounter {
+                        is_met,
+                        first,
+                        last,
+                    }
                 }
                 Some(wall) => segment.pass(wall, way, per_way, earliest),
             };

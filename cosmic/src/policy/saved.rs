@@ -100,10 +100,16 @@ impl Weights {
     /// not have one row or number for each edge.
     pub(crate) fn sort(&mut self, block: &Block, fewer: &Block, order: &[usize]) -> bool {
         let of_edges = match (block.shape, fewer.shape) {
-            (Shape::Vector(len), Shape::Vector(less)) => (len, less) == (order.len(), order.len() - 1),
-            (Shape::Matrix { rows, columns }, Shape::Matrix { rows: less, columns: same }) => {
-                (rows, less, columns) == (order.len(), order.len() - 1, same)
+            (Shape::Vector(len), Shape::Vector(less)) => {
+                (len, less) == (order.len(), order.len() - 1)
             }
+            (
+                Shape::Matrix { rows, columns },
+                Shape::Matrix {
+                    rows: less,
+                    columns: same,
+                },
+            ) => (rows, less, columns) == (order.len(), order.len() - 1, same),
             _ => false,
         };
         let own = self.0.iter_mut().find(|(name, _)| *name == block.name);

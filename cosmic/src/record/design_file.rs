@@ -109,21 +109,27 @@ impl DesignFile {
             return Ok(self);
         }
         let sorted = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
-        let places: HashMap<_, _> = lattice.edges.iter().map(sorted).zip(0..).collect();
+        let places: HashMap<[usize; 2], usize> =
+            lattice.edges.iter().map(sorted).zip(0..).collect();
         let mut order = vec![None; edges];
         for (e, ends) in self.edges.iter().enumerate() {
-            let place = places.get(&sorted(ends));
-            let Some(place @ None) = place.map(|&place: &usize| &mut order[place]) else {
-                let says = match place {
-                    None => "is not an edge of the scene's lattice",
-                    Some(_) => "is given twice",
-                };
-                return Err(Error::Usage(format!("{file}: `edges[{e}]`: {ends:?} {says}")));
+            let says = match places.get(&sorted(ends)) {
+                None => "is not an edge of the scene's lattice",
+                Some(&place) if order[place].is_some() => "is given twice",
+                Some(&place) => {
+                    order[place] = Some(e);
+                    continue;
+                }
             };
-            *place = Some(e);
+            return Err(Error::Usage(format!(
+                "{file}: `edges[{e}]`: {ends:?} {says}"
+            )));
         }
         let order: Vec<usize> = order.into_iter().flatten().collect();
-        for (what, rows) in [("rows of `z`", self.z.len()), ("entries in `materials`", self.materials.len())] {
+        for (what, rows) in [
+            ("rows of `z`", self.z.len()),
+            ("entries in `materials`", self.materials.len()),
+        ] {
             fits(file, what, rows, edges)?;
         }
         self.z = order.iter().map(|&e| self.z[e]).collect();

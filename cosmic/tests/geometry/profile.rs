@@ -112,7 +112,14 @@ fn walls_are_drawn_whole() {
     let between = |low, high| stairs.between(Range::new(low, high));
     assert_eq!(
         between(1.0, 2.5),
-        [[1.0, 0.0], [1.0, 0.25], [1.0, 0.5], [2.0, 0.5], [2.0, 0.75], [2.5, 0.75]]
+        [
+            [1.0, 0.0],
+            [1.0, 0.25],
+            [1.0, 0.5],
+            [2.0, 0.5],
+            [2.0, 0.75],
+            [2.5, 0.75]
+        ]
     );
     assert_eq!(between(2.5, 3.0), [[2.5, 0.75], [3.0, 0.75], [3.0, -0.5]]);
 }
@@ -129,6 +136,9 @@ fn bars_lean_on_walls() {
     ] {
         let [from, to] = bar.map(Vector::new);
         // The tolerance covers the distance behind the wall.
-        assert!((stairs.depth(Segment::new(from, to)) - depth).abs() < 1e-14, "{bar:?}");
+        assert!(
+            (stairs.depth(Segment::new(from, to)) - depth).abs() < 1e-14,
+            "{bar:?}"
+        );
     }
 }

@@ -22,7 +22,7 @@ fn drifting<C: Contact>(contact: C, points: &[[f64; 2]]) -> Fixed<Drifting<C, Te
     }
 }
 
-/// Level ground that rises by 0.125 m at 1 m. Two of the numbers are exact in binary, so that rounding decides nothing.
+/// Level ground that rises by 0.125 m at 1 m. The numbers are exact in binary, so that rounding decides nothing.
 const UP: [[f64; 2]; 2] = [[1.0, 0.0], [1.0, 0.125]];
 
 /// The mirror image of [`UP`].
@@ -37,7 +37,7 @@ fn after<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
     up
 }
 
-/// One eighth of a millimetre, roughly: the node [`BEFORE`] reaches the wall after 2^-10 s.
+/// About a millimetre: the node [`BEFORE`] reaches the wall after 2^-10 s.
 const NEAR: f64 = 1.0 / 1024.0;
 /// A node that runs into the wall half way up, 1 m/s fast.
 const BEFORE: [f64; 4] = [1.0 - NEAR, 0.0625, 1.0, 0.5];
@@ -49,12 +49,12 @@ fn a_wall_stops_a_node() {
     // Friction takes 0.25 times the velocity into the wall from the velocity along the wall, also when the node moves
     // down.
     let [x, y, vx, vy] = after(Coulomb { friction: 0.25 }, BEFORE);
-    assert_eq!([x, vx, vy], [1.0, 0.0, 0.25]);
-    // The tolerance covers the rounding of the time that is left.
-    assert!((y - (reached + 0.25 * (DT - NEAR))).abs() < 1e-16);
+    assert_eq!([x, vx], [1.0, 0.0]);
+    // The tolerances cover the rounding of friction and of the time that is left.
+    assert!((vy - 0.25).abs() < 1e-15 && (y - (reached + 0.25 * (DT - NEAR))).abs() < 1e-15);
     let [x, y, vx, vy] = BEFORE;
     let down = after(Coulomb { friction: 0.25 }, [x, y, vx, -vy]);
-    assert_eq!([down[0], down[2], down[3]], [1.0, 0.0, -0.25]);
+    assert!(down[0] == 1.0 && down[2] == 0.0 && (down[3] + 0.25).abs() < 1e-15);
     // Without a wall ahead, the node moves on.
     assert_eq!(after(Sticking {}, [x, y, -vx, vy])[2..], [-vx, vy]);
 }
@@ -67,7 +67,9 @@ fn a_node_leans_on_a_wall() {
     for _ in 0..40 {
         (node[2], node[3]) = (0.3, -0.5);
         node = after(Coulomb { friction }, node);
-        assert_eq!([node[0], node[2], node[3]], [1.0, 0.0, -0.5 + 0.25 * 0.3]);
+        assert_eq!([node[0], node[2]], [1.0, 0.0]);
+        // The tolerance covers the rounding of friction.
+        assert!((node[3] - (-0.5 + 0.25 * 0.3)).abs() < 1e-15);
     }
     (node[2], node[3]) = (-0.3, 0.1);
     let left = after(Coulomb { friction }, node);
@@ -78,13 +80,14 @@ fn a_node_leans_on_a_wall() {
 #[test]
 fn a_node_slides_down_a_wall() {
     let mut node = [1.0, 0.0625, 0.0, 0.0];
-    while node[1] > 0.0 {
+    // The node reaches the foot up to one rounding of numbers below 0.1.
+    while node[1] > 1e-16 {
         node[3] -= 9.81 * DT;
         let before = node;
         node = after(Coulomb { friction: 0.5 }, before);
         assert!(node[0] == 1.0 && node[1] < before[1]);
     }
-    assert_eq!(node, [1.0, 0.0, 0.0, 0.0]);
+    assert!(node[1] > -1e-16 && [node[0], node[2], node[3]] == [1.0, 0.0, 0.0]);
 }
 
 /// The edge belongs to the ground behind it for a node that passes it, and to nothing for a node above it: exactly above
@@ -92,9 +95,15 @@ fn a_node_slides_down_a_wall() {
 #[test]
 fn edges() {
     let [edge, x] = [0.125, 1.0 - NEAR];
-    assert_eq!(after(Sticking {}, [x, edge, 1.0, 0.0])[1..], [edge, 1.0, 0.0]);
+    assert_eq!(
+        after(Sticking {}, [x, edge, 1.0, 0.0])[1..],
+        [edge, 1.0, 0.0]
+    );
     let below = edge - 1e-15;
-    assert_eq!(after(Sticking {}, [x, below, 1.0, 0.0]), [1.0, below, 0.0, 0.0]);
+    assert_eq!(
+        after(Sticking {}, [x, below, 1.0, 0.0]),
+        [1.0, below, 0.0, 0.0]
+    );
     // The node reaches the edge exactly while it sinks, and lands on the ground behind it.
     let landed = after(Sticking {}, [x, edge + 0.5 * NEAR, 1.0, -0.5]);
     assert_eq!(landed, [1.0, edge, 0.0, 0.0]);
@@ -176,10 +185,22 @@ fn kinks_at_walls() {
     // and exactly to the edge, over the ground behind it.
     for (node, by_x, by_vx) in [
         ([1.0, 0.0625, 0.5, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0; 4]),
-        ([1.0, 0.0625, 0.0, -0.5], [1.0, 0.0, 0.0, 0.0], [DT, 0.0, 1.0, 0.0]),
-        ([1.0 - NEAR, 0.125, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [DT, 0.0, 1.0, 0.0]),
+        (
+            [1.0, 0.0625, 0.0, -0.5],
+            [1.0, 0.0, 0.0, 0.0],
+            [DT, 0.0, 1.0, 0.0],
+        ),
+        (
+            [1.0 - NEAR, 0.125, 1.0, 0.0],
+            [1.0, 0.0, 0.0, 0.0],
+            [DT, 0.0, 1.0, 0.0],
+        ),
     ] {
-        assert_eq!([forward(node, 0), forward(node, 2)], [by_x, by_vx], "{node:?}");
+        assert_eq!(
+            [forward(node, 0), forward(node, 2)],
+            [by_x, by_vx],
+            "{node:?}"
+        );
         for bar in 0..4 {
             let weights = std::array::from_fn(|k| f64::from(u8::from(k == bar)));
             let by = adjoint(&drift, node, weights);
@@ -204,7 +225,11 @@ fn a_wall_is_the_limit_of_steep_slopes() {
         } else {
             ([[1.0, edge], [1.0, 0.0]], [[1.0 - WIDTH, edge], [1.0, 0.0]])
         };
-        let high = if rng.random_bool(0.5) { 0.003 } else { edge + 0.001 };
+        let high = if rng.random_bool(0.5) {
+            0.003
+        } else {
+            edge + 0.001
+        };
         let node = [
             1.0 + rng.random_range(-0.003..0.003),
             rng.random_range(0.0..high),
@@ -216,7 +241,10 @@ fn a_wall_is_the_limit_of_steep_slopes() {
         let on_slope = drifting(law, &slope).eval(node);
         let off = (0..4).map(|k| (at_wall[k] - on_slope[k]).abs());
         // The slope is turned by at most 1e-6, because its height is at least 1 mm, and speeds are at most 2 m/s.
-        assert!(off.fold(0.0, f64::max) < 1e-5, "{round}: {node:?} {at_wall:?} {on_slope:?}");
+        assert!(
+            off.fold(0.0, f64::max) < 1e-5,
+            "{round}: {node:?} {at_wall:?} {on_slope:?}"
+        );
         let is_met = at_wall[0] == 1.0;
         (met, passed) = (met + usize::from(is_met), passed + usize::from(!is_met));
     }
@@ -227,7 +255,12 @@ fn a_wall_is_the_limit_of_steep_slopes() {
 #[test]
 fn a_thin_pillar_stops_a_fast_node() {
     for width in [1e-3, 1e-9, 1e-15] {
-        let pillar = [[0.5, 0.0], [0.5, 0.2], [0.5 + width, 0.2], [0.5 + width, 0.0]];
+        let pillar = [
+            [0.5, 0.0],
+            [0.5, 0.2],
+            [0.5 + width, 0.2],
+            [0.5 + width, 0.0],
+        ];
         let node = [0.1, 0.1, 400.0, 0.0];
         assert_eq!(drifting(Sticking {}, &pillar).eval(node)[0], 0.5);
         let back = drifting(Sticking {}, &pillar).eval([0.9, 0.1, -400.0, 0.0]);
