@@ -357,7 +357,10 @@ fn what_is_not_known_is_said() {
     ];
     for change in changes {
         let says = without(change);
-        assert!(says.contains("not known") && !says.contains("speaks against"), "{says}");
+        assert!(
+            says.contains("not known") && !says.contains("speaks against"),
+            "{says}"
+        );
     }
     let undecided = Measured {
         is_undecided: true,
@@ -404,7 +407,10 @@ fn a_mechanism_without_muscles_does_not_pass() {
     ] {
         assert!(text.contains(says), "{text}");
     }
-    assert!(!text.contains("-0") && !text.contains("speaks against"), "{text}");
+    assert!(
+        !text.contains("-0") && !text.contains("speaks against"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -431,7 +437,10 @@ fn floppy_modes_and_missed_volumes_are_doubts() {
         [Level::Doubtful; 4]
     );
     let says = with(Some(0), [0.46, 0.2]).verdict().to_text();
-    assert!(says.ends_with("Doubtful: 46 % of its edges are solid (bounds: 47 % to 53 %)."), "{says}");
+    assert!(
+        says.ends_with("Doubtful: 46 % of its edges are solid (bounds: 47 % to 53 %)."),
+        "{says}"
+    );
 }
 
 /// A robot that stops under a stair: the time in which it walks counts, and the verdict says where it stops and what to try.
@@ -442,7 +451,10 @@ fn a_robot_that_stops_is_told_where_and_since_when() {
     let loads = sound();
     let robot = Measured {
         displacement: Some(0.9),
-        standstill: Some(Standstill { since: 6.0, at: 0.9 }),
+        standstill: Some(Standstill {
+            since: 6.0,
+            at: 0.9,
+        }),
         ..Measured {
             risers: scene.risers_ahead(&lattice),
             ..robot(&loads)
@@ -451,20 +463,36 @@ fn a_robot_that_stops_is_told_where_and_since_when() {
     let verdict = robot.verdict();
     assert_eq!(
         verdict.items[0],
-        Item::figure("0.15 m/s until it stands still at 0.90 m after 6.0 s", Level::Doubtful)
+        Item::figure(
+            "0.15 m/s until it stands still at 0.90 m after 6.0 s",
+            Level::Doubtful
+        )
     );
     let risers = robot.risers.len();
     assert_eq!(risers, scene.physics.ground.count);
-    let passed = robot.risers.iter().filter(|riser| riser.along <= 0.9).count();
+    let passed = robot
+        .risers
+        .iter()
+        .filter(|riser| riser.along <= 0.9)
+        .count();
     assert!(passed > 0 && passed < risers);
-    assert_eq!(verdict.items[1].text, format!("passes {passed} of {risers} steps"));
+    assert_eq!(
+        verdict.items[1].text,
+        format!("passes {passed} of {risers} steps")
+    );
     let next = &verdict.hints[0];
     assert!(next.starts_with("the next step is 2.0 cm high"), "{next}");
     // A robot with a goal may stand still.
-    let other = Measured { is_far: false, ..robot.clone() };
+    let other = Measured {
+        is_far: false,
+        ..robot.clone()
+    };
     assert!(!other.verdict().to_text().contains("stands still"));
     assert!(other.verdict().hints.is_empty());
-    let walks = Measured { standstill: None, ..robot };
+    let walks = Measured {
+        standstill: None,
+        ..robot
+    };
     assert!(walks.verdict().hints.is_empty());
 }
 
@@ -482,18 +510,36 @@ fn slippery_slopes_and_heavy_payloads_are_named() {
         (stays.verdict().hints.join("; "), doubts.join("; "))
     };
     let (hints, doubts) = of("");
-    assert_eq!((&hints[..], &doubts[..]), ("try other seeds: `--starts 4`", ""));
+    assert_eq!(
+        (&hints[..], &doubts[..]),
+        ("try other seeds: `--starts 4`", "")
+    );
     // tan 25 degrees is 0.466, tan 40 degrees 0.839.
     let (hints, doubts) = of("physics.incline_deg = 25.0\nphysics.friction = 0.7");
-    assert!(hints.contains("it is 1.5 times what holds a robot at rest"), "{hints}");
+    assert!(
+        hints.contains("it is 1.5 times what holds a robot at rest"),
+        "{hints}"
+    );
     assert_eq!(doubts, "");
     let (hints, doubts) = of("physics.incline_deg = 40.0\nphysics.friction = 0.7");
-    assert!(hints.contains("only 0.83 times what holds a robot"), "{hints}");
-    assert!(doubts.starts_with("the robot slides down the slope"), "{doubts}");
-    assert!(doubts.ends_with("a friction of 0.84 holds it at rest; walking needs more"), "{doubts}");
+    assert!(
+        hints.contains("only 0.83 times what holds a robot"),
+        "{hints}"
+    );
+    assert!(
+        doubts.starts_with("the robot slides down the slope"),
+        "{doubts}"
+    );
+    assert!(
+        doubts.ends_with("a friction of 0.84 holds it at rest; walking needs more"),
+        "{doubts}"
+    );
     let (hints, doubts) = of("physics.payload_mass = 20.0");
     assert!(hints.starts_with("the payload is heavy"), "{hints}");
-    assert!(doubts.starts_with("the payload weighs 196.200 N"), "{doubts}");
+    assert!(
+        doubts.starts_with("the payload weighs 196.200 N"),
+        "{doubts}"
+    );
 }
 
 /// No built-in scene slides, or has a payload that cannot be lifted.

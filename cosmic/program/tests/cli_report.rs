@@ -455,7 +455,10 @@ fn compare_has_a_row_for_every_run() {
     assert_eq!(columns.count(), 6, "{told}");
     assert!(rows[4] == rows[5] && rows[4].starts_with("run: "), "{told}");
     let summary = bench.json("run/summary.json");
-    let median = format!("{:.3}", summary["displacement_robust_p50"].as_f64().unwrap());
+    let median = format!(
+        "{:.3}",
+        summary["displacement_robust_p50"].as_f64().unwrap()
+    );
     assert!(rows[1].replace('\u{2212}', "-").contains(&median));
     let html = bench.read("compare.html");
     // Two tables, of six and of all columns, have a head and two rows each.

@@ -132,12 +132,7 @@ impl Evaluator {
         go_on()?;
         let other_steps = self.with_other_steps(&design, controller, &domains);
         go_on()?;
-        let integrator = self.scene.physics.integrator;
-        let own = spreads[0].merit.p50;
-        let unsteady = self.merit().unsteady(own, &other_steps, integrator);
-        let score = self.score(&selection, merit);
-        // Robots with another task may have reached their goal.
-        let stops = seen.standstill.filter(|_| self.loss.is_far());
+        let unsteady = self.unsteady(&spreads[0], &other_steps);
         Some(Delivery {
             design: progress.design.clone(),
             materials: design.materials(),
@@ -146,24 +141,15 @@ impl Evaluator {
             displacement: self.task.ground().vector_to_world(seen.moved),
             along: seen.moved.forward(),
             selection,
-            selection_score: match unsteady.is_empty() {
-                true => score,
-                false => score.min(other_steps.least_merit()),
-            },
+            selection_score: self.steady_score(&selection, merit, &unsteady, &other_steps),
             robust: robust.displacement,
-            reliability: (self.merit().reliability(&varied.merit, merit))
-                .and(unsteady)
-                .and(stops.map(Standstill::reason)),
+            reliability: self.reliability(&varied, merit, unsteady, seen.standstill),
             other_steps,
             behind: spreads[0].behind,
             spread: spreads[0].displacement,
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
-            merit: match (self.loss.is_far(), self.scene.controller.goals) {
-                (true, _) => None,
-                (false, GoalKind::Fixed | GoalKind::Two) => Some(spreads[0].merit),
-                (false, GoalKind::Given) => Some(varied.merit),
-            },
+            merit: self.quoted_merit(&spreads[0], &varied),
             volume: seen.volume,
             actuator_volume: seen.actuator_volume,
             structure: seen.structure,
@@ -175,6 +161,51 @@ impl Evaluator {
             trajectory: seen.trajectory,
             divergence: seen.divergence,
         })
+    }
+
+    /// The reasons not to trust a robot that walks differently with other time steps. `own` has its results with the
+    /// scene's.
+    fn unsteady(&self, own: &Reaches, other: &OtherSteps) -> Vec<String> {
+        let integrator = self.scene.physics.integrator;
+        self.merit().unsteady(own.merit.p50, other, integrator)
+    }
+
+    /// The [score](Self::score) of a robot, at most its median merit with other time steps if it depends on them.
+    fn steady_score(
+        &self,
+        selection: &Quantiles,
+        unperturbed: f64,
+        unsteady: &[String],
+        other: &OtherSteps,
+    ) -> f64 {
+        let score = self.score(selection, unperturbed);
+        match unsteady.is_empty() {
+            true => score,
+            false => score.min(other.least_merit()),
+        }
+    }
+
+    /// Whether a robot is reliable. `unsteady` has the reasons that follow from other time steps.
+    fn reliability(
+        &self,
+        varied: &Reaches,
+        unperturbed: f64,
+        unsteady: Vec<String>,
+        standstill: Option<Standstill>,
+    ) -> Reliability {
+        // A robot with another task may have reached its goal.
+        let stops = standstill.filter(|_| self.loss.is_far());
+        let reliability = self.merit().reliability(&varied.merit, unperturbed);
+        reliability.and(unsteady).and(stops.map(Standstill::reason))
+    }
+
+    /// The quantiles of the merit to quote: `None` if robots are ranked by distance.
+    fn quoted_merit(&self, own: &Reaches, varied: &Reaches) -> Option<Quantiles> {
+        match (self.loss.is_far(), self.scene.controller.goals) {
+            (true, _) => None,
+            (false, GoalKind::Fixed | GoalKind::Two) => Some(own.merit),
+            (false, GoalKind::Given) => Some(varied.merit),
+        }
     }
 
     /// The merit of a robot (the number by which robots are ranked) in the rollout from the unperturbed start. If this

@@ -71,6 +71,6 @@ pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
 pub use review::Review;
 pub use schedule::{Phase, Schedule};
 pub use settle::settle;
-pub use standstill::Standstill;
 pub use slope::{At, Slope};
 pub use slopes::Sought;
+pub use standstill::Standstill;

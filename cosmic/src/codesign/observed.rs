@@ -106,9 +106,19 @@ impl Evaluator {
     /// Where and since when the robot of a full rollout stands still.
     fn standstill(&self, seen: &Trajectory<f64>) -> Option<Standstill> {
         let ground = self.task.ground();
-        let times = seen.steps.iter().map(|&step| step as f64 * self.scene.physics.dt);
-        let places = seen.steps.iter().map(|&step| ground.along(seen.position(step)));
+        let times = seen
+            .steps
+            .iter()
+            .map(|&step| step as f64 * self.scene.physics.dt);
+        let places = seen
+            .steps
+            .iter()
+            .map(|&step| ground.along(seen.position(step)));
         let period = TAU / self.scene.controller.omega;
-        Standstill::of(&times.collect::<Vec<_>>(), &places.collect::<Vec<_>>(), period)
+        Standstill::of(
+            &times.collect::<Vec<_>>(),
+            &places.collect::<Vec<_>>(),
+            period,
+        )
     }
 }

@@ -38,7 +38,9 @@ pub struct OtherSteps {
 impl OtherSteps {
     /// The lowest of the median merits.
     pub(super) fn least_merit(&self) -> f64 {
-        let other = self.integrator.map_or(f64::INFINITY, |(_, medians)| medians.merit);
+        let other = self
+            .integrator
+            .map_or(f64::INFINITY, |(_, medians)| medians.merit);
         self.half.merit.min(other)
     }
 }

@@ -121,12 +121,7 @@ impl Merit {
 
     /// The reasons not to trust a robot whose median merit over perturbed starts is `own`, and `other` if time is cut into
     /// other steps; empty if these medians are close. `integrator` is that of the scene.
-    pub fn unsteady(
-        self,
-        own: f64,
-        other: &OtherSteps,
-        integrator: Integrator,
-    ) -> Vec<String> {
+    pub fn unsteady(self, own: f64, other: &OtherSteps, integrator: Integrator) -> Vec<String> {
         let least = match self {
             Self::Distance { scale } | Self::ShorterWay { scale } => LEAST_WALK * scale,
             Self::MinusLoss => 0.0,

@@ -45,7 +45,10 @@ impl Measured<'_> {
     }
 
     fn meets_a_step(&self) -> Option<String> {
-        let at = self.standstill.map(|still| still.at).or(self.displacement)?;
+        let at = self
+            .standstill
+            .map(|still| still.at)
+            .or(self.displacement)?;
         let next = self.risers.iter().find(|riser| riser.along > at)?;
         Some(format!(
             "the next step is {} cm high, at {:.2} m from the start; try lower steps",

@@ -20,7 +20,11 @@ pub(super) fn with_six<'r, S>(
 ) -> TableOf<'r, S> {
     let has_loss = |run| of(run).summary.loss_p50.is_some();
     let has_loss = table.subjects().iter().any(has_loss);
-    let far = Column::new("distance", "displacement: median of robots that vary a little").unit("m");
+    let far = Column::new(
+        "distance",
+        "displacement: median of robots that vary a little",
+    )
+    .unit("m");
     let far = far.decimals(3, "diverged");
     let loss = Column::new("loss", "loss: median over perturbed starts").decimals(4, "–");
     let says = "the distance divided by the duration of the walk";
