@@ -33,14 +33,20 @@ impl Failure {
 
     /// Keeps an exception unless there was one already, and asks the run to stop.
     fn note(&self, error: PyErr) {
-        let mut kept = self.exception.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self
+            .exception
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         kept.get_or_insert(error);
         self.stop.store(true, Ordering::Relaxed);
     }
 
     /// Removes and returns the exception, if there is one.
     pub(crate) fn taken(&self) -> Option<PyErr> {
-        let mut kept = self.exception.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self
+            .exception
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         kept.take()
     }
 }

@@ -90,6 +90,9 @@ impl fmt::Display for Cost {
         };
         let number = number.max(1.0).round();
         let s = if number == 1.0 { "" } else { "s" };
-        write!(out, ", about {number} processor {unit}{s} for an optimisation")
+        write!(
+            out,
+            ", about {number} processor {unit}{s} for an optimisation"
+        )
     }
 }

@@ -108,7 +108,9 @@ fn next(folder: &Path, registry: &Registry) -> String {
     let has_parts = |scene: Scene| scene.materials.parts.skeleton != SkeletonPart::Numbers;
     let is_of_parts = read_scene(folder, registry).is_ok_and(has_parts);
     if !is_of_parts && registry.scene(OF_PARTS).is_some() {
-        text += &format!("\n      cosmic optimize {OF_PARTS} designs a robot of tubes and cylinders that can be built");
+        text += &format!(
+            "\n      cosmic optimize {OF_PARTS} designs a robot of tubes and cylinders that can be built"
+        );
     }
     text
 }

@@ -220,7 +220,11 @@ fn a_history_that_was_cut_off_is_drawn() {
     assert!(!page.contains("No history was kept."));
     bench.write("run/history.jsonl", "");
     report(&bench).ok();
-    assert!(bench.read("run/report.html").contains("No history was kept."));
+    assert!(
+        bench
+            .read("run/report.html")
+            .contains("No history was kept.")
+    );
 }
 
 /// A finished run lacks a file of its result. The error says how to write the file again, and that works.
@@ -228,10 +232,17 @@ fn a_history_that_was_cut_off_is_drawn() {
 fn a_missing_file_of_a_finished_run_is_restored() {
     let bench = Bench::finished();
     let before = bench.results("a");
-    for (file, command) in [("trajectory.json", "report a"), ("design.json", "evaluate a")] {
+    for (file, command) in [
+        ("trajectory.json", "report a"),
+        ("design.json", "evaluate a"),
+    ] {
         bench.remove(&format!("a/{file}"));
         let says = "delete a/summary.json and continue with: cosmic resume a";
-        bench.fails(command, 4, &[file, "the run is finished, but this file is missing", says]);
+        bench.fails(
+            command,
+            4,
+            &[file, "the run is finished, but this file is missing", says],
+        );
         bench.remove("a/summary.json");
         bench.ok("resume a");
         assert_eq!(bench.results("a"), before);

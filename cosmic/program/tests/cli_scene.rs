@@ -106,11 +106,14 @@ fn the_world_is_described() {
     let earth = "world: gravity 9.81 m/s²; feet slip at friction 1 (contact coulomb); no drag; damped bars \
                  (time 0.00025 s); end stops (at a strain of 0.27, stiffness 1300 N/m)\n";
     let told = check("").ok().out;
-    assert!(told.starts_with("lattice.payload = 0 (auto)\n"), "{told}");
+    assert!(told.starts_with("physics.dt = 0.002 (auto)\n"), "{told}");
     assert!(told.ends_with("\nmy.toml: ok\n"), "{told}");
     let robot = "\nrobot: 6x6, 36 nodes, 110 edges; 0.5 m long, 0.5 m high; about ";
     let cost = "cost: 8192 steps a rollout, about ";
-    has(&told, &["\ncontroller.omega = 10.0 (auto)\n", robot, earth, cost]);
+    has(
+        &told,
+        &["\ncontroller.omega = 10.0 (auto)\n", robot, earth, cost],
+    );
     let moon =
         "base = \"rough\"\n[physics]\ngravity = 1.6\nincline_deg = 5\nforces = [\"stops\"]\n";
     let says = "world: gravity 1.6 m/s²; feet never slip (contact infinite); incline 5 degrees; ground rough; \
@@ -144,7 +147,10 @@ fn nonsense_is_warned_about() {
     let square = "[[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]]";
     let of_size = |s: f64, up: f64| {
         let top = s + up;
-        truss(&format!("[[0, {up}], [{s}, {up}], [{s}, {top}], [0, {top}]]"), square)
+        truss(
+            &format!("[[0, {up}], [{s}, {up}], [{s}, {top}], [0, {top}]]"),
+            square,
+        )
     };
     bench.write("millimetres.json", of_size(600.0, 0.0));
     bench.write("floating.json", of_size(0.3, 5.0));
@@ -155,7 +161,10 @@ fn nonsense_is_warned_about() {
     for (set, says) in [
         ("lattice.file=millimetres.json", "the robot measures 600 m"),
         ("lattice.file=tiny.json", "the robot measures 0.0003 m"),
-        ("lattice.file=floating.json", "the robot starts 5 m above the ground"),
+        (
+            "lattice.file=floating.json",
+            "the robot starts 5 m above the ground",
+        ),
         (
             "lattice.file=pieces.json",
             "the truss is in 2 pieces: no edges connect node 0 with node 3",
@@ -166,7 +175,10 @@ fn nonsense_is_warned_about() {
             "physics.steps=1",
             "a rollout lasts 0.002 s, which is less than a period of the clock (0.628 s)",
         ),
-        ("physics.gravity=0", "without gravity the robot does not rest on the ground"),
+        (
+            "physics.gravity=0",
+            "without gravity the robot does not rest on the ground",
+        ),
     ] {
         let told = bench.cosmic(&format!("scene check earth --set {set}"));
         has(&told.error, &["warning: ", says]);
@@ -182,8 +194,16 @@ fn many_mechanical_steps_are_announced() {
     let told = cosmic(&format!("scene check earth {stiff}"));
     has(&told.out, &[" substeps a rollout, about "]);
     let advice = "; set physics.integrator = \"implicit\": a rollout then takes ";
-    has(&told.error, &["light or stiff bars make the simulation slow: a rollout takes ", advice]);
-    let implicit = cosmic(&format!("scene check earth {stiff} --set physics.integrator=implicit"));
+    has(
+        &told.error,
+        &[
+            "light or stiff bars make the simulation slow: a rollout takes ",
+            advice,
+        ],
+    );
+    let implicit = cosmic(&format!(
+        "scene check earth {stiff} --set physics.integrator=implicit"
+    ));
     assert!(!implicit.error.contains("simulation slow"), "{implicit:?}");
 }
 

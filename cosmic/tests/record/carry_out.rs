@@ -116,8 +116,12 @@ struct StopsInside {
 
 impl Observer for StopsInside {
     fn iteration(&mut self, _: &Run, record: &Record) -> ControlFlow<()> {
-        assert!(record.iteration <= self.after, "an abandoned iteration is shown");
-        self.flag.store(record.iteration == self.after, Ordering::Relaxed);
+        assert!(
+            record.iteration <= self.after,
+            "an abandoned iteration is shown"
+        );
+        self.flag
+            .store(record.iteration == self.after, Ordering::Relaxed);
         ControlFlow::Continue(())
     }
 
@@ -145,7 +149,8 @@ fn an_iteration_that_is_interrupted_inside_is_abandoned() {
         assert_eq!(history::read(&run, usize::MAX).unwrap().len(), after);
         resume_of(&run, &plan, &mut ()).unwrap();
         for file in ["design.json", "trajectory.json"] {
-            let [resumed, whole] = [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
+            let [resumed, whole] =
+                [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
             assert!(resumed == whole, "{file} after {after}");
         }
     }

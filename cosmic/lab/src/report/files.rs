@@ -11,10 +11,10 @@ use cosmic::projection::{Holds, Projection, projected};
 use cosmic::reading::read_whole;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
+use cosmic::record::summary::result_of;
 use cosmic::record::{
     DesignFile, Summary, TrajectoryFile, check_numbers, check_one_run, run, trajectory_file,
 };
-use cosmic::record::summary::result_of;
 use cosmic::scene::{Lacks, Scene, ShownScene};
 use cosmic::simulator::Trajectory;
 use cosmic::verdict::Verdict;
@@ -304,7 +304,8 @@ fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let rows: Vec<DesignRow> = history::read_lines(path, history::DESIGNS_FORMAT, whole_lines(path)?)?;
+    let rows: Vec<DesignRow> =
+        history::read_lines(path, history::DESIGNS_FORMAT, whole_lines(path)?)?;
     let name = &path.display().to_string();
     for row in &rows {
         let what = format!("entries in `z` of iteration {}", row.iteration);

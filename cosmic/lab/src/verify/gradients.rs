@@ -384,8 +384,7 @@ impl Gradients {
                  the {} numbers of design and controller of {}. `error` and `angle` compare the slopes along \
                  {DIRECTIONS} random directions with differences in double-double. Until the payload \
                  moves, the gradient and its error are exactly zero.",
-                self.numbers,
-                self.moved
+                self.numbers, self.moved
             ),
             format!(
                 "`time`: processor time of one thread, for a whole gradient in reverse mode, for \

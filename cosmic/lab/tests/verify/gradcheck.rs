@@ -21,7 +21,11 @@ fn wrong_groups_and_accepted_controls_are_failures() {
     check.groups[5].verdict = Verdict::Kink;
     check.control.as_mut().unwrap().verdict = Verdict::Smooth;
     check.groups[0].norm = 0.0;
-    let failures = ["z (nothing could be compared)", "b1", "the negative control"];
+    let failures = [
+        "z (nothing could be compared)",
+        "b1",
+        "the negative control",
+    ];
     assert_eq!(check.failures(), failures);
     check.control = None;
     let control = "the negative control (nothing could be compared)";
@@ -64,7 +68,10 @@ fn slopes_below_the_displacement_s_rounding_do_not_fail() {
         (falling, 256, 0, 1e-9),
     ] {
         let check = check_gradients(case, None, steps, &Options::default());
-        assert!(check.groups.iter().all(|g| g.verdict != Verdict::Wrong), "{check}");
+        assert!(
+            check.groups.iter().all(|g| g.verdict != Verdict::Wrong),
+            "{check}"
+        );
         let failures = check.failures();
         let empty = format!("{} (nothing could be compared)", check.groups[group].name);
         assert!(failures.contains(&empty), "{check}");
@@ -103,7 +110,10 @@ fn slopes_that_consist_of_rounding_are_not_called_wrong() {
         scene.controller.velocity_scale = 0.5;
     });
     let check = check_gradients(&case, None, 200, &Options::default());
-    assert!(check.groups.iter().all(|g| g.verdict != Verdict::Wrong), "{check}");
+    assert!(
+        check.groups.iter().all(|g| g.verdict != Verdict::Wrong),
+        "{check}"
+    );
     let warns = check.to_string().contains("use fewer steps");
     assert!(check.rounding > 1.0 && warns, "{check}");
     let check = passed(&case, 32);

@@ -169,7 +169,11 @@ pub fn check_gradients_of(
     let still = CaseLoss::new(&case, loss).without_gradient();
     let (moved, case) = comparable(case, loss, still.len());
     GradientCheck {
-        still: if moved == Moved::No { Vec::new() } else { still },
+        still: if moved == Moved::No {
+            Vec::new()
+        } else {
+            still
+        },
         ..checked_at(loss, &case, options, moved)
     }
 }
@@ -204,12 +208,7 @@ pub(super) fn in_motion(case: &Case, steps: usize) -> (Moved, Case) {
 }
 
 /// Checks the gradient at the robot of a case.
-fn checked_at(
-    loss: &dyn AnyLoss,
-    case: &Case,
-    options: &Options,
-    moved: Moved,
-) -> GradientCheck {
+fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) -> GradientCheck {
     let here = CaseLoss::new(case, loss);
     let [stands, touches] = stands_and_touches(case);
     let lifted = touches.then(|| lifted(case));
