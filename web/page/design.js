@@ -50,7 +50,7 @@ export class Walk extends Walker {
   }
 
   /** The last frame in which a node of the body is on the ground; the last frame of all if the robot flies for more than
-   * half of the walk. */
+   * three quarters of the walk. */
   #landing() {
     const { robot: { rest }, world: { ground } } = this;
     const last = this.walk.counts.length - 1;
@@ -59,7 +59,7 @@ export class Walk extends Walker {
       const { positions } = super.at(frame * this.walk.every);
       return [...this.body].some(i => positions[2 * i + 1] < levelAt(ground, positions[2 * i]) + near);
     };
-    for (let frame = last; frame > last / 2; frame--) if (stands(frame)) return frame;
+    for (let frame = last; frame > last / 4; frame--) if (stands(frame)) return frame;
     return last;
   }
 

@@ -149,7 +149,7 @@ export async function moon(browser, address) {
   await press(page, "link");
   await until(page, "its link", () => document.getElementById("saved").textContent.includes("link"));
   check(/[#&]gravity=Moon/.test(page.url()), await text(page, "saved"));
-  for (const velocity of [[0, 3], [1, 2], [-1, 3]]) {
+  for (const velocity of [[0, 1.5], [0.5, 1], [-0.5, 1.5]]) {
     await page.evaluate(velocity => globalThis.push(velocity), velocity);
     await until(page, `a push of ${velocity} m/s`, () => document.getElementById("status").textContent.startsWith("You pushed"));
     const { foot, playing } = await page.evaluate(() => globalThis.onStage());
