@@ -286,7 +286,7 @@ fn a_state_is_advanced_once() {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_function_with_more_values_at_one_time_than_at_another_is_refused() {
     let jacobian = |more: usize| {
-        let values = std::cell::Cell::new(3);
+        let values = Cell::new(3);
         autodiff::jacobian(
             |x| vec![x[0]; values.replace(values.get() + more)],
             &[1.0; 9],

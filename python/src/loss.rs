@@ -91,7 +91,7 @@ impl Loss for PythonLoss {
         let numbers = [seen.x, seen.v].concat();
         let call = Call {
             object: Arc::clone(&self.object),
-            failure: Arc::clone(&self.failure),
+            failure: self.failure.clone(),
             steps: trajectory.steps.clone(),
             goals: (trajectory.goals.as_ref()).map(|goals| goals_at(goals, &trajectory.steps)),
             gradient: Arc::default(),

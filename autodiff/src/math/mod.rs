@@ -20,6 +20,7 @@ pub use double_double::DoubleDouble;
 #[cfg(lanes)]
 pub(crate) use power::FEW;
 pub(crate) use power::{by_squaring, powi};
+#[cfg(lanes)]
 pub(crate) use primitive::Primitive;
 #[cfg(lanes)]
 pub(crate) use primitive::{SIN_RANGE, exp, sin_cos};
