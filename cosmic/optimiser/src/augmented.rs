@@ -8,7 +8,8 @@
 //! within the bounds, where terms of inequalities count only if they are positive. Then it replaces the multipliers
 //! `l_i` by `r (f_i + l_i / r)`, and multiplies the penalty `r` by ten if the violations have not halved. Each
 //! minimisation is a limited-memory quasi-Newton method with projection onto the bounds. All functions are divided by
-//! their largest derivative at the start if that is above 1.
+//! their largest derivative at the start, times the range of its variable, if that is above 1. So large constraints count
+//! no more than small ones.
 
 use crate::descent::{Bounds, Memory};
 use crate::error::OptimiserError;
@@ -18,6 +19,8 @@ use crate::run::{Run, Solution, Status, Stop};
 /// Factor on the penalty if the violations have not become smaller than `SHARE` times what they were.
 const GROWTH: f64 = 10.0;
 const SHARE: f64 = 0.5;
+/// The first penalty if the start satisfies all constraints.
+const FEASIBLE: f64 = 1e4;
 /// The largest penalty.
 const LARGEST: f64 = 1e12;
 /// The largest multiplier that a minimisation uses.
@@ -129,7 +132,7 @@ impl Driver<'_, '_> {
             let feasible = residuals.violation <= stop.feasibility;
             let stationary = residuals.stationarity <= stop.kkt;
             if feasible && stationary && residuals.complementarity <= stop.kkt {
-                return Ok(Status::Converged);
+                return Ok(self.run.optimal());
             }
             if self.run.is_infeasible() {
                 return Ok(Status::Infeasible);
@@ -157,11 +160,11 @@ impl Driver<'_, '_> {
 
     /// Chooses the weights of the functions and the first penalty.
     fn begin(&mut self) {
-        let steepest = |gradient: &Vec<f64>| gradient.iter().fold(1.0, |most, g| g.abs().max(most));
         let run = &self.run;
+        let weight = |function: usize| 1.0 / run.slope(function).max(1.0);
         let lagrangian = Lagrangian {
             equalities: run.problem.equalities,
-            weights: (run.gradients.iter()).map(|g| 1.0 / steepest(g)).collect(),
+            weights: (0..run.values.len()).map(weight).collect(),
             multipliers: vec![0.0; run.values.len() - 1],
             penalty: 1.0,
         };
@@ -169,7 +172,11 @@ impl Driver<'_, '_> {
         let violations = lagrangian.updated(&run.values);
         let squares: f64 = violations.iter().map(|v| v * v).sum();
         let objective = (lagrangian.weights[0] * run.values[0]).abs();
-        let penalty = (2.0 * objective.max(1.0) / squares).clamp(1e-6, 10.0);
+        let penalty = match squares {
+            // A start that satisfies the constraints should not leave them far behind.
+            0.0 => FEASIBLE,
+            squares => (2.0 * objective.max(1.0) / squares).clamp(1e-6, 10.0),
+        };
         self.lagrangian = Lagrangian {
             penalty,
             ..lagrangian

@@ -60,6 +60,9 @@ pub enum Status {
     /// A constraint is violated, and to first order no small change of the variables reduces the violation. Either no
     /// point satisfies all constraints, or the run reached a local minimum of the violation: then another start helps.
     Infeasible,
+    /// The point satisfies the optimality conditions, but its objective is larger than that of the start, which satisfied
+    /// all constraints. Derivatives have the wrong sign, or the run has ended in a worse local minimum.
+    WorseThanStart,
     /// A function or a number computed from functions is not finite; the error says which one. The result is the last
     /// point where all functions are finite, or the start.
     Failed(OptimiserError),
@@ -112,6 +115,8 @@ pub(crate) struct Run<'p, 'a> {
     pub(crate) step: f64,
     /// The largest scaled derivative of the objective at the start, or at the first point where it is not 0.
     first_slope: f64,
+    /// The objective at the start if the start satisfies all constraints.
+    first_objective: Option<f64>,
 }
 
 impl<'p, 'a> Run<'p, 'a> {
@@ -142,6 +147,7 @@ impl<'p, 'a> Run<'p, 'a> {
             iterations: 0,
             step: f64::INFINITY,
             first_slope: 0.0,
+            first_objective: None,
         })
     }
 
@@ -150,7 +156,21 @@ impl<'p, 'a> Run<'p, 'a> {
         self.values = self.problem.values(&self.point)?;
         self.gradients = self.problem.gradients(&self.point)?;
         self.multipliers = vec![0.0; self.values.len() - 1];
+        let is_feasible = self.violation() <= self.stop.feasibility;
+        self.first_objective = is_feasible.then_some(self.values[0]);
         Ok(())
+    }
+
+    /// The status of a point that satisfies the optimality conditions and all constraints.
+    pub(crate) fn optimal(&mut self) -> Status {
+        // To first order, the tolerances of a converged run allow this much.
+        let multipliers: f64 = self.multipliers.iter().map(|l| l.abs()).sum();
+        let noise = self.stop.kkt * self.objective_scale() + self.stop.feasibility * multipliers;
+        let rounding = 1e-12 * self.values[0].abs();
+        match self.first_objective {
+            Some(first) if self.values[0] > first + noise + rounding => Status::WorseThanStart,
+            _ => Status::Converged,
+        }
     }
 
     /// Moves to a point whose values are known. If its gradients are not finite, the run stays where it is.
@@ -178,7 +198,7 @@ impl<'p, 'a> Run<'p, 'a> {
     }
 
     /// The largest scaled derivative of a function by a variable that is not fixed.
-    fn slope(&self, function: usize) -> f64 {
+    pub(crate) fn slope(&self, function: usize) -> f64 {
         let gradient = self.gradients[function].iter().enumerate();
         gradient
             .filter(|&(j, _)| self.problem.lower[j] < self.problem.upper[j])

@@ -3,6 +3,7 @@
 mod adam;
 mod classics;
 mod ends;
+mod engineering;
 mod mma {
     mod bracket;
     mod cholesky;

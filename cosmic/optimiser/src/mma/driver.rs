@@ -106,7 +106,7 @@ impl Driver<'_, '_> {
             let feasible = residuals.violation <= stop.feasibility;
             let stationary = residuals.stationarity.max(residuals.complementarity) <= stop.kkt;
             if feasible && stationary {
-                return Ok(Status::Converged);
+                return Ok(self.run.optimal());
             }
             if self.run.is_infeasible() {
                 return Ok(Status::Infeasible);
