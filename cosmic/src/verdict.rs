@@ -290,7 +290,10 @@ impl<'m> Measured<'m> {
         ];
         let items = figures.into_iter().chain(limits).flatten();
         Verdict {
-            items: items.chain(self.parts().into_iter().flatten()).chain(self.lacks()).collect(),
+            items: items
+                .chain(self.parts().into_iter().flatten())
+                .chain(self.lacks())
+                .collect(),
             hints: self.hints(),
         }
     }

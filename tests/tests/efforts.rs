@@ -170,8 +170,14 @@ fn the_energy_of_a_step_is_accounted_for() {
             let all = budget(&case, &seen, k, is_implicit);
             let brought = all.bars + all.gravity + all.drag + all.ground;
             let off = (brought - all.kinetic) / case.physics.dt;
-            assert!(off.abs() < tolerance, "{integrator}, step {k}: {off:e} W, {all:?}");
-            assert!(all.in_air < 10.0 * tolerance, "{integrator}, step {k}: {all:?}");
+            assert!(
+                off.abs() < tolerance,
+                "{integrator}, step {k}: {off:e} W, {all:?}"
+            );
+            assert!(
+                all.in_air < 10.0 * tolerance,
+                "{integrator}, step {k}: {all:?}"
+            );
             lost += all.ground;
             moved = moved.max(all.bars.abs());
         }

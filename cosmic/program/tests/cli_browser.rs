@@ -110,7 +110,10 @@ fn an_undecided_design_has_no_counts() {
     }
     bench.write("alone/design.json", design.to_string());
     bench.cosmic("report alone").ok();
-    let page = document(browser, &bench.path("alone/report.html").display().to_string());
+    let page = document(
+        browser,
+        &bench.path("alone/report.html").display().to_string(),
+    );
     assert!(page.contains("20 edges, all undecided") && page.contains("0, undecided"));
     assert!(!page.contains("20 void"), "no edge is void");
 }

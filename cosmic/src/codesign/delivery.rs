@@ -127,8 +127,7 @@ impl Evaluator {
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
-        let ([robust, varied], robust_energy) =
-            self.of_varied(&design, controller, progress.seed);
+        let ([robust, varied], robust_energy) = self.of_varied(&design, controller, progress.seed);
         go_on()?;
         let other_steps = self.with_other_steps(&design, controller, &domains);
         go_on()?;
@@ -257,9 +256,9 @@ impl Evaluator {
                 reach(&domains)
             }
         };
-        let energy = robust.typical.and_then(|k| {
-            self.energy_in(design, controller, &domains[k], robust.displacement.p50)
-        });
+        let energy = robust
+            .typical
+            .and_then(|k| self.energy_in(design, controller, &domains[k], robust.displacement.p50));
         ([robust, varied], energy)
     }
 

@@ -83,7 +83,10 @@ fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
         materials.filter(|m| **m == material).count()
     };
     let bars = match run.summary.is_undecided() {
-        true => format!("size; {} edges, all undecided", run.robot.lattice.edges.len()),
+        true => format!(
+            "size; {} edges, all undecided",
+            run.robot.lattice.edges.len()
+        ),
         false => format!(
             "size; {} skeleton bars, {} muscles",
             count(Material::Skeleton),
