@@ -32,10 +32,10 @@ function inWebAssembly(scene, seed) {
   const engine = new Engine(new WebAssembly.Module(readFileSync(built(name => name.endsWith("cosmic.wasm"))[0])));
   engine.ask({ do: "begin", scene: { scene, settings: [] }, seed });
   while (!engine.ask({ do: "iterate", shown: false }).done);
-  const { spread } = engine.ask({ do: "deliver" });
+  const { measured } = engine.ask({ do: "deliver", packed: false });
   const { user, system } = process.cpuUsage();
-  const design = engine.ask({ do: "design" });
-  console.log(JSON.stringify({ seconds: (user + system) / 1e6, far: spread.p50, design }));
+  const { design } = engine.ask({ do: "design" });
+  console.log(JSON.stringify({ seconds: (user + system) / 1e6, far: measured.distance.p50, design }));
 }
 
 function asProcess(scene, seed) {
@@ -50,7 +50,7 @@ function natively(scene, seed) {
   const { status, stderr } = spawnSync("bash", ["-c", command], { encoding: "utf8" });
   if (status !== 0) throw new Error(stderr);
   const seconds = stderr.trim().split("\n").at(-1).split(" ").reduce((sum, part) => sum + Number(part), 0);
-  const far = JSON.parse(readFileSync(join(out, "summary.json"))).displacement_p50;
+  const far = JSON.parse(readFileSync(join(out, "summary.json"))).displacement_robust_p50;
   rmSync(folder, { recursive: true });
   return { seconds, far };
 }

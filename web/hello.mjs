@@ -26,7 +26,7 @@ if (process.argv.includes("--check")) {
 } else {
   engine.ask({ do: "begin", scene, seed: SEED });
   while (!engine.ask({ do: "iterate", shown: false }).done);
-  const designed = engine.ask({ do: "deliver" });
+  const designed = engine.ask({ do: "deliver", packed: true });
   const packed = toText(engine.ask({ do: "share" }).bytes);
   const { world, robot } = opened(packed);
   const link = `#${new URLSearchParams({ scene: "creature", seed: String(SEED), robot: packed })}`;

@@ -2,6 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::literal::Argument;
 use crate::real::{Accepts, Literal, Mask, Real};
 
 /// Makes a constant that can stand on either side of an operator in code over any [`Real`]: `lit(2.0) * x +
@@ -28,8 +29,12 @@ pub fn lit(value: f64) -> Literal {
 }
 
 #[diagnostic::do_not_recommend]
+impl<R: Real> Argument for R {}
+
+#[diagnostic::do_not_recommend]
 impl<R: Real> Accepts<R> for R {
     #[inline(always)]
+    #[track_caller]
     fn accept(argument: R) -> R {
         argument
     }
@@ -38,6 +43,7 @@ impl<R: Real> Accepts<R> for R {
 #[diagnostic::do_not_recommend]
 impl<R: Real> Accepts<Literal> for R {
     #[inline(always)]
+    #[track_caller]
     fn accept(argument: Literal) -> R {
         R::lit(argument.0)
     }
@@ -57,6 +63,7 @@ pub(crate) fn printed<R: Real>(number: R) -> String {
 impl Neg for Literal {
     type Output = Literal;
     #[inline(always)]
+    #[track_caller]
     fn neg(self) -> Literal {
         Literal(-self.0)
     }
@@ -69,6 +76,7 @@ macro_rules! literal_first {
             impl<R: Real> $trait<R> for Literal {
                 type Output = R;
                 #[inline(always)]
+                #[track_caller]
                 fn $method(self, $number: R) -> R {
                     let $literal = self.0;
                     $result

@@ -78,6 +78,7 @@ pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {
 struct Single<T>(T);
 
 impl<T: Rule> Single<T> {
+    #[track_caller]
     fn value_and_partials<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
         let value = R::fused(Single(self.0.clone()), &[x])[0];
         let partials = self.0.partials(x, value);

@@ -129,6 +129,7 @@ macro_rules! elementary_methods {
         $(
             #[doc = $about]
             #[inline(always)]
+            #[track_caller]
             fn $method(self) -> Self {
                 self.elementary(Elementary::$Function)
             }

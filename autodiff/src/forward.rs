@@ -20,6 +20,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
     /// # Panics
     /// If `index` is not below `N`.
     #[inline(always)]
+    #[track_caller]
     pub fn variable(value: R, index: usize) -> Self {
         assert!(
             index < N,

@@ -22,6 +22,7 @@ use crate::real::{Fused, Real};
 ///
 /// # Panics
 /// If the number of weights is not `biases.len() * x.len()`.
+#[track_caller]
 pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     assert_eq!(
         weights.len(),
@@ -47,6 +48,7 @@ pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
 /// # Panics
 /// If there is no bias, if the number of weights is not a multiple of the biases, or if `x` is not a whole number
 /// of vectors.
+#[track_caller]
 pub fn dense_batch<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     let columns = weights.len().checked_div(biases.len()).unwrap_or(0);
     assert!(

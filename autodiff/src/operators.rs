@@ -17,7 +17,7 @@
 /// ```
 ///
 /// The attributes before `impl` are added to every operator. Assigning operators, sums and products are derived from
-/// the other operators.
+/// the other operators. Every operator is `#[track_caller]`, so that panics and traces name the line of the caller.
 macro_rules! operators {
     (
         $(#[$attribute:meta])*
@@ -46,6 +46,7 @@ macro_rules! operators {
         impl<$($generics)*> std::ops::Neg for $number {
             type Output = Self;
             $(#[$attribute])*
+            #[track_caller]
             fn neg(self) -> Self {
                 let $i = self;
                 $negative
@@ -128,6 +129,7 @@ macro_rules! folds {
     ([$($generics:tt)*] $number:ty) => {
         impl<$($generics)*> std::iter::Sum for $number {
             #[inline(always)]
+            #[track_caller]
             fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
                 let mut sum = <Self as num_traits::Zero>::zero();
                 for term in terms {
@@ -138,6 +140,7 @@ macro_rules! folds {
         }
         impl<$($generics)*> std::iter::Product for $number {
             #[inline(always)]
+            #[track_caller]
             fn product<I: Iterator<Item = Self>>(factors: I) -> Self {
                 let mut product = <Self as num_traits::One>::one();
                 for factor in factors {
@@ -148,12 +151,14 @@ macro_rules! folds {
         }
         impl<'a, $($generics)*> std::iter::Sum<&'a Self> for $number {
             #[inline(always)]
+            #[track_caller]
             fn sum<I: Iterator<Item = &'a Self>>(terms: I) -> Self {
                 terms.copied().sum()
             }
         }
         impl<'a, $($generics)*> std::iter::Product<&'a Self> for $number {
             #[inline(always)]
+            #[track_caller]
             fn product<I: Iterator<Item = &'a Self>>(factors: I) -> Self {
                 factors.copied().product()
             }
@@ -191,6 +196,7 @@ macro_rules! closure_operators {
         impl<'a, $($generics)*> std::ops::Neg for &'a $number {
             type Output = $number;
             #[inline(always)]
+            #[track_caller]
             fn neg(self) -> $number {
                 -*self
             }
@@ -227,6 +233,7 @@ macro_rules! closure_operator {
         impl<$($generics)*> std::ops::$trait<$number> for f64 {
             type Output = $number;
             #[inline(always)]
+            #[track_caller]
             fn $method(self, $b: $number) -> $number {
                 let $a = self;
                 $float_first
@@ -235,6 +242,7 @@ macro_rules! closure_operator {
         impl<'a, $($generics)*> std::ops::$trait<&'a $number> for f64 {
             type Output = $number;
             #[inline(always)]
+            #[track_caller]
             fn $method(self, other: &'a $number) -> $number {
                 std::ops::$trait::$method(self, *other)
             }
@@ -245,6 +253,7 @@ macro_rules! closure_operator {
         {
             type Output = $number;
             #[inline(always)]
+            #[track_caller]
             fn $method(self, other: T) -> $number {
                 std::ops::$trait::$method(*self, other)
             }
@@ -267,6 +276,7 @@ macro_rules! right_operand {
         impl<$($generics)*> std::ops::$trait<$operand> for $number {
             type Output = Self;
             #[inline(always)]
+            #[track_caller]
             fn $method(self, $b: $operand) -> Self {
                 let $a = self;
                 $result
@@ -283,6 +293,7 @@ macro_rules! assigning {
     ) => {
         impl<$($generics)*> std::ops::$assign_trait<$operand> for $number {
             #[inline(always)]
+            #[track_caller]
             fn $assign(&mut self, other: $operand) {
                 *self = std::ops::$trait::$method(*self, other);
             }
@@ -300,6 +311,7 @@ macro_rules! operator {
         impl<$($generics)*> std::ops::$trait for $number {
             type Output = Self;
             $($attribute)*
+            #[track_caller]
             fn $method(self, $b: Self) -> Self {
                 let $a = self;
                 $result
@@ -307,6 +319,7 @@ macro_rules! operator {
         }
         impl<$($generics)*> std::ops::$assign_trait for $number {
             $($attribute)*
+            #[track_caller]
             fn $assign(&mut self, other: Self) {
                 *self = std::ops::$trait::$method(*self, other);
             }

@@ -4,7 +4,8 @@
 //! number type. [`value_and_gradient`] then takes and returns the struct itself, and [`names`](Parameters::names) gives
 //! a gradient check the name of each number.
 //!
-//! - Your `Cargo.toml` must call this crate `autodiff`.
+//! - Your `Cargo.toml` may give this crate another name. If it inherits that name from a workspace, or you use the crate
+//!   through another one, name the path: `#[autodiff(crate = "other::autodiff")]` below the `derive`.
 //! - The struct may also have lifetime and constant parameters, but no other type parameters.
 //! - Bounds on the number type must follow from [`Real`].
 //! - Fields may be numbers, other structs with `Parameters`, and `Vec`s, arrays and `Option`s of these. With
@@ -99,17 +100,23 @@ pub trait Parameters<R: Real> {
     ///
     /// # Panics
     /// If `numbers` has more or fewer entries than the structure has numbers.
+    #[track_caller]
     fn with<S: Real>(&self, numbers: &[S]) -> Self::With<S> {
-        let mut rest = numbers.iter();
+        let (mut rest, mut missing) = (numbers.iter(), None);
         let visit = &mut |path: &[Step<'_>], _| match rest.next() {
             Some(&number) => number,
-            None => panic!(
-                "{} numbers are too few for the structure: none is left for `{}`",
-                numbers.len(),
-                name(path)
-            ),
+            None => {
+                missing.get_or_insert_with(|| name(path));
+                S::zero()
+            }
         };
         let structure = self.map_numbers(&mut Walk::new(visit));
+        if let Some(missing) = missing {
+            panic!(
+                "{} numbers are too few for the structure: none is left for `{missing}`",
+                numbers.len()
+            );
+        }
         let left = rest.len();
         assert!(
             left == 0,
@@ -122,6 +129,7 @@ pub trait Parameters<R: Real> {
 
 /// Returns the value and the gradient of a function of a structure, by one reverse sweep. The gradient has the form of
 /// the structure.
+#[track_caller]
 pub fn value_and_gradient<R: Real, P: Parameters<R, With<R> = P>>(
     function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
     at: &P,
@@ -131,6 +139,7 @@ pub fn value_and_gradient<R: Real, P: Parameters<R, With<R> = P>>(
 }
 
 /// Returns the gradient of a function of a structure. The gradient has the form of the structure.
+#[track_caller]
 pub fn gradient<R: Real, P: Parameters<R, With<R> = P>>(
     function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
     at: &P,

@@ -94,6 +94,7 @@ pub trait Real:
     where
         Self: Accepts<T>;
     /// Returns whether the primal is neither infinite nor NaN.
+    #[track_caller]
     fn finite(self) -> Self::Mask {
         self.abs().less(f64::INFINITY)
     }
@@ -105,16 +106,19 @@ pub trait Real:
 
     /// Returns `self * factor + term`. It is rounded only once if the instruction set has a fused multiply-add.
     #[inline(always)]
+    #[track_caller]
     fn fma(self, factor: Self, term: Self) -> Self {
         self * factor + term
     }
     /// Returns `self * factor`, where the factor is a constant.
     #[inline(always)]
+    #[track_caller]
     fn scale(self, factor: f64) -> Self {
         self * Self::lit(factor)
     }
     /// `1 / self`.
     #[inline(always)]
+    #[track_caller]
     fn recip(self) -> Self {
         Self::one() / self
     }
@@ -123,6 +127,7 @@ pub trait Real:
     /// Returns `1 / sqrt(self)`, computed by a square root and a division. The result has the same bits on every
     /// instruction set, because the processor's approximate instruction is not used.
     #[inline(always)]
+    #[track_caller]
     fn rsqrt(self) -> Self {
         self.sqrt().recip()
     }
@@ -136,11 +141,13 @@ pub trait Real:
     fn cos(self) -> Self;
     /// Returns the sine and the cosine. On floats this takes as long as one of them.
     #[inline(always)]
+    #[track_caller]
     fn sin_cos(self) -> (Self, Self) {
         (self.sin(), self.cos())
     }
     /// Returns the tangent of an angle in radians.
     #[inline(always)]
+    #[track_caller]
     fn tan(self) -> Self {
         self.sin() / self.cos()
     }
@@ -151,6 +158,7 @@ pub trait Real:
     /// computed as `1 - y^2`, because a reverse sweep over a layer knows only `y`. For arguments beyond 10 this slope
     /// loses digits, and beyond 19 it is 0.
     #[inline(always)]
+    #[track_caller]
     fn layer_tanh(self) -> Self {
         self.tanh()
     }
@@ -169,6 +177,7 @@ pub trait Real:
     fn elementary(self, function: Elementary) -> Self;
     /// Returns the inverse tangent, which is between `-pi/2` and `pi/2`.
     #[inline(always)]
+    #[track_caller]
     fn atan(self) -> Self {
         self.atan2(Self::one())
     }
@@ -212,6 +221,7 @@ pub trait Real:
     /// Returns `sqrt(self^2 + other^2)`. Before they are squared, both numbers are divided by the larger magnitude, so
     /// that the squares neither overflow nor underflow.
     #[inline(always)]
+    #[track_caller]
     fn hypot<T>(self, other: T) -> Self
     where
         Self: Accepts<T>,
@@ -228,6 +238,7 @@ pub trait Real:
 
     /// Returns `self * ln(y)`, a term of an entropy, and 0 where `self` is 0 unless `y` is NaN.
     #[inline(always)]
+    #[track_caller]
     fn xlogy<T>(self, y: T) -> Self
     where
         Self: Accepts<T>,
@@ -258,6 +269,7 @@ pub trait Real:
     /// Returns `term + chain(partial, cotangent)`. It is rounded only once if the instruction set has a fused
     /// multiply-add.
     #[inline(always)]
+    #[track_caller]
     fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
         term + Self::chain(partial, cotangent)
     }
@@ -268,6 +280,7 @@ pub trait Real:
     /// Returns the sum of `a_i b_i`, added from first to last. It is one entry on the reverse tape. `b` may be a slice
     /// of floats.
     #[inline(always)]
+    #[track_caller]
     fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
     where
         Self: Accepts<T>,
@@ -283,11 +296,13 @@ pub trait Real:
     /// for each term. Up to 128 terms are added from first to last. More are added by sixteens, and so are the sums, so
     /// that the rounding error hardly grows with the number of terms.
     #[inline(always)]
+    #[track_caller]
     fn sum_of(terms: &[Self]) -> Self {
         sum_of!(terms)
     }
     /// Returns the Euclidean length of a slice. Squares of long and short slices neither overflow nor underflow.
     #[inline(always)]
+    #[track_caller]
     fn norm(x: &[Self]) -> Self {
         let (zero, one) = (Self::zero(), Self::one());
         let mut largest = zero;
@@ -315,6 +330,7 @@ pub trait Real:
     /// assert_eq!(gradient(Var::logsumexp, &[900.0, 900.0, -900.0]), [0.5, 0.5, 0.0]);
     /// ```
     #[inline(always)]
+    #[track_caller]
     fn logsumexp(x: &[Self]) -> Self {
         let Some((&first, others)) = x.split_first() else {
             return Self::lit(f64::NEG_INFINITY);
@@ -413,13 +429,17 @@ pub trait Lane<S>: Real {
     const N: usize;
     /// Returns the same scalar in every lane.
     fn splat(value: S) -> Self;
-    /// Loads the first `N` scalars of a slice.
+    /// Loads the first `N` scalars of a slice. Panics if it is shorter.
+    #[track_caller]
     fn load(from: &[S]) -> Self;
-    /// Writes all lanes to the first `N` entries of a slice.
+    /// Writes all lanes to the first `N` entries of a slice. Panics if it is shorter.
+    #[track_caller]
     fn store(self, to: &mut [S]);
-    /// Loads a slice that is shorter than `N` into the first lanes. The other lanes are zero.
+    /// Loads a slice that is shorter than `N` into the first lanes. The other lanes are zero. Panics if it is longer.
+    #[track_caller]
     fn load_part(from: &[S]) -> Self;
-    /// Writes the first lanes to a slice that is shorter than `N`.
+    /// Writes the first lanes to a slice that is shorter than `N`. Panics if it is longer.
+    #[track_caller]
     fn store_part(self, to: &mut [S]);
     /// Returns the mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;

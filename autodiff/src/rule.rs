@@ -6,12 +6,14 @@
 //! follows the table in [`real`](crate::real). If the value is NaN, so is the partial.
 //!
 //! All modes multiply the partials by [`Real::chain`]. The rules use no closures, because a closure that is not inlined
-//! would be compiled without the instruction set of the lanes.
+//! would be compiled without the instruction set of the lanes. They are `#[track_caller]`, so that an inner mode names the
+//! line of the caller too.
 
 use crate::real::{Mask, Real};
 
 /// The rule of `a * b`.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
@@ -20,6 +22,7 @@ pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
 /// partial with respect to `b` is also computed by a division: the reciprocal of a subnormal `b` may overflow although
 /// the quotient does not.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     let quotient = a / b;
     (quotient, [b.recip(), -(quotient / b)])
@@ -27,6 +30,7 @@ pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
 
 /// The rule of `1 / x`.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
     let value = x.recip();
     (value, -(value * value))
@@ -34,6 +38,7 @@ pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
 
 /// The rule of the square root. The partial is infinite at 0 and at -0.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
     let value = x.sqrt();
     (value, R::lit(0.5) / unsigned_zero(value))
@@ -41,6 +46,7 @@ pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
 
 /// The rule of `1 / sqrt(x)`.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
     // At -0 the value is minus infinity. The partial must still be minus infinity, the limit from inside the domain.
@@ -49,6 +55,7 @@ pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
 
 /// The rule of the exponential.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
     let value = x.exp();
     (value, value)
@@ -56,6 +63,7 @@ pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
 
 /// The rule of the natural logarithm. The partial is infinite at zero and NaN below.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
     let value = x.ln();
     let partial = unsigned_zero(x).recip();
@@ -64,12 +72,14 @@ pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
 
 /// The rule of the sine.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn sin<R: Real>(x: R) -> (R, R) {
     x.sin_cos()
 }
 
 /// The rule of the cosine.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
     let (sin, cos) = x.sin_cos();
     (cos, -sin)
@@ -77,6 +87,7 @@ pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
 
 /// The rule of the tangent.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     let value = x.tan();
     (value, value * value + R::one())
@@ -85,6 +96,7 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
 /// The rule of the hyperbolic tangent. The partial is `4 e^-2x / (1 + e^-2x)^2`, because `1 - value^2` loses digits if
 /// the value is close to 1.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
     let twice = x + x;
@@ -98,6 +110,7 @@ pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
 /// The rule of the hyperbolic tangent of a layer. The slope is `1 - value^2`, because a layer's reverse sweep knows
 /// only the result.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
     let value = x.layer_tanh();
     (value, (-value).fma(value, R::one()))
@@ -106,6 +119,7 @@ pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
 /// Returns `1 - x^2`. The value is accurate for `x` near 1. The derivative has no factor that is 0 at 1, because in
 /// reverse mode its product with an infinite cotangent would be NaN.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
     let one = R::one();
     let (small, smooth) = (x.abs().less(R::lit(0.5)), one - x * x);
@@ -114,12 +128,14 @@ pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
 
 /// The rule of the absolute value.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn abs<R: Real>(x: R) -> (R, R) {
     (x.abs(), x.signum())
 }
 
 /// The rule of an integer power.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     if exponent == 0 {
         return (x.powi(0), R::zero());
@@ -143,6 +159,7 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
 /// factor: in the derivative of the quotient this factor is a difference whose terms cancel. If the exponent is near 0,
 /// they do not cancel and the power may overflow, so there the quotient is differentiated.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
     let power = R::chain(x.powf(exponent - R::one()), exponent);
@@ -158,16 +175,15 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     // If the value is NaN, both partials are NaN. Without this, a NaN would be lost in the zeros above and in `NaN^0`,
     // which is 1.
     let number = value.less_equal(value);
-    (
-        value,
-        [by_x, by_exponent].map(|partial| R::select(number, partial, value)),
-    )
+    let by_x = R::select(number, by_x, value);
+    (value, [by_x, R::select(number, by_exponent, value)])
 }
 
 /// The rule of `atan2(y, x)`. The partials are with respect to `y` and to `x`, and are zero at the origin and at
 /// infinity. Both arguments are first divided by the larger magnitude, which counts as a constant, so that the squares
 /// neither overflow nor underflow. The derivatives of the partials use the finite [`inverse`] of that magnitude.
 #[inline(always)]
+#[track_caller]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
     let scale = y.abs().max(x.abs()).detach();
@@ -187,6 +203,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
 /// The rule of `sqrt(x^2 + y^2)`. The partials are the cosine and the sine of the direction of `(x, y)`. Their
 /// derivatives are those of [`direction`].
 #[inline(always)]
+#[track_caller]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
     let (x, y, length) = (x.detach(), y.detach(), value.detach());
@@ -206,6 +223,7 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
 /// from the ratio of the shorter side to the longer side. The formula `x / sqrt(x^2 + y^2)` would lose digits: its
 /// derivative along the longer side is a small difference.
 #[inline(always)]
+#[track_caller]
 fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());
     let (a, b) = (divided(x, scale), divided(y, scale));
@@ -227,18 +245,21 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
 /// Returns `x / scale` for a constant scale above 0. The derivative is always finite, so that a factor of zero makes it
 /// zero and not NaN. To keep it finite, the derivative is `1 / small` if the scale is below [`small`].
 #[inline(always)]
+#[track_caller]
 fn divided<R: Real>(x: R, scale: R) -> R {
     (x.detach() / scale).straight_through(x * inverse(scale))
 }
 
 /// Returns `1 / scale`, limited to `1 / small`.
 #[inline(always)]
+#[track_caller]
 fn inverse<R: Real>(scale: R) -> R {
     scale.max(small::<R>()).recip()
 }
 
 /// Returns a power of two near the smallest normal number of the type. It is `2^-1000` or, for `f32`, `2^-120`.
 #[inline(always)]
+#[track_caller]
 fn small<R: Real>() -> R {
     let small = R::lit(2f64.powi(-1000));
     R::select(R::zero().less(small), small, R::lit(2f64.powi(-120)))
@@ -268,13 +289,14 @@ pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
 
 /// Changes `-0` to `+0`. Limits at zero are taken from inside the domain, which is above zero.
 #[inline(always)]
+#[track_caller]
 fn unsigned_zero<R: Real>(x: R) -> R {
     x + R::zero()
 }
 
 /// Implements those methods of [`Real`] that follow from the rules, for a number type over `R` with a field `value`.
 /// The two closures compute the result of an operation with one or with two operands. They get the operands, the name
-/// of the operation and the result of its rule: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule|
+/// of the operation and the result of its rule, and each method is `#[track_caller]`: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule|
 /// x.apply2(y, rule) }`.
 macro_rules! by_rule {
     (
@@ -289,6 +311,7 @@ macro_rules! by_rule {
             [recip sqrt rsqrt exp ln sin cos tan tanh layer_tanh] [atan2 powf hypot]
         }
         #[$attribute]
+        #[track_caller]
         fn powi(self, exponent: i32) -> Self {
             if exponent == 0 && <R::Mask as $crate::real::Mask>::IS_SINGLE {
                 return <Self as num_traits::One>::one();
@@ -298,20 +321,24 @@ macro_rules! by_rule {
             $of_one
         }
         #[$attribute]
+        #[track_caller]
         fn elementary(self, function: $crate::elementary::Elementary) -> Self {
             let ($x, $name) = (self, function.name());
             let $rule = function.rule(self.value);
             $of_one
         }
         #[$attribute]
+        #[track_caller]
         fn lit(value: f64) -> Self {
             Self::constant(R::lit(value))
         }
         #[$attribute]
+        #[track_caller]
         fn primal(self) -> f64 {
             self.value.primal()
         }
         #[$attribute]
+        #[track_caller]
         fn less<T>(self, other: T) -> R::Mask
         where
             Self: $crate::real::Accepts<T>,
@@ -319,6 +346,7 @@ macro_rules! by_rule {
             self.value.less(Self::accept(other).value)
         }
         #[$attribute]
+        #[track_caller]
         fn less_equal<T>(self, other: T) -> R::Mask
         where
             Self: $crate::real::Accepts<T>,
@@ -326,6 +354,7 @@ macro_rules! by_rule {
             self.value.less_equal(Self::accept(other).value)
         }
         #[$attribute]
+        #[track_caller]
         fn finite(self) -> R::Mask {
             self.value.finite()
         }
@@ -338,6 +367,7 @@ macro_rules! by_rule {
     ) => {
         $(
             #[$attribute]
+            #[track_caller]
             fn $method(self) -> Self {
                 let ($x, $name) = (self, stringify!($method));
                 let $rule = $crate::rule::$method(self.value);
@@ -346,6 +376,7 @@ macro_rules! by_rule {
         )*
         $(
             #[$attribute]
+            #[track_caller]
             fn $method_of_two<T>(self, other: T) -> Self
             where
                 Self: $crate::real::Accepts<T>,

@@ -1,6 +1,9 @@
 //! Misuse that a tape must refuse, and operations that it must not record.
 
-use crate::common::{assert_refused, panic_message};
+use std::cell::Cell;
+
+use crate::common::{Sym, assert_refused, panic_message};
+use autodiff::real::Accepts;
 use autodiff::{Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient};
 
 fn assert_stale<T>(action: impl FnOnce() -> T) {
@@ -98,6 +101,27 @@ fn an_outer_tape_of_the_same_type_still_records_inside() {
         &[5.0],
     );
     assert_eq!(outer, [60.0]);
+}
+
+thread_local! {
+    static HELD: Cell<Var<f64>> = Cell::new(Var::constant(0.0));
+}
+
+/// A conversion that records on the tape of the product: it returns the square of the variable that the thread holds.
+impl Accepts<Sym> for Var<f64> {
+    fn accept(_: Sym) -> Self {
+        let x = HELD.get();
+        Var::dot(&[x], &[x])
+    }
+}
+
+#[test]
+fn a_conversion_may_record() {
+    let cube = |x: &[Var<f64>]| {
+        HELD.set(x[0]);
+        Var::dot(x, &[Sym::lit(0.0)])
+    };
+    assert_eq!(gradient(cube, &[3.0]), [27.0]);
 }
 
 #[test]
@@ -262,7 +286,7 @@ fn a_state_is_advanced_once() {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_function_with_more_values_at_one_time_than_at_another_is_refused() {
     let jacobian = |more: usize| {
-        let values = std::cell::Cell::new(3);
+        let values = Cell::new(3);
         autodiff::jacobian(
             |x| vec![x[0]; values.replace(values.get() + more)],
             &[1.0; 9],

@@ -174,3 +174,34 @@ fn a_struct_may_have_lifetimes_constants_and_conditions() {
     assert_eq!((value, gradient.w), (14.0, [2.0, 4.0, 6.0]));
     assert_eq!(gradient.name, "hip");
 }
+
+/// This crate under another path, as in the manifest of a user who renames it.
+mod renamed {
+    pub(super) mod ad {
+        pub(crate) use autodiff::{Parameters, Real, parameters};
+    }
+    use ad::Parameters as _;
+
+    #[derive(Clone, Debug, PartialEq, autodiff::Parameters)]
+    #[autodiff(crate = "ad")]
+    pub(super) struct Spring<R> {
+        pub(super) stiffness: R,
+        pub(super) rest: [R; 2],
+    }
+
+    pub(super) fn names(spring: &Spring<f64>) -> Vec<String> {
+        spring.names()
+    }
+}
+
+#[test]
+fn the_crate_may_have_another_path() {
+    let spring = renamed::Spring {
+        stiffness: 3.0,
+        rest: [1.0, 2.0],
+    };
+    assert_eq!(renamed::names(&spring), ["stiffness", "rest[0]", "rest[1]"]);
+    let product = |at: &renamed::Spring<autodiff::Var<f64>>| at.stiffness * at.rest[1];
+    let gradient = parameters::gradient(product, &spring);
+    assert_eq!(gradient.flatten(), [2.0, 0.0, 3.0]);
+}

@@ -7,6 +7,8 @@ use autodiff::{
     CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
     value_and_gradient,
 };
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock};
 
 /// Returns the given number of steps, or fewer under Miri, which is slow.
 fn steps(all: usize) -> usize {
@@ -403,4 +405,65 @@ fn floats_run_the_program_that_a_model_records_for_them() {
     assert_eq!((dual.value, dual.tangent), (2.0, [2.0]));
     let slope = |x: &[Var<f64>]| rollout.run(x, &[])[0];
     assert_eq!(value_and_gradient(slope, &[1.0]), (3.0, vec![3.0]));
+}
+
+/// Counts the steps of [`Stopping`].
+static COUNTED: AtomicUsize = AtomicUsize::new(0);
+/// The flag that [`Stopping`] sets in its tenth step.
+static STOP: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+
+/// Doubles a number, and asks the rollout to stop in the tenth step.
+#[derive(Clone, Copy)]
+struct Stopping;
+
+impl Kernel<1, 1> for Stopping {
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        if COUNTED.fetch_add(1, Ordering::Relaxed) >= 10 {
+            STOP.store(true, Ordering::Relaxed);
+        }
+        [x + x]
+    }
+}
+
+impl Model for Stopping {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let x = program.state(1);
+        let [next] = program.map(*self, [x]);
+        program.advance(x, next);
+    }
+}
+
+/// Once the flag of a rollout is set, the remaining steps are left out, forward and in reverse, and all results are NaN.
+#[test]
+fn a_rollout_stops_when_its_flag_is_set() {
+    let stopping = Rollout {
+        stop: Some(Arc::clone(&STOP)),
+        ..Rollout::new(Stopping, 1_000_000)
+    };
+    let end: Vec<f64> = stopping.run(&[1.0], &[]);
+    assert!(end[0].is_nan(), "{end:?}");
+    let counted = COUNTED.load(Ordering::Relaxed);
+    // A step may evaluate its kernel in a whole register of lanes, or twice.
+    assert!(counted < 100, "{counted} evaluations");
+    assert!(gradient(|x: &[Var<f64>]| stopping.run(x, &[])[0], &[1.0])[0].is_nan());
+
+    // A flag that is set between the run and the reverse sweep stops the sweep. A flag that is not set changes nothing.
+    let stop: Arc<AtomicBool> = Arc::default();
+    let rollout = Rollout {
+        stop: Some(Arc::clone(&stop)),
+        ..Rollout::new(Times(0.5), 20)
+    };
+    let free = Rollout::new(Times(0.5), 20);
+    let of = |rollout: &Rollout<Times>, late: bool| {
+        let sum = |x: &[Var<f64>]| {
+            let seen = rollout.run(x, &[]);
+            stop.store(late, Ordering::Relaxed);
+            seen[0]
+        };
+        value_and_gradient(sum, &[1.0; 3])
+    };
+    assert_eq!(of(&rollout, false), of(&free, false));
+    let (value, gradient) = of(&rollout, true);
+    assert_eq!(value, of(&free, false).0);
+    assert!(gradient.iter().all(|slope| slope.is_nan()), "{gradient:?}");
 }

@@ -20,6 +20,8 @@ pub enum Error {
         column: usize,
         /// A sentence about the first problem.
         message: String,
+        /// The allowed values, or a hint for the first problem. May be empty.
+        allowed: String,
         /// Every problem, with the source line and a caret under it.
         report: String,
     },

@@ -83,13 +83,13 @@ pub struct Holds {
 
 impl Holds {
     /// The restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that it has in the
-    /// filled layout: the value of that setting is subtracted from the entry of the other solid material. An edge that
-    /// must be solid has no share of void. An edge that must be void has no share of solid materials.
+    /// filled layout: the value of that setting is subtracted from the entry of the other solid material. An edge has no
+    /// share of a material that the rules of the lattice do not allow.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
         let ties = rules.tie.clone();
-        if amount == 0.0 && rules.keep.is_empty() && rules.forbid.is_empty() {
+        if amount == 0.0 && rules.allow_all() {
             let amounts = Vec::new();
             return Self { amounts, ties };
         }
@@ -105,7 +105,7 @@ impl Holds {
             Material::ALL.map(|m| {
                 let is_other = m.is_solid() && m != own;
                 let held = if is_other { amount } else { 0.0 };
-                if rules.allow(edge, m.is_solid()) {
+                if m.of(&rules.allowed(edge)) {
                     held
                 } else {
                     never
@@ -166,8 +166,8 @@ impl<R: Real> Body<R> {
         materials: &MaterialSettings,
         physics: &PhysicsSettings,
     ) -> Self {
-        let lengths = lattice.rest_length.iter();
-        let bars: Vec<_> = lengths.map(|&length| materials.of_length(length)).collect();
+        let edges = 0..lattice.edges.len();
+        let bars: Vec<_> = edges.map(|edge| materials.of_edge(lattice, edge)).collect();
         let density = design.each(
             |edge, m| m.mean_of(&bars[edge].density),
             |edge, m| m.of(&bars[edge].density),

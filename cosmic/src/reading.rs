@@ -58,6 +58,7 @@ pub(crate) fn too_long(path: &Path, most: u64) -> Error {
 /// # Errors
 /// [`Error::Malformed`] with the line, the column and the keys of the wrong value.
 pub fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> Result<T> {
+    encoded(file, lines, json)?;
     let json = json
         .strip_prefix(MARK.to_string().as_bytes())
         .unwrap_or(json);
@@ -73,6 +74,34 @@ pub fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> 
     })?;
     let end = from.end().map_err(|error| refused(ROOT, &error));
     end.map(|()| value)
+}
+
+/// Refuses text in UTF-16 or UTF-32, which editors and shells of Windows write. It begins with a byte order mark, or with
+/// a letter of ASCII in two or four bytes.
+fn encoded(file: &str, lines: usize, bytes: &[u8]) -> Result<()> {
+    match *bytes {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, _, ..] | [_, 0, ..] => {
+            let (line, column) = (lines + 1, 1);
+            let says = "the file is UTF-16 or UTF-32 text; save it as UTF-8";
+            Err(malformed(file, Position { line, column }, says))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The text of a file. Messages name `file`.
+///
+/// # Errors
+/// [`Error::Malformed`] for bytes that are not UTF-8.
+pub fn text_of<'b>(file: &str, bytes: &'b [u8]) -> Result<&'b str> {
+    encoded(file, 0, bytes)?;
+    str::from_utf8(bytes).map_err(|_| {
+        // Points at the first byte that is not UTF-8.
+        let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
+        let byte = bytes.get(valid.len()).copied().unwrap_or_default();
+        let message = format!("the byte 0x{byte:02x} is not UTF-8 text; save the file as UTF-8");
+        malformed(file, Position::after(valid), &message)
+    })
 }
 
 /// Describes an error in a JSON text: its place and its message. `keys` is the path of the wrong value.
@@ -232,6 +261,7 @@ pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
         line,
         column,
         message: message.to_owned(),
+        allowed: String::new(),
         report: format!("error: {message}\n --> {file}:{line}:{column}"),
     }
 }

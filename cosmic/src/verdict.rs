@@ -3,12 +3,16 @@
 //!
 //! `docs/files.md` has the thresholds in a table.
 
+mod hints;
+mod lacks;
+mod sheet;
+
 use serde::Serialize;
 
-use crate::codesign::{Delivery, Observed, Reliability};
-use crate::design::{Material, Structure};
+use crate::codesign::{Delivery, Observed, Reliability, Standstill};
+use crate::design::{Material, Structure, VolumeBounds};
 use crate::lattice::Lattice;
-use crate::scene::Scene;
+use crate::scene::{DataSheet, Riser, Scene};
 use crate::simulator::{Energy, Loads};
 
 /// A robot whose displacement is less than this stays in place, m. It is the distance below which a robot has no energy
@@ -23,8 +27,8 @@ pub const SKELETON_STRAINS: [f64; 2] = [0.01, 0.05];
 /// Strains of a muscle as multiples of its largest target strain, up to which it is sound, and up to which it is
 /// doubtful. Real muscles have a hard end, which gives way a little.
 pub const STROKES: [f64; 2] = [1.05, 1.25];
-/// Peak powers of a muscle divided by the mean mass of a bar, up to which it is sound, and up to which it is doubtful,
-/// W/kg. Servos and the muscles of animals reach about 300 W/kg; only pneumatic muscles and catapults reach 3000 W/kg.
+/// Powers of a muscle (the 99 % quantile) divided by its mass, or by the mean mass of a bar if it is not known, up to which
+/// it is sound, and up to which it is doubtful, W/kg. Servos and the muscles of animals reach about 300 W/kg; only pneumatic muscles and catapults reach 3000 W/kg.
 pub const MUSCLE_POWERS: [f64; 2] = [300.0, 3000.0];
 /// Euler safeties of a skeleton bar from which it is sound, and from which it is doubtful. Columns are designed with a
 /// safety of about 2; below 1, a straight bar buckles.
@@ -111,6 +115,9 @@ impl Item {
 pub struct Verdict {
     /// First the figures, then the limits.
     pub items: Vec<Item>,
+    /// For a robot that does not get far: what may stop it, and what to try.
+    #[serde(skip)]
+    pub hints: Vec<String>,
 }
 
 /// A part of the sentence that a verdict is: a word or two before its items, and the items.
@@ -168,8 +175,11 @@ impl Verdict {
 pub struct Measured<'m> {
     /// The duration of the rollout, s.
     pub seconds: f64,
-    /// The displacement along the ground in this time, m; `None` if rollouts diverged.
+    /// The displacement along the ground in this time, m; `None` if rollouts diverged. Of a delivered robot it is the
+    /// median over robots that vary a little.
     pub displacement: Option<f64>,
+    /// Where and since when it stands still.
+    pub standstill: Option<Standstill>,
     /// Whether the displacement describes the robot; `None` if it is not known.
     pub reliability: Option<&'m Reliability>,
     /// True if the robot is designed to walk far.
@@ -184,24 +194,38 @@ pub struct Measured<'m> {
     pub energy: Option<Energy>,
     /// The number of bars.
     pub bars: usize,
+    /// The shares of solid edges and of actuators; `None` if they are not known.
+    pub volumes: Option<[f64; 2]>,
+    /// The bounds on these shares at the end of an optimisation.
+    pub bounds: VolumeBounds,
+    /// The steep places of the ground ahead of the payload, counted from it at the start.
+    pub risers: Vec<Riser>,
     /// The mass of all payloads, kg.
     pub payload: f64,
+    /// The weight of the payload as a share of what actuators can lift at most.
+    pub load: f64,
+    /// The friction as a multiple of what holds a robot on the slope; `None` on level ground.
+    pub friction_margin: Option<f64>,
     /// The largest target strain of a muscle.
     pub stroke: f64,
+    /// What the parts can do.
+    pub sheet: DataSheet,
 }
 
 impl<'m> Measured<'m> {
     /// The measurements of a delivered robot on its lattice.
     pub fn of_delivery(delivery: &'m Delivery, scene: &Scene, lattice: &Lattice) -> Self {
         Self {
-            displacement: finite(delivery.spread.p50),
+            displacement: finite(delivery.robust.p50),
             reliability: Some(&delivery.reliability),
+            standstill: delivery.standstill,
             is_far: delivery.merit.is_none(),
             is_undecided: delivery.structure.is_none(),
             structure: delivery.structure,
             loads: delivery.loads.as_ref(),
-            energy: delivery.energy,
+            energy: delivery.robust_energy.or(delivery.energy),
             bars: bars(delivery.volume, lattice),
+            volumes: Some([delivery.volume, delivery.actuator_volume]),
             ..Self::unmeasured(scene, lattice)
         }
     }
@@ -211,22 +235,24 @@ impl<'m> Measured<'m> {
     pub fn of_rollout(seen: &'m Observed, scene: &Scene, lattice: &Lattice, is_far: bool) -> Self {
         Self {
             displacement: finite(seen.moved.forward()),
+            standstill: seen.standstill,
             is_far,
             is_undecided: seen.structure.is_none(),
             structure: seen.structure,
             loads: seen.loads.as_ref(),
             energy: seen.energy,
             bars: bars(seen.volume, lattice),
+            volumes: Some([seen.volume, seen.actuator_volume]),
             ..Self::unmeasured(scene, lattice)
         }
     }
 
     /// What is known of a robot before any measurement: the numbers of its scene.
     pub fn unmeasured(scene: &Scene, lattice: &Lattice) -> Self {
-        let payload = |mass: Option<f64>| mass.unwrap_or(scene.physics.payload_mass);
         Self {
             seconds: scene.physics.steps as f64 * scene.physics.dt,
             displacement: None,
+            standstill: None,
             reliability: None,
             is_far: true,
             is_undecided: false,
@@ -234,26 +260,41 @@ impl<'m> Measured<'m> {
             loads: None,
             energy: None,
             bars: 0,
-            payload: lattice.payload.iter().map(|p| payload(p.mass)).sum(),
+            volumes: None,
+            bounds: VolumeBounds::widened(&scene.volume, scene.volume.widening),
+            risers: scene.risers_ahead(lattice),
+            payload: scene.payload_mass(lattice),
+            load: scene.share_of_lift(lattice),
+            friction_margin: scene.friction_margin(),
             stroke: Material::Actuator.of(&scene.materials.max_strain),
+            sheet: scene.data_sheet(),
         }
     }
 
     /// Judges the measurements.
     pub fn verdict(&self) -> Verdict {
-        let figures = [self.speed(), self.mass(), self.carries(), self.power()];
+        let figures = [
+            self.speed(),
+            self.passes(),
+            self.mass(),
+            self.carries(),
+            self.power(),
+        ];
         let limits = [
             self.decided(),
             self.pieces(),
             self.crossings(),
             self.skeleton(),
             self.muscle_strain(),
-            self.muscle_power(),
             self.buckling(),
         ];
-        let items = figures.into_iter().chain(limits);
+        let items = figures.into_iter().chain(limits).flatten();
         Verdict {
-            items: items.flatten().collect(),
+            items: items
+                .chain(self.parts().into_iter().flatten())
+                .chain(self.lacks())
+                .collect(),
+            hints: self.hints(),
         }
     }
 
@@ -261,8 +302,15 @@ impl<'m> Measured<'m> {
         let Some(displacement) = self.displacement else {
             return Some(Item::figure("its rollouts diverge", Level::Bad));
         };
-        let speed = format!("{} m/s", plain(displacement.abs() / self.seconds));
+        let still = self.standstill.filter(|_| self.is_far);
+        // The time after a robot got stuck is not a part of its walk.
+        let seconds = still.map_or(self.seconds, |still| still.since);
+        let speed = format!("{} m/s", plain(displacement.abs() / seconds));
         let is_unreliable = matches!(self.reliability, Some(Reliability::Unreliable { .. }));
+        if let Some(Standstill { since, at }) = still.filter(|_| displacement >= STAYS) {
+            let says = format!("{speed} until it stands still at {at:.2} m after {since:.1} s");
+            return Some(Item::figure(says, Level::Doubtful));
+        }
         Some(match displacement {
             // For other tasks, robots may have good reasons to stay or to go back.
             x if !self.is_far => {
@@ -294,7 +342,12 @@ impl<'m> Measured<'m> {
     fn power(&self) -> Option<Item> {
         let Energy { mass, power, .. } = self.energy?;
         let endurance = BATTERY * mass / power;
-        let says = format!("needs {} W", plain(power));
+        let says = format!(
+            "needs {} W ({} of {} W/kg)",
+            plain(power),
+            plain(power / mass),
+            plain(BATTERY / ENDURANCES[0])
+        );
         // A robot that needs no power has an infinite endurance.
         Some(Item::figure(says, Level::from_on(ENDURANCES, endurance)))
     }
@@ -351,14 +404,6 @@ impl<'m> Measured<'m> {
         (strain > 0.0).then(|| Item::limit(says, level))
     }
 
-    fn muscle_power(&self) -> Option<Item> {
-        let power = self.loads?.power.peak;
-        let says = format!("one muscle peaks at {} W", plain(power));
-        let mean_mass = self.energy?.mass / self.bars.max(1) as f64;
-        let level = Level::up_to(MUSCLE_POWERS, power / mean_mass);
-        (power > 0.0).then(|| Item::limit(says, level))
-    }
-
     fn buckling(&self) -> Option<Item> {
         let safety = self.loads?.euler_safety?;
         let says = match Level::from_on(EULER_SAFETIES, safety) {
@@ -380,7 +425,11 @@ fn finite(x: f64) -> Option<f64> {
 
 /// Formats a positive number with two digits, or as a whole number from 10 on.
 pub fn plain(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
+    if x == 0.0 {
+        // Without the sign of a negative zero.
+        return "0".to_owned();
+    }
+    if !x.is_finite() {
         return format!("{x}");
     }
     // From 9.95 on, one decimal would round to 10.0.

@@ -40,6 +40,7 @@ mod geometry {
 mod inputs;
 mod lattice {
     mod check;
+    mod known;
     mod mirror;
 }
 mod laws {
@@ -50,6 +51,7 @@ mod laws {
     mod contacts;
     mod kernels;
     mod law_file;
+    mod walls;
 }
 mod objective {
     mod augmented;

@@ -12,6 +12,7 @@ use cosmic::record::{DesignFile, RunPlan};
 use cosmic::scene::{Integrator, Scene, VoidEdges};
 use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
+use serde_json::Value;
 use std::num::NonZeroUsize;
 
 /// Any finite number.
@@ -55,6 +56,17 @@ proptest! {
         prop_assert_eq!(bits(&read.z), bits(&design.z));
         prop_assert_eq!(&read, &design);
         prop_assert_eq!(read.robot(&scene, "design.json").unwrap(), controller);
+        // A file by hand may list the edges in any order and direction.
+        let mut own: Value = serde_json::from_str(&design.to_json()).unwrap();
+        for key in ["/edges", "/z", "/materials", "/controller/w2", "/controller/b2"] {
+            own.pointer_mut(key).unwrap().as_array_mut().unwrap().reverse();
+        }
+        for ends in own["edges"].as_array_mut().unwrap() {
+            ends.as_array_mut().unwrap().reverse();
+        }
+        let own = DesignFile::parse(&file, own.to_string().as_bytes()).unwrap();
+        prop_assert!(own != design);
+        prop_assert_eq!(&own.in_order(&scene, "design.json").unwrap(), &design);
     }
 
     #[test]

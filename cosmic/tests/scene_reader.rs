@@ -17,6 +17,7 @@ fn refusal(text: &str) -> (String, String) {
             column,
             message,
             report,
+            ..
         }) => {
             let last = before.rsplit('\n').next().unwrap();
             let place = (before.matches('\n').count() + 1, last.chars().count() + 1);

@@ -179,7 +179,7 @@ fn on_device(
     let numbers = printed
         .numbers(&few)
         .into_iter()
-        .zip(&printed.program.parameters);
+        .zip(printed.program.parameters());
     let parameters: Vec<Vec<f32>> = numbers.map(repeated).collect();
     let single = |numbers: &[f64]| numbers.iter().map(|&x| x as f32).collect::<Vec<f32>>();
     let starts = single(&printed.starts(&[drawn.cases[0].start.clone()])).repeat(robots);
@@ -194,7 +194,7 @@ fn on_device(
     let mut population = Population::new(gpu, printed.program)?;
     population.memory = 8 << 30;
     let sweep = population.prepare(&members, work != Work::Forward);
-    let cotangents = vec![1.0; robots * 2 * population.printed().entries];
+    let cotangents = vec![1.0; robots * 2 * population.printed().entries()];
     let waited = || gpu.wait().expect("the device was lost");
     sweep.forward();
     waited();

@@ -249,7 +249,7 @@ impl Gpu {
         count: usize,
     ) -> Result<Vec<ComputePipeline>, GpuError> {
         let most = self.memory_of_workgroup();
-        let needed = printed.memory[count - 1];
+        let needed = printed.memory()[count - 1];
         if needed > most {
             return Err(GpuError::TooLarge(format!(
                 "its numbers take {needed} bytes of a workgroup's memory, of which the GPU has {most}"

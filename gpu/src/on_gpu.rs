@@ -148,7 +148,7 @@ impl OnGpu {
         let whole = printed(usize::MAX)?;
         let reverses = usize::from(by.is_some());
         match self.gpu.memory_of_workgroup() {
-            memory if whole.program.memory[reverses] <= memory => Ok(whole),
+            memory if whole.program.memory()[reverses] <= memory => Ok(whole),
             memory => printed(memory),
         }
     }

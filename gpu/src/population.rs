@@ -97,14 +97,14 @@ impl Population {
             true => (steps.div_ceil(spread) + 2 + spread).min(steps + 1),
             false => 1,
         };
-        let [own, _, bars] = printed.lengths;
+        let [own, _, bars] = printed.lengths();
         let buffers = [
             own,
-            slots * printed.state,
-            observed * printed.entries,
-            printed.state,
+            slots * printed.state(),
+            observed * printed.entries(),
+            printed.state(),
             if reverses { bars } else { 0 },
-            printed.spilled,
+            printed.spilled(),
         ];
         let bytes = buffers.map(|numbers| 4 * numbers.max(1) as u64);
         let largest_part = bytes.iter().copied().max().unwrap_or(4);
@@ -123,7 +123,7 @@ impl Population {
     /// # Panics
     /// If a length does not fit the program.
     pub fn prepare(&self, of: &Members, reverses: bool) -> Sweep<'_> {
-        let (gpu, printed, state) = (&self.gpu, &self.printed, self.printed.state);
+        let (gpu, printed, state) = (&self.gpu, &self.printed, self.printed.state());
         let members = of.starts.len() / state;
         assert_eq!(
             of.starts.len(),
@@ -143,16 +143,16 @@ impl Population {
             _ => of.steps.div_ceil(every) + 2 + every,
         };
         let bars = gpu.buffer(if reverses {
-            members * printed.lengths[2]
+            members * printed.lengths()[2]
         } else {
             0
         });
         let carried = gpu.buffer(members * state);
-        let spilled = gpu.buffer(members * printed.spilled);
-        let seen = gpu.buffer(members * of.observed.len() * printed.entries);
+        let spilled = gpu.buffer(members * printed.spilled());
+        let seen = gpu.buffer(members * of.observed.len() * printed.entries());
         let plan = gpu.plan();
         let [own, common] = [&own, &common].map(|numbers| gpu.filled(numbers));
-        let (inputs, table) = (gpu.filled(&self.inputs(of)), gpu.filled(&printed.table));
+        let (inputs, table) = (gpu.filled(&self.inputs(of)), gpu.filled(printed.table()));
         let states = gpu.buffer(members * slots * state);
         gpu.write(&states, 0, of.starts);
         let buffers = [
@@ -174,7 +174,7 @@ impl Population {
 
     /// After how many steps a state is stored.
     fn every(&self, members: usize, steps: usize) -> usize {
-        let of_state = 4 * (members * self.printed.state) as u64;
+        let of_state = 4 * (members * self.printed.state()) as u64;
         let most = self.memory.min(self.gpu.largest_buffer()) / of_state.max(1);
         if (steps as u64) < most {
             return 1;
@@ -184,7 +184,7 @@ impl Population {
 
     /// The inputs of every step, each followed by the number of the state that is observed after it.
     fn inputs(&self, of: &Members) -> Vec<f32> {
-        let width = self.printed.inputs;
+        let width = self.printed.inputs();
         let mut inputs = Vec::with_capacity(of.steps * (width + 1));
         let mut seen = of.observed.iter().enumerate().peekable();
         for step in 0..of.steps {
@@ -201,14 +201,14 @@ impl Population {
 
     /// The numbers of the buffers `own` and `common`.
     fn packed(&self, of: &Members, members: usize) -> [Vec<f32>; 2] {
-        let [own, common, _] = self.printed.lengths;
+        let [own, common, _] = self.printed.lengths();
         let (mut each, mut all) = (vec![0.0; members * own], vec![0.0; common]);
         assert_eq!(
             of.parameters.len(),
-            self.printed.parameters.len(),
+            self.printed.parameters().len(),
             "the number of parameters"
         );
-        let pairs = || self.printed.parameters.iter().zip(of.parameters);
+        let pairs = || self.printed.parameters().iter().zip(of.parameters);
         let mut own_places = Vec::new();
         for (placed, numbers) in pairs() {
             let count = if placed.is_common { 1 } else { members };
@@ -285,7 +285,7 @@ impl Sweep<'_> {
     /// If the device is lost.
     pub fn observed(&self) -> Result<Vec<f32>, GpuError> {
         let population = self.population;
-        let numbers = self.members * self.count * population.printed.entries;
+        let numbers = self.members * self.count * population.printed.entries();
         population.gpu.read(&self.seen, numbers)
     }
 
@@ -295,7 +295,7 @@ impl Sweep<'_> {
     /// # Errors
     /// If the device is lost.
     pub fn exceeded(&self) -> Result<Vec<bool>, GpuError> {
-        let state = self.population.printed.state;
+        let state = self.population.printed.state();
         let marks = (self.population.gpu).read(&self.carried, self.members * state)?;
         let marked = |marks: &[f32]| marks.iter().any(|&mark| mark != 0.0);
         Ok(marks.chunks(state).map(marked).collect())
@@ -341,10 +341,10 @@ impl Sweep<'_> {
     pub fn cotangents(&self) -> Result<Cotangents, GpuError> {
         let (population, gpu) = (self.population, &self.population.gpu);
         let printed = &population.printed;
-        let all = gpu.read(&self.bars, self.members * printed.lengths[2])?;
+        let all = gpu.read(&self.bars, self.members * printed.lengths()[2])?;
         let of_parameter = |placed: &autodiff::wgsl::Placed| {
             let bars: Vec<usize> = placed.bars().collect();
-            let parts = all.chunks(printed.lengths[2].max(1));
+            let parts = all.chunks(printed.lengths()[2].max(1));
             let of_member = |part: &[f32]| bars.iter().map(|&at| part[at]).collect::<Vec<f32>>();
             match bars.is_empty() {
                 true => Vec::new(),
@@ -352,8 +352,8 @@ impl Sweep<'_> {
             }
         };
         Ok(Cotangents {
-            parameters: printed.parameters.iter().map(of_parameter).collect(),
-            starts: gpu.read(&self.carried, self.members * printed.state)?,
+            parameters: printed.parameters().iter().map(of_parameter).collect(),
+            starts: gpu.read(&self.carried, self.members * printed.state())?,
         })
     }
 }

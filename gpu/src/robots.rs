@@ -270,7 +270,7 @@ impl RobotsOnGpu {
             lists.map(single).collect()
         };
         let all: Vec<Vec<Vec<f32>>> = (0..members).into_par_iter().map(of_member).collect();
-        let placed = self.printed.program.parameters.par_iter().enumerate();
+        let placed = self.printed.program.parameters().par_iter().enumerate();
         let joined = placed.map(|(p, placed)| match placed.is_common {
             true => all[0][p].clone(),
             false => {
@@ -311,7 +311,7 @@ impl RobotsOnGpu {
 
     /// The observed numbers of a member among those of all members.
     fn seen_of<'a>(&self, k: usize, seen: &'a [f32]) -> &'a [f32] {
-        let count = self.observed.len() * self.printed.program.entries;
+        let count = self.observed.len() * self.printed.program.entries();
         &seen[k * count..][..count]
     }
 

@@ -102,8 +102,8 @@ fn plan(device: &OnGpu, asked: &Batch, by: Option<Wanted>) -> Value {
         let printed = device.printed(asked, by)?;
         let program = printed.program.clone();
         let reverses = usize::from(by.is_some());
-        let spilled = program.spilled;
-        let (bytes, barriers) = (program.memory[reverses], program.barriers[reverses]);
+        let spilled = program.spilled();
+        let (bytes, barriers) = (program.memory()[reverses], program.barriers()[reverses]);
         let compiled = match by {
             None => Population::only_forward(device.gpu(), program),
             Some(_) => Population::new(device.gpu(), program),

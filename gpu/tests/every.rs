@@ -54,7 +54,7 @@ fn a_device_computes_what_the_processor_does() {
         population.steps_at_once = 16;
         let starts = numbers(members * 10, 1);
         let inputs = numbers(2 * steps, 2);
-        let placed = population.printed().parameters.clone();
+        let placed = population.printed().parameters().to_vec();
         let parameters: Vec<Vec<f32>> = placed
             .iter()
             .enumerate()

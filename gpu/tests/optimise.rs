@@ -62,7 +62,7 @@ fn records(folder: &Path, seed: u64, plan: &RunPlan) -> Vec<Record> {
 fn medians(summary: &Summary) -> Vec<f64> {
     let starts = summary.starts.iter();
     starts
-        .map(|start| start.displacement_p50.expect("it walks"))
+        .map(|start| start.displacement_robust_p50.expect("it walks"))
         .collect()
 }
 

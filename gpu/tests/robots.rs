@@ -104,8 +104,8 @@ fn numbers_may_lie_in_a_buffer() {
     let scene = "base = \"earth\"\nlattice.columns = 3\nlattice.rows = 3";
     let scene = Scene::parse("small", scene).unwrap();
     let program = Begun::new(&scene).printed(8, usize::MAX).program;
-    let whole = program.memory[1];
-    assert_eq!(program.spilled, 0);
+    let whole = program.memory()[1];
+    assert_eq!(program.spilled(), 0);
     for memory in [whole - 1, whole / 2, 0] {
         let spilled = Begun::new(&scene).printed(8, memory).program;
         assert!(spilled.memory[1] <= memory && spilled.spilled > 0);

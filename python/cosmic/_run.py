@@ -111,9 +111,9 @@ class Run:
 
     @property
     def displacement(self) -> float:
-        """Median displacement along the ground over perturbed starts, of the payload or of the body
-        that ``objective.body`` names, m; NaN if rollouts diverged."""
-        median = self.summary["displacement_p50"]
+        """Median displacement along the ground of robots that vary a little, of the payload or of the
+        body that ``objective.body`` names, m; NaN if rollouts diverged."""
+        median = self.summary["displacement_robust_p50"]
         return float("nan") if median is None else float(median)
 
     @property
@@ -290,11 +290,13 @@ class _Temporary:
 def _result(folder: Path, keep: Any, loss: Any, interrupted: bool) -> Run:
     if not interrupted:
         return Run(folder, keep=keep)
+    go_on = "" if keep else f"; continue with cosmic.resume({os.fspath(folder)!r})"
+    if not (folder / "history.jsonl").stat().st_size:
+        raise KeyboardInterrupt(f"interrupted in the first iteration, so there is no robot yet{go_on}")
     so_far, kept = _folder(None)
     _core.deliver_so_far(folder, so_far, loss)
     run = Run(so_far, keep=kept)
     done = run.summary["iterations"]
-    go_on = "" if keep else f"; continue with cosmic.resume({os.fspath(folder)!r})"
     _warn(f"interrupted after iteration {done}: this is the robot of that iteration{go_on}", 4)
     return run
 

@@ -1,7 +1,7 @@
 //! Runs work in another thread, so that progress and signals reach the calling thread.
 
 use crate::errors::{in_python, panicked, raised};
-use crate::loss::{Failure, taken};
+use crate::loss::Failure;
 use crate::pool;
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
@@ -29,15 +29,9 @@ enum Event {
 pub(crate) struct Watch {
     events: Sender<Event>,
     stop: Arc<AtomicBool>,
-    failure: Failure,
 }
 
 impl Watch {
-    /// The flag that asks the run to stop. Other threads may set it.
-    pub(crate) fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.stop)
-    }
-
     fn send(&self, event: Event) {
         // Sending fails only if the process is about to end.
         let _ = self.events.send(event);
@@ -51,11 +45,14 @@ impl Observer for Watch {
             last,
             record: Box::new(record.clone()),
         });
-        let failed = self.failure.lock().is_ok_and(|failure| failure.is_some());
-        if failed || self.stop.load(Ordering::Relaxed) {
-            return ControlFlow::Break(());
+        match self.is_stopped() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
         }
-        ControlFlow::Continue(())
+    }
+
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        Some(Arc::clone(&self.stop))
     }
 
     fn warning(&mut self, _: &Run, text: &str) {
@@ -106,14 +103,13 @@ pub(crate) fn attended<T: Send + 'static>(
     let mut watch = Watch {
         events,
         stop: Arc::clone(&stop),
-        failure: Arc::clone(failure),
     };
     let pool = pool::made(threads)?;
     // The end of the work drops its sender, which ends the loop of `attend`.
     let worker = thread::spawn(move || pool.install(move || work(&mut watch)));
     let raised_here = attend(py, &mut heard, &stop, listener);
     let ended = py.detach(|| worker.join());
-    if let Some(error) = taken(failure) {
+    if let Some(error) = failure.taken() {
         return Err(error);
     }
     let ended = ended.map_err(|panic| panicked(&*panic))?;

@@ -11,18 +11,44 @@ use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The first exception that a loss raised, if any. After an exception, all values of the loss are NaN, and the run
-/// stops.
-pub(crate) type Failure = Arc<Mutex<Option<PyErr>>>;
+/// abandons its iteration.
+#[derive(Clone, Default)]
+pub(crate) struct Failure {
+    exception: Arc<Mutex<Option<PyErr>>>,
+    stop: Arc<AtomicBool>,
+}
 
-/// Removes and returns the exception, if there is one.
-pub(crate) fn taken(failure: &Failure) -> Option<PyErr> {
-    failure
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .take()
+impl Failure {
+    /// No exception so far. The first one will set the flag `stop`, which stops the run.
+    pub(crate) fn that_stops(stop: &Arc<AtomicBool>) -> Self {
+        Self {
+            exception: Arc::default(),
+            stop: Arc::clone(stop),
+        }
+    }
+
+    /// Keeps an exception unless there was one already, and asks the run to stop.
+    fn note(&self, error: PyErr) {
+        let mut kept = self
+            .exception
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        kept.get_or_insert(error);
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Removes and returns the exception, if there is one.
+    pub(crate) fn taken(&self) -> Option<PyErr> {
+        let mut kept = self
+            .exception
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        kept.take()
+    }
 }
 
 /// A loss in Python: an object of the class `cosmic._loss.Loss`.
@@ -40,12 +66,7 @@ impl PythonLoss {
 
 /// Returns the value of a result. If the result is an exception, keeps it in `failure` and returns `None`.
 fn noted<T>(failure: &Failure, result: PyResult<T>) -> Option<T> {
-    result
-        .map_err(|error| {
-            let mut kept = failure.lock().unwrap_or_else(PoisonError::into_inner);
-            kept.get_or_insert(error);
-        })
-        .ok()
+    result.map_err(|error| failure.note(error)).ok()
 }
 
 impl Loss for PythonLoss {
@@ -70,7 +91,7 @@ impl Loss for PythonLoss {
         let numbers = [seen.x, seen.v].concat();
         let call = Call {
             object: Arc::clone(&self.object),
-            failure: Arc::clone(&self.failure),
+            failure: self.failure.clone(),
             steps: trajectory.steps.clone(),
             goals: (trajectory.goals.as_ref()).map(|goals| goals_at(goals, &trajectory.steps)),
             gradient: Arc::default(),

@@ -2,7 +2,7 @@
 
 use crate::attended::{Listener, Watch, attended};
 use crate::errors::{caught, raised, refused};
-use crate::loss::{Failure, PythonLoss, taken};
+use crate::loss::{Failure, PythonLoss};
 use crate::memory::optimisation_fits;
 use crate::scene::Scene;
 use cosmic::Registry;
@@ -22,14 +22,14 @@ fn codesign(
 ) -> Result<CoDesign> {
     match loss {
         None => CoDesign::new(scene),
-        Some(object) => CoDesign::with_loss(scene, PythonLoss::new(object, Arc::clone(failure))),
+        Some(object) => CoDesign::with_loss(scene, PythonLoss::new(object, failure.clone())),
     }
 }
 
 /// Converts an error of the library to an exception. If the loss raised an exception, that one is returned, because it
 /// caused the error.
 fn or_failure<T>(failure: &Failure, result: Result<T>) -> PyResult<T> {
-    result.map_err(|error| taken(failure).unwrap_or_else(|| raised(error)))
+    result.map_err(|error| failure.taken().unwrap_or_else(|| raised(error)))
 }
 
 /// Does a run in a new or empty folder. Returns true if a signal interrupted it.
@@ -48,16 +48,20 @@ pub(crate) fn optimise(
     progress: Option<Bound<PyAny>>,
     warning: Bound<PyAny>,
 ) -> PyResult<bool> {
-    let failure = Failure::default();
+    let stop = Arc::default();
+    let failure = Failure::that_stops(&stop);
     let iterations = iterations.map(|n| {
         NonZeroUsize::new(n).ok_or_else(|| refused("iterations: expected 1 or more".to_owned()))
     });
     let iterations = iterations.transpose()?;
     let given = scene.scene.clone();
     let read = || -> Result<(RunPlan, Option<DesignFile>)> {
-        let design = begin_with.as_deref().map(DesignFile::read).transpose()?;
+        let read = |path: &Path| {
+            DesignFile::read(path)?.in_order(&given, &path.display().to_string())
+        };
+        let design = begin_with.as_deref().map(read).transpose()?;
         let from = design.as_ref().map(DesignFile::design);
-        let plan = RunPlan::new(&name, given, seed).fitted(iterations, from.as_ref())?;
+        let plan = RunPlan::new(&name, given.clone(), seed).fitted(iterations, from.as_ref())?;
         Ok((plan, design))
     };
     let (plan, design) = caught(|| py.detach(read).map_err(raised))?;
@@ -81,7 +85,6 @@ pub(crate) fn optimise(
         progress: progress.as_ref(),
         warning: Some(&warning),
     };
-    let stop = Arc::default();
     let ended = attended(py, threads, &failure, &listener, stop, move |watch| {
         record::optimise_with(&folder, &plan, codesign, start, watch)
     })?;
@@ -100,7 +103,8 @@ pub(crate) fn resume(
     progress: Option<Bound<PyAny>>,
     warning: Bound<PyAny>,
 ) -> PyResult<bool> {
-    let failure = Failure::default();
+    let stop = Arc::default();
+    let failure = Failure::that_stops(&stop);
     if allow_unstable {
         caught(|| {
             py.detach(|| record::allow_unstable(&folder, &Registry::default()))
@@ -112,7 +116,6 @@ pub(crate) fn resume(
         progress: progress.as_ref(),
         warning: Some(&warning),
     };
-    let stop = Arc::default();
     let go_on = move |watch: &mut Watch| match own {
         None => record::resume(&folder, &Registry::default(), watch),
         Some(codesign) => record::resume_with(&folder, codesign, watch),

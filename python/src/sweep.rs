@@ -80,6 +80,7 @@ pub(crate) fn sweep_run(
 ) -> PyResult<&'static str> {
     let (failure, listener) = (Failure::default(), Listener::default());
     let stop = stop.map_or_else(Arc::default, |stop| Arc::clone(&stop.0));
+    let asked = Arc::clone(&stop);
     let ended = attended(py, 1, &failure, &listener, stop, move |watch| {
         let plan = &SweepPlan::read(&folder)?;
         if index >= plan.runs() {
@@ -88,8 +89,7 @@ pub(crate) fn sweep_run(
                 "there is no run {index}: the plan has {runs} runs, numbered from 0"
             )));
         }
-        let stop = watch.stop();
-        let is_stopped = || stop.load(Ordering::Relaxed);
+        let is_stopped = || asked.load(Ordering::Relaxed);
         let sweep = Sweep {
             folder: &folder,
             plan,

@@ -150,9 +150,28 @@ def test_an_exception_in_a_loss_is_raised_by_the_run() -> None:
             raise raised
         return final(x, v)
 
-    with pytest.raises(RuntimeError) as caught:
+    with warnings.catch_warnings(), pytest.raises(RuntimeError) as caught:
+        # The exception is not preceded by a warning that the loss is NaN.
+        warnings.simplefilter("error")
         cosmic.optimize(SCENE, SEED, loss=failing, progress=False)
     assert caught.value is raised
+
+
+def test_a_run_goes_on_after_an_exception_in_its_loss(tmp_path: Path) -> None:
+    calls = []
+
+    def failing(x: np.ndarray, v: np.ndarray) -> Any:
+        calls.append(len(x))
+        if len(calls) == 20:
+            raise RuntimeError("once")
+        return final(x, v)
+
+    loss = cosmic.Loss(failing, is_far=True)
+    with pytest.raises(RuntimeError, match="once"):
+        cosmic.optimize(FINAL, SEED, out=tmp_path / "run", loss=loss, progress=False)
+    resumed = cosmic.resume(tmp_path / "run", loss=loss, progress=False)
+    whole = cosmic.optimize(FINAL, SEED, progress=False)
+    assert is_same_run(resumed.folder, whole.folder)
 
 
 def test_a_run_with_a_loss_can_only_be_resumed_with_a_loss(tmp_path: Path) -> None:

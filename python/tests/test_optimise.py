@@ -42,7 +42,7 @@ def test_a_run_has_its_arrays(run: cosmic.Run) -> None:
     # The time is a product of two floats.
     assert run.times[-1] == 256 * 0.002
     assert run.seed == SEED and run.summary["scene"] == "stability"
-    assert run.displacement == run.summary["displacement_p50"] > 0.01
+    assert run.displacement == run.summary["displacement_robust_p50"] > 0.01
     assert repr(run).startswith("<Run stability, seed 1: 0.0")
 
 

@@ -27,6 +27,11 @@ def test_a_simulator_has_the_sizes_of_its_scene(sim: cosmic.Simulator) -> None:
     np.testing.assert_allclose(sim.rest_length, lengths, rtol=1e-14)
 
 
+def test_a_rollout_may_be_shorter_than_the_horizon_of_an_optimisation() -> None:
+    for scene in ("stability", "coulomb", "large", "workshop"):
+        assert cosmic.Simulator({"scene": scene, "physics.steps": 1024}).steps == 1024
+
+
 def test_seeds_differ_and_repeat(sim: cosmic.Simulator) -> None:
     assert same(sim.initial(1), sim.initial(1))
     assert not np.array_equal(sim.initial(1).w1, sim.initial(2).w1)

@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 24] = [
+const WORLDS: [&str; 26] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -48,6 +48,10 @@ const WORLDS: [&str; 24] = [
      bumpers = {distance = 0.9, reach = 1}",
     "physics = {integrator = 'implicit', theta = 0.55, contact = 'coulomb', friction = 0.4, forces = ['damper']}",
     "physics = {integrator = 'implicit', bending_radius = 0.02, contact = 'coulomb', friction = 0.4}",
+    "physics = {contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = 'points', points = \
+     [[0.07, -0.01], [0.07, 0.0], [0.22, 0.0], [0.22, -0.01], [0.32, -0.01], [0.32, 0.03]]}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = \
+     'points', points = [[0.07, -0.01], [0.07, 0.0], [0.22, 0.0], [0.22, -0.01], [0.32, -0.01], [0.32, 0.03]]}",
 ];
 
 #[test]

@@ -6,7 +6,8 @@ const FLAT = { "ground.profile": "flat" };
 const level = { "physics.incline_deg": "0" };
 const size = (columns, rows) => ({ "lattice.columns": String(columns), "lattice.rows": String(rows) });
 
-const CHOICES = {
+/** The settings of every choice. */
+export const CHOICES = {
   ground: {
     flat: { ...FLAT, ...level }, steps: { ...STEPS, ...level }, rough: { ...ROUGH, ...level },
     uphill: { ...FLAT, "physics.incline_deg": "8" }, downhill: { ...FLAT, "physics.incline_deg": "-8" },

@@ -1,13 +1,66 @@
 // Designs a robot: runs the iterations, and keeps the robot after each iteration and the delivered robot.
-/* global Walker: of robot.js */
+/* global Walker: of robot.js; levelAt: of drawing.js */
 
 import { Refused, Stopped } from "./client.js";
+import { toBytes, toText } from "./packed.js";
+
+/** A node counts as on the ground if it is less than this many mean lengths of a bar above it. */
+const NEAR = 0.02;
 
 /** A robot with its walk, from an answer of the library. */
 export class Walk extends Walker {
+  /** Where the walk began on the axis, m along the ground. */
+  #before = 0;
+
   constructor({ robot, world }, { materials, mixtures, walk, along, diverged }) {
     super(robot, world, mixtures, walk);
     Object.assign(this, { materials, along, diverged });
+  }
+
+  /**
+   * A walk on which the robot was sent from another one. It ends with the last frame in which the robot is on the ground,
+   * so that the robot does not stop in mid-air. Its axis begins where the robot was sent off, or, if it `keepsAxis`, where
+   * the axis of the robot's own walk begins.
+   */
+  static sent(place, answer, keepsAxis) {
+    const walk = new Walk(place, answer);
+    if (walk.along === null) return walk;
+    const counts = walk.walk.counts.slice(0, walk.#landing() + 1);
+    const ended = new Walk(place, { ...answer, walk: { ...walk.walk, counts } });
+    const { positions } = ended.at(0);
+    const payload = 2 * place.robot.payloads[0];
+    if (keepsAxis) {
+      const [dx, dy] = [0, 1].map(axis => positions[payload + axis] - place.robot.start[payload + axis]);
+      ended.#before = dx * place.world.cos + dy * place.world.sin;
+    } else {
+      ended.world = { ...place.world, origin: positions[payload] };
+    }
+    ended.along = ended.at(ended.duration).metres;
+    return ended;
+  }
+
+  at(time) {
+    const moment = super.at(time);
+    return { ...moment, metres: moment.metres + this.#before };
+  }
+
+  /** The time of the last frame in which the robot is on the ground, s. */
+  get landing() {
+    return this.walk ? this.#landing() * this.walk.every : 0;
+  }
+
+  /** The last frame in which a node of the body is on the ground; the last frame of all if the robot flies for more than
+   * three quarters of the walk. */
+  #landing() {
+    const { robot: { rest }, world: { ground } } = this;
+    const last = this.walk.counts.length - 1;
+    const near = NEAR * rest.reduce((sum, length) => sum + length, 0) / rest.length;
+    const stands = frame => {
+      const { positions } = super.at(frame * this.walk.every);
+      return [...this.body].some(i => positions[2 * i + 1] < levelAt(ground, positions[2 * i]) + near);
+    };
+    for (let frame = last; frame > last / 4; frame--) if (stands(frame)) return frame;
+    return last;
   }
 
   /** The number of bars of a material. */
@@ -27,8 +80,16 @@ export class Design {
   world = null;
   /** The robot before the first iteration and the robot after each iteration, with the iteration's record. */
   robots = [];
-  /** The delivered robot with the user's edits, its measurements, and the verdict on it (null until it is known). */
+  /** The finished robot with the user's edits: its `walk`, its `link` (null if it does not fit into one), and what is
+   * `measured` (null until it is known). `designed` has the same of the robot before the edits. */
   delivered = null;
+  /** The designs that links can lead back to: a map from scene and seed to the attempts, the seconds, the designed robot,
+   * and the links of its edits. */
+  #kept = new Map();
+  /** Whether another robot is about to take the place of the finished one. */
+  isReplacing = false;
+  /** Scene and seed of this design. */
+  key = null;
   /** The walk on which the user has sent the robot: after a push, to another world, or to a goal `along` (m along the
    * ground, from the payload at the start), from which it is `left` metres away in the end. Null if there is none. */
   told = null;
@@ -61,8 +122,8 @@ export class Design {
     return this.#iterated !== null && this.#iterated === this.#run;
   }
 
-  /** Prepares the robot of a scene before its first iteration. */
-  async prepare(scene, seed) {
+  /** Prepares the robot of a scene before its first iteration. `key` stands for the scene and the seed. */
+  async prepare(scene, seed, key) {
     const run = ++this.#run;
     this.#change("preparing");
     const { world, first } = await this.#client.ask({ do: "begin", scene, seed });
@@ -71,34 +132,40 @@ export class Design {
     this.robots = [{ walk: new Walk(world, first), record: null }];
     this.delivered = null;
     this.#stayHome();
+    this.key = key;
     this.seconds = 0;
     this.#change("ready");
   }
 
-  /** Opens a finished robot. `bytes` are those of a link. */
-  async open(scene, bytes) {
+  /** Opens the finished robot of a link. If it was designed on this page, it keeps its attempts. */
+  async open(scene, link, key) {
+    const kept = this.#kept.get(key);
+    const isKept = kept !== undefined && (kept.designed.link === link || kept.edits.has(link));
+    if (isKept && this.state === "finished" && this.key === key) return this.restore(link);
     const run = ++this.#run;
     this.#change("preparing");
-    const { world, robot } = await this.#client.ask({ do: "open", scene, bytes });
+    const designed = isKept ? kept.designed : { link, measured: null };
+    const { world, robot } = await this.#client.ask({ do: "open", scene, bytes: toBytes(designed.link) });
     if (run !== this.#run) return;
     this.world = world;
     const walk = new Walk(world, robot);
-    this.robots = [{ walk, record: null }];
-    this.delivered = { walk, asDesigned: walk, measured: null, verdict: null };
-    this.#stayHome();
-    this.seconds = 0;
-    this.#change("finished");
-    await this.#judge(run);
+    this.robots = isKept ? kept.robots : [{ walk, record: null }];
+    this.seconds = isKept ? kept.seconds : 0;
+    this.key = key;
+    this.#finish({ ...designed, walk });
+    if (designed.link !== link) await this.restore(link);
   }
 
-  /** The delivered robot, with its edits, in bytes for a link; null if it does not fit into a link. */
-  async pack() {
-    try {
-      return (await this.#client.ask({ do: "share" })).bytes;
-    } catch (error) {
-      if (error instanceof Refused) return null;
-      throw error;
-    }
+  /** Shows a robot that has no edits as the finished one. */
+  #finish(designed) {
+    this.delivered = { ...designed, designed };
+    this.#stayHome();
+    this.#change("finished");
+  }
+
+  /** Whether the robot was designed on this page, so that its attempts are known. */
+  get hasAttempts() {
+    return this.robots.length > 1;
   }
 
   /** The robot of the best attempt so far; null before the first attempt. */
@@ -155,39 +222,67 @@ export class Design {
 
   async #deliver(run) {
     this.#change("measuring");
-    const measured = await this.#client.ask({ do: "deliver" });
+    const { robot, measured } = await this.#client.ask({ do: "deliver", packed: true });
+    const link = await this.#share();
     if (run !== this.#run) return;
-    const walk = new Walk(this.world, measured.robot);
-    this.delivered = { walk, asDesigned: walk, measured, verdict: measured.verdict };
-    this.#stayHome();
-    this.#change("finished");
+    const designed = { walk: new Walk(this.world, robot), link, measured };
+    const { robots, seconds } = this;
+    if (link !== null) this.#kept.set(this.key, { robots, seconds, designed, edits: new Set() });
+    this.#finish(designed);
   }
 
-  /** Gives the delivered robot other materials, or, for null, the designed ones again. */
+  /** The finished robot, with its edits, as text for a link; null if it does not fit into a link. */
+  async #share() {
+    try {
+      return toText((await this.#client.ask({ do: "share" })).bytes);
+    } catch (error) {
+      if (error instanceof Refused) return null;
+      throw error;
+    }
+  }
+
+  /** Gives the finished robot other materials, or, for null, the designed ones again. */
   async edit(materials) {
+    const { designed } = this.delivered;
+    const isOther = materials !== null && materials.some((material, e) => material !== designed.walk.materials[e]);
+    await this.#replace({ do: "edit", materials: isOther ? materials : null }, isOther);
+  }
+
+  /** Shows the robot of a link to this design: the designed robot, or one of its edits. */
+  async restore(link) {
+    if (link === this.delivered.designed.link) return this.edit(null);
+    await this.#replace({ do: "restore", bytes: toBytes(link) }, true);
+  }
+
+  async #replace(request, isOther) {
     const run = this.#run;
-    const { robot } = await this.#client.ask({ do: "edit", materials });
+    this.isReplacing = true;
+    const ask = async () => [(await this.#client.ask(request)).robot, isOther ? await this.#share() : null];
+    const [robot, link] = await ask().finally(() => { this.isReplacing = false; });
     if (run !== this.#run) return;
-    const { asDesigned, measured } = this.delivered;
-    this.delivered.walk = materials === null ? asDesigned : new Walk(this.world, robot);
-    this.delivered.verdict = materials === null ? measured?.verdict ?? null : null;
+    const { designed } = this.delivered;
+    this.delivered = { ...(isOther ? { walk: new Walk(this.world, robot), link, measured: null } : designed), designed };
+    if (isOther && link !== null) this.#kept.get(this.key)?.edits.add(link);
     this.#stayHome();
     this.onchange(this.state);
-    if (this.delivered.verdict === null) await this.#judge(run);
+    await this.judge();
   }
 
   /** Lets the finished robot, with its edits, walk in its own world again, from the start. */
   home() {
-    const { walk, asDesigned } = this.delivered;
-    return this.edit(walk === asDesigned ? null : walk.materials);
+    const { walk, designed } = this.delivered;
+    return this.edit(walk === designed.walk ? null : walk.materials);
   }
 
-  /** Asks for the verdict on the finished robot. Its walk is shown before, because the verdict takes longer. */
-  async #judge(run) {
-    const { walk } = this.delivered;
-    const { verdict } = await this.#client.ask({ do: "judge" });
-    if (run !== this.#run || this.delivered.walk !== walk) return;
-    this.delivered.verdict = verdict;
+  /** Measures and judges the finished robot. Its walk is shown before, because this takes longer. */
+  async judge() {
+    const [run, { delivered }] = [this.#run, this];
+    if (delivered?.measured !== null) return;
+    const { measured } = await this.#client.ask({ do: "judge" });
+    if (run !== this.#run || this.delivered !== delivered) return;
+    const isDesigned = delivered.walk === delivered.designed.walk;
+    if (isDesigned) delivered.designed.measured = measured;
+    delivered.measured = measured;
     this.onchange(this.state);
   }
 
@@ -226,13 +321,15 @@ export class Design {
   }
 
   #send(robot, { along = null, left = null, visits = false }, onsent) {
-    this.told = { walk: new Walk(this.place, robot), along, left, visits };
+    const walk = Walk.sent(this.place, robot, along !== null);
+    if (left !== null) left = Math.abs(along - walk.along);
+    this.told = { walk, along, left, visits };
     onsent();
     this.onchange(this.state);
   }
 
-  /** The text of `design.json`. */
-  async file() {
+  /** The texts of `design.json` and `scene.toml` for the finished robot: { design, scene }. */
+  async files() {
     return this.#client.ask({ do: "design" });
   }
 

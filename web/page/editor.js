@@ -12,10 +12,14 @@ export class Editor {
   #bar = null;
   #busy = Promise.resolve();
 
-  /** @param onerror is called with the error of an edit that failed. */
-  constructor({ canvas, stage, player, parts, onerror }) {
+  /**
+   * @param isShown returns whether the finished robot is on the stage. Only then can its bars be clicked.
+   * @param onedit is called before the robot is edited.
+   * @param onerror is called with the error of an edit that failed.
+   */
+  constructor({ canvas, stage, player, parts, isShown, onedit, onerror }) {
     [this.#canvas, this.#stage, this.#player, this.#parts] = [canvas, stage, player, parts];
-    this.onerror = onerror;
+    Object.assign(this, { isShown, onedit, onerror });
     parts.previous.addEventListener("click", () => this.#step(-1));
     parts.next.addEventListener("click", () => this.#step(1));
     parts.undo.addEventListener("click", () => this.#undo());
@@ -69,7 +73,7 @@ export class Editor {
   }
 
   #click(event) {
-    if (!this.#design) return;
+    if (!this.#design || !this.isShown()) return;
     const bar = this.#stage.edgeAt(event.clientX, event.clientY);
     if (bar === null) return;
     this.#bar = bar;
@@ -81,7 +85,7 @@ export class Editor {
   }
 
   #hover(event) {
-    if (this.#design) this.#mark(this.#stage.edgeAt(event.clientX, event.clientY) ?? this.#bar);
+    if (this.#design && this.isShown()) this.#mark(this.#stage.edgeAt(event.clientX, event.clientY) ?? this.#bar);
   }
 
   #key(event) {
@@ -118,6 +122,7 @@ export class Editor {
   }
 
   async #apply(materials) {
+    this.onedit();
     try {
       await this.#design.edit(materials);
     } catch (error) {

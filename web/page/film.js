@@ -33,8 +33,8 @@ export async function film({ canvas, player, label, colours, onprogress, title, 
   recorder.start();
   for (let last = 0; ; last = player.time) {
     await new Promise(requestAnimationFrame);
-    // Stop if the walk has begun again or is at its end, or another robot is shown.
-    if (player.time < last || player.time >= player.walk.duration || signal.aborted) break;
+    // Stop if the walk has begun again or the robot stands at its end, or another robot is shown.
+    if (player.time < last || player.time >= player.walk.landing || signal.aborted) break;
     copyFrame(pen, canvas, colours, label(player.time), title);
     onprogress(player.time / player.walk.duration);
   }

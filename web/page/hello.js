@@ -1,5 +1,6 @@
 // The finished robot that walks while the library loads.
-/* global Walker: of robot.js */
+
+import { Walk } from "./design.js";
 
 /** How long the finished robot is shown before the page's own design takes the stage, milliseconds. */
 export const GREETING = 4000;
@@ -8,8 +9,7 @@ export const GREETING = 4000;
 export async function hello() {
   try {
     const { world, robot, link } = await (await fetch(new URL("hello.json", import.meta.url))).json();
-    const walk = new Walker(world.robot, world.world, robot.mixtures, robot.walk);
-    return { walk: Object.assign(walk, { along: robot.along }), link };
+    return { walk: new Walk(world, robot), link };
   } catch {
     return null;
   }

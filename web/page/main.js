@@ -1,6 +1,7 @@
 // Connects the controls of the page with what they do.
 /* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
+import { keepAddress, keepRobot, linked } from "./address.js";
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
@@ -11,6 +12,7 @@ import { GroundEditor } from "./ground.js";
 import { GREETING, hello, mayBegin } from "./hello.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
+import { progressOf } from "./progress.js";
 import { Push } from "./push.js";
 import { Race } from "./race.js";
 import { Refusals } from "./refusal.js";
@@ -18,18 +20,15 @@ import { DEFAULT, OWN, Scene } from "./scene.js";
 import { Strip } from "./strip.js";
 import { Visit } from "./visit.js";
 import { takeFilm, takeLink } from "./take.js";
-import { sentence, showVerdict } from "./words.js";
+import { headline, sentence, shownAs, showVerdict } from "./words.js";
 
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
 const LONG = 2000;
 /** The buttons that cannot be used before there is a robot. */
 const LATER = ["design", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
-const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
-/** Whether the address names what to show. */
-const linked = location.hash.length > 1;
 
 // The world that is shown before there is a robot.
 const stage = new Stage($("stage"), { width: 2, ground: [[-9, 0], [9, 0]], cos: 1, limit: 1 });
@@ -45,19 +44,22 @@ const chips = new Chips(
   { ground: $("chip-ground"), gravity: $("chip-gravity"), size: $("chip-size") },
   chooseWorld,
 );
-const visit = new Visit({ scene, player, design, onvisit: () => { looked = null; } });
+const toLatest = () => { looked = null; };
+/** Whether the finished robot is on the stage, and not an earlier attempt. */
+const isShown = () => design.state === "finished" && looked === null;
+const visit = new Visit({ scene, player, design, onvisit: toLatest });
 const push = new Push({
-  canvas: $("stage"), stage, player, design, onpush: () => { looked = null; }, onerror: error => refusal.show(error),
+  canvas: $("stage"), stage, player, design, isShown, onpush: toLatest, onerror: error => refusal.show(error),
 });
 const editor = new Editor({
-  canvas: $("stage"), stage, player, onerror: error => refusal.show(error),
+  canvas: $("stage"), stage, player, isShown, onedit: toLatest, onerror: error => refusal.show(error),
   parts: {
     fieldset: $("editor"), legend: $("bar"), previous: $("previous"), next: $("next"), undo: $("undo"),
     materials: [...document.getElementsByName("material")],
   },
 });
 const errand = new Errand({
-  canvas: $("stage"), stage, player, design, ontell: () => { looked = null; }, onerror: error => refusal.show(error),
+  canvas: $("stage"), stage, player, design, ontell: toLatest, onerror: error => refusal.show(error),
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
 const refusal = new Refusals({ text: $("refusal"), details: $("details"), scene, before: $("status") });
@@ -73,9 +75,6 @@ let greeting = null;
 let greeter = null;
 /** The other world that the chips show; null for the robot's own world. */
 let elsewhere = null;
-/** The walk whose robot the link contains. */
-let linkedWalk = null;
-
 async function greet() {
   if (linked || new URLSearchParams(location.search).has("wait")) return;
   const finished = await hello();
@@ -86,6 +85,7 @@ async function greet() {
   tellPlay();
   $("time").max = greeting.duration;
   $("attempt-title").textContent = "a finished robot";
+  $("along-title").textContent = "distance so far";
   $("iteration").textContent = "";
   const next = mayBegin() ? "The next one is designed while you watch." : "Press “Design a robot” for another one.";
   $("status").textContent = designs ? `This robot is finished. ${next}` : "This robot is finished.";
@@ -118,24 +118,45 @@ async function begin() {
     const scenes = await client.ask({ do: "scenes" });
     scenes.unshift(...Object.entries(OWN).map(([name, { about }]) => ({ name, about })));
     $("scene").replaceChildren(...scenes.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
-    const names = scenes.map(({ name }) => name);
-    if (!names.includes(scene.name)) {
-      return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; expected one of ${names.join(", ")}.`);
-    }
-    // Something else may be opened in the meantime.
-    if (!(await scene.check())) return;
-    if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
-    if (design.state === "ready" && mayBegin()) await work();
+    await openAddress();
   } catch (error) {
     refusal.show(error);
   }
+}
+
+/** Opens what the address names. */
+async function openAddress() {
+  const names = [...$("scene").options].map(({ value }) => value);
+  if (!names.includes(scene.name)) {
+    return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; expected one of ${names.join(", ")}.`);
+  }
+  // Something else may be opened in the meantime.
+  if (!(await scene.check())) return;
+  if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
+  if (design.state === "ready" && mayBegin()) await work();
 }
 
 /** Opens a built-in scene with its own settings, because the link cannot be opened. */
 async function openInstead(name, reason) {
   scene.robot = null;
   await scene.choose(name);
-  refusal.say(`The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`);
+  refusal.say(`The link cannot be opened: ${reason.trim()}\nThe page shows the scene ${name} instead.`);
+}
+
+/** Opens the address to which Back, a link or the user went. */
+async function navigate() {
+  if (!(await mayChange())) {
+    // Back to the address of the design that goes on.
+    history.pushState(null, "", scene.link);
+    return;
+  }
+  greeting = null;
+  scene.read();
+  try {
+    await openAddress();
+  } catch (error) {
+    refusal.show(error);
+  }
 }
 
 /** Is called when the library has checked a scene. Prepares the robot, or shows the error. */
@@ -147,23 +168,13 @@ async function sceneKnown(error) {
     design.abandon("empty");
     return refuse(error);
   }
-  keepAddress();
+  keepAddress(scene);
   const { settings, profile } = scene.checked;
   chips.show(settings);
   errand.open(settings);
   const columns = settings["lattice.columns"] - 1;
   ground.show(profile, settings["lattice.origin_x"] + columns * settings["lattice.spacing"]);
   await prepare();
-}
-
-/** Writes the link into the address. The page's own scene needs none. Back returns to a finished robot, and to the
- * robot before an edit. */
-function keepAddress() {
-  const isOwn = !linked && scene.link === `#scene=${DEFAULT}&seed=1`;
-  if (isOwn && location.hash === "") return;
-  const before = new URLSearchParams(location.hash.slice(1));
-  const isOther = before.has("robot") && scene.robot !== before.get("robot");
-  history[isOther ? "pushState" : "replaceState"](null, "", scene.link);
 }
 
 /** Asks before a change that would discard a design in progress. */
@@ -191,14 +202,15 @@ async function prepare() {
   recording?.abort();
   race.end();
   editor.open(null);
-  linkedWalk = null;
   try {
     if (scene.robot === null) {
-      await design.prepare(scene.asked, scene.seed);
+      await design.prepare(scene.asked, scene.seed, scene.key);
     } else {
-      const bytes = toBytes(scene.robot);
-      if (bytes === null) throw new Refused("The robot in this link is not complete; copy the whole link.");
-      await design.open(scene.asked, bytes);
+      if (toBytes(scene.robot) === null) throw new Refused("the robot in this link is not complete; copy the whole link");
+      const { visited } = scene;
+      await design.open(scene.asked, scene.robot, scene.key);
+      await visit.arrive(visited);
+      await design.judge();
     }
     return true;
   } catch (error) {
@@ -256,7 +268,6 @@ function changed(state) {
     return;
   }
   tellStatus(state);
-  flag();
   if (design.world === null || ["stopped", "empty", "preparing", "cancelled"].includes(state)) return;
   if (state === "finished" && !$("stage").classList.contains("editable")) {
     looked = null;
@@ -264,62 +275,54 @@ function changed(state) {
   }
   if (looked === null || !busy) show({ restart: state === "ready" });
   else drawCurve();
-  if (state === "finished") keepRobot();
+  // Another scene or robot may have been chosen that is not prepared yet.
+  const isCurrent = design.key === scene.key && !scene.isChecking && !design.isReplacing;
+  if (state === "finished" && isCurrent) keepRobot(scene, design);
 }
 
-/** Puts the finished robot into the address, so that the link, a refresh and Back show it again. */
-async function keepRobot() {
-  const { walk, measured } = design.delivered;
-  if (linkedWalk === walk || design.told !== null) return;
-  const isFirst = linkedWalk === null;
-  linkedWalk = walk;
-  // The address already has a robot that came with it.
-  if (isFirst && measured === null) return;
-  try {
-    const bytes = await design.pack();
-    if (design.delivered?.walk !== walk) return;
-    scene.robot = bytes && toText(bytes);
-    keepAddress();
-  } catch (error) {
-    refusal.show(error);
-  }
-}
-
-/** Sets the flag: at the goal, at the distance of the finished robot, or at the best distance so far. The best robot so
- * far is shown as a ghost; after an edit, it is the robot before the edit. */
-function flag() {
-  const { best, delivered, world } = design;
+/** Sets the flag: at the goal, or at the distance of the headline; during a design at the best distance so far. The best
+ * robot so far is shown as a ghost; after an edit, it is the robot before the edit. */
+function flag(far) {
+  const { best, delivered, place } = design;
   player.goal = errand.show();
   player.goalLabel = "";
-  player.ghost = delivered ? (delivered.walk === delivered.asDesigned ? null : delivered.asDesigned) : best?.walk ?? null;
-  if (player.goal !== null || world === null || design.told !== null) return;
-  const far = (delivered?.asDesigned ?? best?.walk)?.along;
-  if (!(far > 0.05)) return;
-  const foot = world.world.origin + far * world.world.cos;
-  player.goal = [foot, levelAt(world.world.ground, foot)];
-  player.goalLabel = `${delivered ? "" : "best "}${decimals(far, 2)} m`;
+  const designed = delivered?.designed.walk ?? null;
+  player.ghost = delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
+  if (player.goal !== null || place === null) return;
+  const isBest = looked === null && delivered === null;
+  const to = isBest ? best?.walk.along : far;
+  if (!(to > 0.05)) return;
+  const { origin, cos, ground } = player.walk.world;
+  const foot = origin + to * cos;
+  player.goal = [foot, levelAt(ground, foot)];
+  player.goalLabel = `${isBest ? "best " : ""}${shownAs(to)}`;
 }
 
 function show(how = {}) {
   greeting = null;
-  flag();
   const { walk } = shown();
   const isDelivered = looked === null && design.delivered !== null;
   const goesOn = walk === design.told?.walk;
-  if (player.walk !== walk) player.show(walk, { ...how, withVoid: isDelivered, goesOn });
+  if (player.walk !== walk) player.show(walk, { ...how, withVoid: isDelivered, goesOn, stops: goesOn && design.told.along !== null });
+  const { far, title } = headline({ walk, looked, design });
+  flag(far);
+  if (!player.playing) player.paint();
   tellPlay();
   $("time").max = walk.duration;
-  $("along").textContent = walk.along === null ? "diverged" : `${decimals(walk.along, 2)} m`;
+  $("along").textContent = shownAs(far);
+  $("along-title").textContent = title;
   const number = looked ?? design.iteration;
-  const came = design.delivered?.measured === null;
-  $("strip").classList.toggle("empty", came === true);
+  const came = design.delivered !== null && !design.hasAttempts;
+  $("strip").classList.toggle("empty", came);
   $("attempt-title").textContent = came ? "a finished robot" : "attempt";
   $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
   $("back").disabled = number === 0;
   $("ahead").disabled = $("latest").disabled = looked === null;
-  drawTernary(walk);
+  $("stage").classList.toggle("earlier", looked !== null);
+  ternary.draw({ mixtures: walk.mixtures, delivered: walk.materials, highlight: player.highlight });
   drawCurve();
   describe(walk);
+  tellStatus(design.state);
 }
 
 function look(iteration) {
@@ -336,37 +339,14 @@ function step(by) {
   show();
 }
 
-function drawTernary(walk) {
-  ternary.draw({ mixtures: walk.mixtures, delivered: walk.materials, highlight: player.highlight });
-}
-
 function drawCurve() {
-  strip.draw({ robots: design.robots, attempts: design.world.iterations, shown: looked ?? design.iteration });
-  const points = design.robots.map(({ walk }, k) => [k, walk.along ?? NaN]);
-  curve.draw({
-    title: "Displacement after each iteration, m",
-    series: [{ name: "displacement", colour: "accent", points }],
-    x: [0, design.world.iterations],
-    unit: "iterations",
-    cursor: looked ?? design.iteration,
-    phases: phases(),
-  });
-}
-
-/** The phases, each with its range of iterations. */
-function phases() {
-  const spans = [];
-  design.robots.forEach(({ record }, k) => {
-    const name = record && PHASES[record.phase];
-    if (name === null) return;
-    if (spans.at(-1)?.name === name) spans.at(-1).to = k;
-    else spans.push({ name, from: k - 1, to: k });
-  });
-  return spans;
+  const attempt = looked ?? design.iteration;
+  strip.draw({ robots: design.robots, attempts: design.world.iterations, shown: attempt });
+  curve.draw(progressOf(design, attempt));
 }
 
 function describe(walk) {
-  const far = walk.along === null ? "its walk diverges" : `it walks ${decimals(walk.along, 2)} m`;
+  const far = walk.along === null ? "its walk diverges" : `it walks ${shownAs(walk.along)}`;
   $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bones and ${walk.count(2)} muscles; ${far} in ${walk.duration.toFixed(1)} s`);
   const solid = walk.materials.length - walk.count(0);
   $("ternary").setAttribute("aria-label", `Mixtures of ${walk.materials.length} bars: ${solid} are mostly solid, ${walk.count(2)} of them actuators`);
@@ -375,14 +355,14 @@ function describe(walk) {
 function tellStatus(state) {
   // Screen readers do not read texts that change with every iteration.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
-  $("status").textContent = sentence(state, design);
-  showVerdict($("verdict"), (state === "finished" && design.told === null && design.delivered.verdict) || []);
+  $("status").textContent = sentence(state, design, looked);
+  showVerdict($("verdict"), (isShown() && design.told === null && design.delivered.measured?.verdict) || []);
 }
 
 function tellTime(time) {
   $("time").value = time;
   $("clock").textContent = `${time.toFixed(1)} s`;
-  if (greeting !== null) $("along").textContent = `${decimals(greeting.at(time).metres, 2)} m`;
+  if (greeting !== null) $("along").textContent = shownAs(greeting.at(time).metres);
 }
 
 // Controls.
@@ -407,7 +387,7 @@ async function pressDesign() {
 }
 
 async function work() {
-  looked = null;
+  toLatest();
   try {
     await design.work();
   } catch (error) {
@@ -435,7 +415,7 @@ async function chooseWorld(kind, name, settings) {
 
 /** Brings the finished robot back to its own world and to the start of its walk. */
 async function goHome() {
-  looked = null;
+  toLatest();
   refusal.forget();
   try {
     await design.home();
@@ -460,7 +440,7 @@ async function startRace() {
     scene.seed = best.seed;
     history.pushState(null, "", scene.link);
     await scene.check();
-    $("saved").textContent = `Seed ${best.seed} won the race: ${decimals(best.along, 2)} m.`;
+    $("saved").textContent = `Seed ${best.seed} won the race: ${shownAs(best.far)}.`;
   } catch (error) {
     refusal.show(error);
   } finally {
@@ -483,9 +463,13 @@ async function saveFilm() {
 }
 
 async function share() {
-  keepAddress();
+  // The robot that greets is the one to share.
+  await adopt();
+  keepAddress(scene);
   if (location.hash === "") history.replaceState(null, "", scene.link);
-  await takeLink({ holdsRobot: scene.robot !== null, tell });
+  const world = Object.keys(scene.visited).length > 0 ? " and the world in which it walks" : "";
+  const robot = looked === null ? "this robot" : "the finished robot";
+  await takeLink({ holds: scene.robot === null ? null : `${robot}${world}`, tell });
 }
 
 function connect() {
@@ -508,13 +492,20 @@ function connect() {
   on("race", startRace);
   on("back", () => step(-1));
   on("ahead", () => step(1));
-  on("latest", () => { looked = null; show(); });
+  on("latest", () => {
+    toLatest();
+    show();
+  });
   on("level", () => ground.level());
   on("stairs", () => ground.stairs());
   on("rough", () => ground.rough());
   on("reset", () => scene.choose(scene.name));
-  on("save-design", async () => save("design.json", new Blob([await design.file()], { type: "application/json" })));
-  on("save-scene", () => save("scene.toml", new Blob([scene.checked.toml], { type: "text/plain" })));
+  on("save-design", async () => save("design.json", new Blob([(await design.files()).design], { type: "application/json" })));
+  on("save-scene", async () => {
+    // The scene of a finished robot is in open loop if the robot is.
+    const text = design.state === "finished" ? (await design.files()).scene : scene.checked.toml;
+    save("scene.toml", new Blob([text], { type: "text/plain" }));
+  });
   on("save-film", saveFilm);
   on("link", share);
   on("stage", adopt, "pointerdown");
@@ -535,7 +526,7 @@ function connect() {
     togglePlay();
   });
   $("stopped").addEventListener("cancel", event => event.preventDefault());
-  addEventListener("hashchange", () => location.reload());
+  addEventListener("hashchange", navigate);
 }
 
 connect();
@@ -548,6 +539,12 @@ if (filmKind() === null) $("saved").textContent = "This browser cannot record an
 if (designs) begin();
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
-/** Pushes the robot, for tests. */
+/** Pushes the robot, and says what the stage shows, for tests. */
 globalThis.push = velocity => push.push(velocity);
+globalThis.onStage = () => {
+  const { walk, goal, goalLabel, playing, time } = player;
+  const { world, body, duration } = walk;
+  const foot = ({ positions }) => Math.min(...[...body].map(i => positions[2 * i + 1] - levelAt(world.ground, positions[2 * i])));
+  return { box: stage.box, goal, goalLabel, playing, time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
+};
 if ("serviceWorker" in navigator && isSecureContext) navigator.serviceWorker.register("sw.js").catch(() => {});

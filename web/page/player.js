@@ -15,7 +15,7 @@ export class Player {
   #stage;
   #walk = null;
   /** The positions and the camera that are shown. Below: their differences from the walk when it began to be shown. */
-  #shown = { positions: [], camera: [0, 0] };
+  #shown = { positions: [], camera: [0, 0], top: 0 };
   #offset = null;
   #blend = 0;
   time = 0;
@@ -32,8 +32,11 @@ export class Player {
   ghost = null;
   /** How far the user has dragged the robot, [x, y] in pixels; null if it is not dragged. */
   arrow = null;
-  /** Whether the walk stops at its end, and does not begin again. */
+  /** Whether the walk goes on from another one, and whether it stops at its end and does not begin again. */
+  #goesOn = false;
   #stops = false;
+  /** The number of walks that are being computed. The robot stands still until then. */
+  #awaited = 0;
   /** For tests: the number of frames, and the total and the longest time of their scripts in milliseconds. */
   cost = { frames: 0, total: 0, longest: 0 };
 
@@ -65,24 +68,25 @@ export class Player {
   }
 
   /**
-   * Shows another robot from now on, at the current time. If it `goesOn`, its walk begins where the last one was left,
-   * and stops at its end.
+   * Shows another robot from now on, at the current time. If it `goesOn`, its walk begins where the last one was left. If
+   * it `stops`, its walk does not begin again at its end.
    */
-  show(walk, { withVoid = false, restart = false, goesOn = false } = {}) {
+  show(walk, { withVoid = false, restart = false, goesOn = false, stops = false } = {}) {
     const same = this.#walk?.world === walk.world;
     if (!same || restart || goesOn) this.time = 0;
-    this.#stops = goesOn;
-    // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk.
-    if (this.still.matches && !this.playing && !restart) this.time = walk.duration;
+    this.#goesOn = goesOn;
+    this.#stops = stops;
+    // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk, on the ground.
+    if (this.still.matches && !this.playing && !restart) this.time = walk.landing;
     this.#walk = walk;
     if (!same) this.#fit();
     this.withVoid = withVoid;
     const blends = (goesOn || (same && !restart)) && this.playing;
     this.#blend = blends ? 1 : 0;
     if (blends) {
-      const { positions, camera } = walk.at(this.time);
+      const { positions, camera, top } = walk.at(this.time);
       const from = (before, now) => now.map((x, k) => before[k] - x);
-      this.#offset = { positions: from(this.#shown.positions, positions), camera: from(this.#shown.camera, camera) };
+      this.#offset = { positions: from(this.#shown.positions, positions), camera: from(this.#shown.camera, camera), top: this.#shown.top - top };
     }
     if (!this.playing) this.paint();
   }
@@ -112,13 +116,11 @@ export class Player {
    * `ask` calls `ongoing` before the new walk is shown.
    */
   async goOn(ask) {
-    const { playing } = this;
-    this.playing = false;
+    this.#awaited += 1;
     try {
       await ask(this.frame, () => { this.playing = !this.still.matches; });
-    } catch (error) {
-      this.playing = playing;
-      throw error;
+    } finally {
+      this.#awaited -= 1;
     }
   }
 
@@ -129,6 +131,7 @@ export class Player {
 
   seek(time) {
     this.time = time;
+    this.#blend = 0;
     this.paint();
   }
 
@@ -139,7 +142,7 @@ export class Player {
     this.#shown = moment;
     if (this.#blend > 0.01) {
       const moved = name => moment[name].map((x, k) => x + this.#blend * this.#offset[name][k]);
-      this.#shown = { positions: moved("positions"), camera: moved("camera") };
+      this.#shown = { positions: moved("positions"), camera: moved("camera"), top: moment.top + this.#blend * this.#offset.top };
     }
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
@@ -149,12 +152,12 @@ export class Player {
   }
 
   get #ghostNow() {
-    if (this.ghost === null || this.#stops || this.ghost === this.#walk) return null;
+    if (this.ghost === null || this.#goesOn || this.ghost === this.#walk) return null;
     return { positions: this.ghost.at(this.time).positions, edges: this.ghost.bars };
   }
 
   #tick(passed) {
-    if (!this.playing || !this.#walk) return;
+    if (!this.playing || this.#awaited > 0 || !this.#walk) return;
     const begun = performance.now();
     this.time += passed * this.speed;
     if (this.time > this.#walk.duration) {

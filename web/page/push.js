@@ -14,15 +14,16 @@ export class Push {
   #pushed = false;
 
   /**
+   * @param isShown returns whether the finished robot is on the stage.
    * @param onpush is called before the robot is pushed.
    * @param onerror is called with the error of a push that failed.
    */
-  constructor({ canvas, stage, player, design, onpush, onerror }) {
+  constructor({ canvas, stage, player, design, isShown, onpush, onerror }) {
     [this.#canvas, this.#player, this.#design] = [canvas, player, design];
     Object.assign(this, { onpush, onerror });
     canvas.addEventListener("pointerdown", event => {
       this.#pushed = false;
-      const near = design.state === "finished" && stage.isNear(event.clientX, event.clientY);
+      const near = isShown() && stage.isNear(event.clientX, event.clientY);
       this.#from = near ? [event.clientX, event.clientY] : null;
     });
     canvas.addEventListener("pointermove", event => {

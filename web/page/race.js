@@ -19,15 +19,17 @@ export class Race {
     return this.#clients.length > 0;
   }
 
-  /** Designs the robots of a scene from `seed` on. Resolves to { seed, along, bytes } of the best; null if it is ended. */
+  /**
+   * Designs the robots of a scene from `seed` on. Resolves to { seed, far, bytes } of the best, where `far` is
+   * the distance to quote; null if it is ended. */
   async run(scene, seed) {
     const count = Math.min(MOST, Math.max(2, (navigator.hardwareConcurrency ?? 2) - 1));
     this.#lanes.hidden = false;
     this.#lanes.replaceChildren();
     try {
       const all = Array.from({ length: count }, (_, k) => this.#design(scene, seed + k));
-      const finished = (await Promise.all(all)).filter(robot => robot.bytes !== null && robot.along !== null);
-      return finished.reduce((best, robot) => (best === null || robot.along > best.along ? robot : best), null);
+      const finished = (await Promise.all(all)).filter(robot => robot.far !== null);
+      return finished.reduce((best, robot) => (best === null || robot.far > best.far ? robot : best), null);
     } catch (error) {
       if (error instanceof Stopped) return null;
       throw error;
@@ -53,10 +55,11 @@ export class Race {
       done = isDone;
       lane(k / world.iterations, robot?.along);
     }
-    const { robot } = await client.ask({ do: "deliver" });
-    lane(1, robot.along);
+    const { measured } = await client.ask({ do: "deliver", packed: true });
+    const far = measured.distance?.p50 ?? null;
+    lane(1, far);
     const { bytes } = await client.ask({ do: "share" });
-    return { seed, along: robot.along, bytes };
+    return { seed, far, bytes };
   }
 
   /** Adds the line of a seed. Returns a function that shows its progress and its distance. */

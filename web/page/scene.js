@@ -1,10 +1,12 @@
 // The scene of the page: a built-in scene, and settings that replace its own. The page's link contains them and the
 // seed.
 
+import { CHOICES } from "./chips.js";
+
 /** The page's own scenes, as texts in TOML. */
 export const OWN = {
   creature: {
-    about: "a small robot in a world like ours, designed in half a minute",
+    about: "a small robot of soft bars that may cross, designed in half a minute",
     toml: `base = "earth"
 [lattice]
 columns = 4
@@ -42,6 +44,9 @@ const PATIENCE = 1000;
 const POINTS = "ground.points";
 const PROFILE = "ground.profile";
 
+/** The kinds of settings in which a link may move its robot to another world. */
+const VISITS = ["ground", "gravity"];
+
 export class Scene {
   #client;
   #form;
@@ -53,8 +58,12 @@ export class Scene {
   seed = DEFAULT_SEED;
   /** A finished robot in the form that links have; null without a robot. */
   robot = null;
+  /** The other world in which that robot walks: a map from kinds of settings to the names of choices. */
+  visited = {};
   /** The settings that replace the scene's own: a map from keys to values in TOML. */
   changed = new Map();
+  /** Whether the library still checks the scene. */
+  isChecking = false;
   /** All settings, and the text of `scene.toml`; null until the library has checked the scene. */
   checked = null;
 
@@ -68,7 +77,7 @@ export class Scene {
     this.#mayChange = mayChange;
     this.onchange = onchange;
     this.#build();
-    this.#readLink();
+    this.read();
   }
 
   /** The scene in the form that requests have. */
@@ -81,11 +90,20 @@ export class Scene {
     return OWN[this.name]?.toml ?? this.name;
   }
 
-  /** The part of the link after `#`. */
-  get link() {
+  /** The scene and the seed in the form that links have. */
+  get key() {
     const link = new URLSearchParams({ scene: this.name, seed: String(this.seed) });
     for (const setting of this.asked.settings) link.append("set", setting);
-    if (this.robot !== null) link.set("robot", this.robot);
+    return String(link);
+  }
+
+  /** The part of the link after `#`. */
+  get link() {
+    const link = new URLSearchParams(this.key);
+    if (this.robot !== null) {
+      link.set("robot", this.robot);
+      for (const [kind, name] of Object.entries(this.visited)) link.set(kind, name);
+    }
     return `#${link}`;
   }
 
@@ -111,6 +129,7 @@ export class Scene {
     const agreed = await this.#mayChange();
     if (agreed) {
       this.robot = null;
+      this.visited = {};
       make();
       await this.check();
     } else {
@@ -135,6 +154,7 @@ export class Scene {
    */
   async check() {
     const asked = ++this.#asked;
+    this.isChecking = true;
     if (this.#client.busyFor > PATIENCE) this.#client.start();
     try {
       const own = await this.#client.ask({ do: "check", scene: this.#text, settings: [] });
@@ -146,10 +166,12 @@ export class Scene {
         if (key !== POINTS && String(this.#own[key]) === value) this.changed.delete(key);
       }
       this.#show();
+      this.isChecking = false;
       await this.onchange(null);
     } catch (error) {
       if (asked !== this.#asked) return false;
       this.checked = null;
+      this.isChecking = false;
       await this.onchange(error);
     }
     return asked === this.#asked;
@@ -190,15 +212,22 @@ export class Scene {
     return about && this.#form.elements[about.key];
   }
 
-  #readLink() {
+  /** Reads the link in the address. */
+  read() {
     const link = new URLSearchParams(location.hash.slice(1));
-    this.name = link.get("scene") ?? this.name;
+    this.name = link.get("scene") ?? DEFAULT;
     this.robot = link.get("robot");
     const seed = Number(link.get("seed") ?? (link.has("scene") ? 0 : DEFAULT_SEED));
-    if (Number.isSafeInteger(seed) && seed >= 0) this.seed = seed;
+    this.seed = Number.isSafeInteger(seed) && seed >= 0 ? seed : DEFAULT_SEED;
+    this.changed.clear();
     for (const setting of link.getAll("set")) {
       const at = setting.indexOf("=");
       if (at > 0) this.changed.set(setting.slice(0, at), setting.slice(at + 1));
+    }
+    this.visited = {};
+    for (const kind of VISITS) {
+      const name = link.get(kind);
+      if (this.robot !== null && Object.hasOwn(CHOICES[kind], name)) this.visited[kind] = name;
     }
   }
 }

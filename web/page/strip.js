@@ -29,14 +29,19 @@ export class Strip extends Drawing {
     this.draw({ robots: [], attempts: 1, shown: 0 });
   }
 
+  // Keys choose from what is told here, also while the strip is out of view and not painted.
+  draw(scene) {
+    this.#last = scene.robots.length - 1;
+    this.#shown = scene.shown;
+    super.draw(scene);
+  }
+
   /** `robots` are those of a design, `attempts` is the number that it will have, `shown` is the attempt on the stage. */
   paint({ robots, attempts, shown }, width, height) {
     const far = robots.map(({ walk }) => walk.along ?? 0);
     const most = Math.max(0.5, ...far);
     const [foot, head] = [height - 5, height * (1 - TALL) - 14];
     const place = k => [EDGE + (width - 2 * EDGE) * k / attempts, foot - head * Math.max(0, far[k]) / most];
-    this.#last = robots.length - 1;
-    this.#shown = shown;
     this.canvas.dataset.attempts = attempts;
     if (robots.length > 1) {
       const line = robots.map((_, k) => place(k));

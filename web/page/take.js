@@ -24,9 +24,10 @@ export async function takeFilm({ canvas, player, signal, name, tell }) {
   }
 }
 
-/** Shares the address of the page: with the system's dialog on telephones, otherwise by copying it. */
-export async function takeLink({ holdsRobot, tell }) {
-  const what = holdsRobot ? `The link has ${location.href.length} characters and holds this robot.` : "The link designs this robot again.";
+/** Shares the address of the page: with the system's dialog on telephones, otherwise by copying it. `holds` says what the
+ * link holds; null if it holds no robot. */
+export async function takeLink({ holds, tell }) {
+  const what = holds ? `The link has ${location.href.length} characters and holds ${holds}.` : "The link designs this robot again.";
   try {
     if (navigator.share && matchMedia("(pointer: coarse)").matches) {
       await navigator.share({ title: document.title, url: location.href });

@@ -1,5 +1,7 @@
 // Lets the finished robot walk on in another world: with other gravity, or on other ground.
 
+import { CHOICES } from "./chips.js";
+
 export class Visit {
   #scene;
   #player;
@@ -18,7 +20,7 @@ export class Visit {
 
   /** Moves the robot to a world that differs in one kind of settings ("ground" or "gravity"). `name` says how. */
   async move(kind, name, settings) {
-    const [design, player] = [this.#design, this.#player];
+    const design = this.#design;
     const changes = { ...design.elsewhere?.changes, [kind]: { name, settings } };
     const own = this.#scene.checked.settings;
     if (Object.entries(settings).every(([key, value]) => String(own[key]) === value)) delete changes[kind];
@@ -26,7 +28,20 @@ export class Visit {
     // A robot that has fallen apart cannot walk on.
     if (design.told?.walk.along === null) await design.home();
     this.onvisit();
-    const all = Object.assign({}, ...Object.values(changes).map(({ settings }) => settings));
-    await player.goOn((frame, ongoing) => design.visit({ changes, settings: all }, frame, ongoing));
+    await this.#go(changes);
+  }
+
+  /** Moves the robot to the world of a link: a map from kinds of settings to names. It begins with the start of its walk. */
+  async arrive(visited) {
+    const changes = {};
+    for (const [kind, name] of Object.entries(visited)) changes[kind] = { name, settings: CHOICES[kind][name] };
+    if (Object.keys(changes).length === 0) return;
+    this.#player.time = 0;
+    await this.#go(changes);
+  }
+
+  #go(changes) {
+    const settings = Object.assign({}, ...Object.values(changes).map(({ settings }) => settings));
+    return this.#player.goOn((frame, ongoing) => this.#design.visit({ changes, settings }, frame, ongoing));
   }
 }

@@ -1,4 +1,4 @@
-// The sentences under the stage.
+// The sentences under the stage, and the headline on it.
 /* global decimals: of drawing.js */
 
 /** What a phase of the design does, in words that need no explanation. */
@@ -10,29 +10,61 @@ const HOW = {
   fine_tuning: "the body is ready, and the robot learns to use it",
 };
 
-const range = (low, high) => metres(low) === metres(high) ? metres(low) : `${decimals(low, 2)} to ${metres(high)}`;
 const metres = x => `${decimals(x, 2)} m`;
+const range = (low, high) => metres(low) === metres(high) ? metres(low) : `${decimals(low, 2)} to ${metres(high)}`;
+const isKnown = distance => distance !== null && [distance.p10, distance.p50, distance.p90].every(Number.isFinite);
 
-export function working(design) {
+/**
+ * The headline, the flag and what they mean: { far, title }, where `far` is in metres, or null for a walk that diverged.
+ * Of a finished robot it is the distance to quote, otherwise that of the walk on the stage.
+ * @param walk is the walk on the stage, `looked` the attempt that the user chose to see, or null.
+ */
+export function headline({ walk, looked, design: { delivered, told } }) {
+  const distance = looked === null && told === null && delivered?.measured?.distance;
+  if (distance) return { far: distance.p50, title: "distance, robust median" };
+  if (looked === null && told !== null && told.along !== null) return { far: walk.along, title: "place at the end" };
+  return { far: walk.along, title: looked === null && told !== null ? "distance, this walk" : "distance, one walk" };
+}
+
+/** What the headline shows. */
+export const shownAs = far => far === null ? "diverged" : metres(far);
+
+function working(design) {
   const { record } = design.robots.at(-1);
   if (record === null) return "Searching …";
   const left = (design.world.iterations - design.iteration) * design.seconds / design.iteration;
   return `${DOING[record.phase]}: ${HOW[record.phase]}. About ${Math.max(1, Math.round(left))} s left.`;
 }
 
-export function finished({ delivered, seconds, iteration }) {
-  const { walk, asDesigned, measured } = delivered;
-  if (walk.along === null) return walk === asDesigned ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
-  if (walk !== asDesigned) return `Changed by you: it walks ${metres(walk.along)}; before, it was ${metres(asDesigned.along ?? 0)}. Click a bar to change it again.`;
-  const touch = "Click a bar, drag the robot, or choose another ground.";
-  if (measured === null) return `This robot is finished. It walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. ${touch}`;
-  const { p10, p50, p90 } = measured.spread;
+/** The sentence about an earlier attempt that the user looks at. */
+function attempt(design, looked) {
+  const { walk, record } = design.robots[looked];
+  const far = walk.along === null ? walk.diverged : `it walks ${metres(walk.along)}`;
+  const phase = record === null ? "Every bar is still undecided" : `${DOING[record.phase]}: ${HOW[record.phase]}`;
+  return `Attempt ${looked} of ${design.world.iterations}: ${far}. ${phase}.`;
+}
+
+/** What is known about slightly different robots. */
+function spread({ measured }) {
+  if (measured === null || measured.distance === null) return "";
+  const { p10, p50, p90 } = measured.distance;
   const { verdict, reason } = measured.reliability;
-  const far = [p50, p10, p90].every(Number.isFinite)
-    ? `from slightly different starts it walks ${range(p10, p90)}`
-    : "from some slightly different starts it falls apart";
   const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
-  return `Finished after ${iteration} attempts and ${Math.round(seconds)} s: ${far}.${doubt} ${touch}`;
+  const far = isKnown(measured.distance)
+    ? `With small changes of start, friction and stiffness it walks ${range(p10, p90)}, median ${metres(p50)}.`
+    : "With small changes of start, friction and stiffness it sometimes falls apart.";
+  return ` ${far}${doubt}`;
+}
+
+function finished(design) {
+  const { delivered, seconds, iteration } = design;
+  const { walk, designed } = delivered;
+  if (walk.along === null) return walk === designed.walk ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
+  const far = `${metres(walk.along)} in ${walk.duration.toFixed(1)} s`;
+  if (walk !== designed.walk) return `Changed by you: this walk is ${far}; before, it was ${metres(designed.walk.along ?? 0)}.${spread(delivered)}`;
+  const touch = "Click a bar, drag the robot, or choose another ground.";
+  if (!design.hasAttempts) return `This robot is finished. It walks ${far}.${spread(delivered)} ${touch}`;
+  return `Finished after ${iteration} attempts and ${Math.round(seconds)} s: this walk is ${far}.${spread(delivered)} ${touch}`;
 }
 
 /** The other world in which the robot walks. */
@@ -44,18 +76,23 @@ function place({ ground, gravity }) {
 function visits({ walk }, { elsewhere, delivered }) {
   const here = place(elsewhere.changes);
   if (walk.along === null) return `The same robot ${here}: ${walk.diverged}.`;
-  const [far, home] = [walk, delivered.walk].map(({ along }) => metres(along ?? 0));
-  return `The same robot, now ${here}: it walks ${far} in ${walk.duration.toFixed(1)} s. In its own world it walks ${home}.`;
+  const median = delivered.measured?.distance?.p50;
+  const home = Number.isFinite(median) ? `${metres(median)} (the median)` : metres(delivered.walk.along ?? 0);
+  return `The same robot, now ${here}: it walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. In its own world it walks ${home}.`;
 }
 
 function told({ walk, along, left }) {
-  if (along === null) return walk.along === null ? `After your push: ${walk.diverged}.` : "You pushed the robot. It walks on from there.";
+  if (along === null) {
+    if (walk.along === null) return `After your push: ${walk.diverged}.`;
+    return `You pushed the robot. It walks on from there: ${metres(walk.along)} in ${walk.duration.toFixed(1)} s.`;
+  }
   if (left === null) return `Told to go to ${metres(along)}: ${walk.diverged}.`;
   return `Told to go to ${metres(along)}. After ${walk.duration.toFixed(1)} s the robot is ${metres(left)} away from it.`;
 }
 
-/** The sentence for a state of the design. */
-export function sentence(state, design) {
+/** The sentence for a state of the design. `looked` is the attempt that the user looks at, or null. */
+export function sentence(state, design, looked) {
+  if (looked !== null && ["working", "paused", "measuring", "finished"].includes(state)) return attempt(design, looked);
   if (design.told !== null && ["ready", "paused", "finished"].includes(state)) {
     return design.told.visits ? visits(design.told, design) : told(design.told);
   }

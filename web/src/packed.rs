@@ -216,7 +216,9 @@ fn open_loop(
 /// Appends a row: its scale, and its numbers as fractions of the scale.
 fn pack_row(row: &[f64], bytes: &mut Vec<u8>) {
     let most = row.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-    let code = (ONE + STEPS * most.log2()).ceil().clamp(0.0, 255.0) as u8;
+    // Without the tolerance, rounding errors of a row that was packed before could give it the next larger scale, and
+    // packing it again would change it.
+    let code = (ONE + STEPS * most.log2() - 1e-9).ceil().clamp(0.0, 255.0) as u8;
     bytes.push(code);
     let byte = |x: &f64| (127.0 * x / scale(code)).round().clamp(-127.0, 127.0) as i8 as u8;
     bytes.extend(row.iter().map(byte));

@@ -3,7 +3,7 @@
 use crate::session::Session;
 use cosmic::Registry;
 use cosmic::design::Material;
-use cosmic::error::Result;
+use cosmic::error::{Error, Result};
 use cosmic::scene::{BUILTIN, Scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -20,10 +20,12 @@ enum Request {
     Begin { scene: Asked, seed: u64 },
     /// Does one iteration of the design.
     Iterate { shown: bool },
-    /// Chooses the robot to deliver, after the last iteration.
-    Deliver,
+    /// Chooses the robot to deliver, after the last iteration. If `packed`, it is the robot that its link holds.
+    Deliver { packed: bool },
     /// Gives the delivered robot other materials. Without `materials`, restores those of the design.
     Edit { materials: Option<Vec<Material>> },
+    /// Gives the delivered robot the edits of a link.
+    Restore { bytes: Vec<u8> },
     /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. `along` is the place of the goal
     /// along the ground (m), counted from the payload at the start.
     Tell { along: f64, frame: usize },
@@ -32,13 +34,13 @@ enum Request {
     Push { velocity: [f64; 2], frame: usize },
     /// Lets the robot that was shown last walk on from a frame of its walk in a world with other settings of the physics.
     Visit { settings: Vec<String>, frame: usize },
-    /// Judges the delivered robot with its edits: the verdict.
+    /// Measures and judges the delivered robot with its edits.
     Judge,
-    /// Packs the delivered robot, with its edits, into bytes for a link.
+    /// Returns the delivered robot, with its edits, in bytes for a link.
     Share,
     /// Opens a robot that was packed for a link, in its scene.
     Open { scene: Asked, bytes: Vec<u8> },
-    /// Returns the text of `design.json`.
+    /// Returns the texts of `design.json` and `scene.toml`.
     Design,
     /// Panics, for tests.
     Panic,
@@ -66,12 +68,25 @@ impl Asked {
 /// Carries out a request, and returns the answer as JSON.
 pub(crate) fn answer(session: &mut Session, request: &[u8]) -> String {
     let answer = match serde_json::from_slice(request) {
-        Ok(request) => carry_out(session, request).map_err(|error| error.to_string()),
+        Ok(request) => carry_out(session, request).map_err(|error| plain(&error)),
         Err(error) => Err(format!("malformed request: {error}")),
     };
     match answer {
         Ok(ok) => json!({ "ok": ok }).to_string(),
         Err(error) => json!({ "error": error }).to_string(),
+    }
+}
+
+/// An error in one line. The page has no command line, so its errors do not show options with a caret below them.
+fn plain(error: &Error) -> String {
+    match error {
+        Error::Malformed {
+            message, allowed, ..
+        } if allowed.is_empty() => message.clone(),
+        Error::Malformed {
+            message, allowed, ..
+        } => format!("{message}; {allowed}"),
+        error => error.to_string(),
     }
 }
 
@@ -85,14 +100,15 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         }
         Request::Begin { scene, seed } => session.begin(&scene.read()?, seed),
         Request::Iterate { shown } => session.iterate(shown),
-        Request::Deliver => session.deliver(),
+        Request::Deliver { packed } => session.deliver(packed),
         Request::Edit { materials } => session.edit(materials),
+        Request::Restore { bytes } => session.restore(bytes),
         Request::Tell { along, frame } => session.tell(along, frame),
         Request::Push { velocity, frame } => session.push(velocity, frame),
         Request::Visit { settings, frame } => session.visit(&settings, frame),
         Request::Judge => session.judge(),
         Request::Share => session.share(),
-        Request::Open { scene, bytes } => session.open(scene.read()?, &bytes),
+        Request::Open { scene, bytes } => session.open(&scene.read()?, bytes),
         Request::Design => session.design(),
         Request::Panic => panic!("a panic for tests"),
     }

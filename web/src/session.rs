@@ -1,17 +1,12 @@
-//! An optimisation in progress, and the robot that it delivers.
+//! The requests of the page on an optimisation in progress, and on the robot that it delivers.
 
-use crate::{packed, view};
-use cosmic::codesign::{CoDesign, Delivery, Progress};
-use cosmic::design::{Design, Material, Mixture};
+use crate::work::{MEASURED, Robot, Whole, Work, clearance, nothing, solid_nodes};
+use cosmic::codesign::{CoDesign, Progress};
+use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;
-use cosmic::lattice::State;
-use cosmic::policy::{Controller, Goals};
 use cosmic::record::DesignFile;
-use cosmic::scene::{GoalKind, PhysicsSettings, Scene};
-use cosmic::simulator::{Simulator, Span, Trajectory};
-use cosmic::task::Task;
-use cosmic::verdict::Measured;
+use cosmic::scene::{GoalKind, Scene};
 use serde_json::{Value, json};
 
 type Answer = cosmic::Result<Value>;
@@ -19,36 +14,6 @@ type Answer = cosmic::Result<Value>;
 /// The state that the library keeps between the requests of the page: the optimisation, once it has begun.
 #[derive(Default)]
 pub(crate) struct Session(Option<Work>);
-
-struct Work {
-    codesign: CoDesign,
-    progress: Progress,
-    /// The robot that the optimisation has delivered; `None` before its end.
-    delivered: Option<Robot>,
-    /// The delivered robot with the materials that the user has edited, if any.
-    edited: Option<Robot>,
-    /// The world in which the user lets the finished robot walk on; `None` in the world of the scene.
-    elsewhere: Option<Task>,
-    /// The walk that was shown last; `None` if it diverged.
-    walk: Option<Walk>,
-}
-
-/// A walk that can go on from any of its frames.
-struct Walk {
-    robot: Robot,
-    /// The number of steps on the clock at the start of the walk.
-    first: usize,
-    /// The states in the frames.
-    frames: Vec<State<f64>>,
-}
-
-#[derive(Clone)]
-struct Robot {
-    design: Design<[f64; 3]>,
-    /// The design after the projection. It contains the mixtures that are simulated.
-    projected: Design<Mixture<f64>>,
-    controller: Controller<f64>,
-}
 
 impl Session {
     /// Begins a design in a scene. Returns the world and the robot before the first iteration.
@@ -73,55 +38,66 @@ impl Session {
         Ok(json!({ "record": record, "robot": robot, "done": done }))
     }
 
-    /// Chooses the robot to deliver and measures it.
-    pub(crate) fn deliver(&mut self) -> Answer {
+    /// Chooses the robot to deliver and measures it. If `packed`, the robot is the one that a link holds: its policy is in
+    /// open loop, and its weights are rounded. Robots that do not fit into a link stay as they are.
+    pub(crate) fn deliver(&mut self, packed: bool) -> Answer {
         let work = self.work()?;
+        let mut entrants = Vec::new();
+        if packed && let Some(packed) = work.packed()? {
+            (*work, entrants) = (packed.work, packed.entrants);
+        }
         let delivery = work.codesign.evaluator().deliver(&work.progress);
-        let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
-        let verdict = Measured::of_delivery(&delivery, scene, lattice).verdict();
-        let Delivery {
-            design,
-            controller,
-            iteration,
-            spread,
-            reliability,
-            volume,
-            actuator_volume,
-            ..
-        } = delivery;
-        let robot = Robot {
-            design,
-            projected: work.codesign.evaluator().design(&work.progress),
-            controller,
+        let measured = work.measured(&delivery);
+        let is_chosen = |(robot, _): &(Robot, Whole)| robot.controller == delivery.controller;
+        let robot = match entrants.into_iter().find(is_chosen) {
+            Some((robot, whole)) => {
+                work.whole = Some(whole);
+                robot
+            }
+            None => Robot {
+                design: delivery.design,
+                projected: work.codesign.evaluator().design(&work.progress),
+                controller: delivery.controller,
+                bytes: None,
+            },
         };
         let shown = work.show(&robot);
         work.delivered = Some(robot);
         work.edited = None;
-        Ok(json!({
-            "spread": spread,
-            "reliability": reliability,
-            "verdict": verdict.clauses(),
-            "volumes": [volume, actuator_volume],
-            "iteration": iteration,
-            "robot": shown,
-        }))
+        Ok(json!({ "measured": measured, "robot": shown }))
     }
 
-    /// Gives the delivered robot other materials. `None` restores those of the design.
+    /// Gives the delivered robot other materials. `None`, and the materials of the delivered robot, restore that robot.
     pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Answer {
         let work = self.work()?;
-        let mut robot = work.delivered.clone().ok_or_else(nothing)?;
-        let Some(materials) = materials else {
+        let delivered = work.delivered.clone().ok_or_else(nothing)?;
+        let is_other = |materials: &Vec<Material>| *materials != delivered.projected.materials();
+        let Some(materials) = materials.filter(is_other) else {
             work.edited = None;
-            return Ok(json!({ "robot": work.show(&robot) }));
+            return Ok(json!({ "robot": work.show(&delivered) }));
         };
-        let (found, edges) = (materials.len(), robot.design.edges());
+        let (found, edges) = (materials.len(), delivered.design.edges());
         if found != edges {
             let says = format!("expected {edges} materials, found {found}");
             return Err(Error::Usage(says));
         }
-        robot.design = Design::Layout(materials.clone());
-        robot.projected = Design::Layout(materials);
+        let robot = match (&work.whole, &delivered.bytes) {
+            (Some(whole), Some(_)) => work.unpack(work.pack(whole, &materials)?)?,
+            _ => Robot {
+                design: Design::Layout(materials.clone()),
+                projected: Design::Layout(materials),
+                ..delivered
+            },
+        };
+        let shown = work.show(&robot);
+        work.edited = Some(robot);
+        Ok(json!({ "robot": shown }))
+    }
+
+    /// Gives the delivered robot the edits of a link to this robot.
+    pub(crate) fn restore(&mut self, bytes: Vec<u8>) -> Answer {
+        let work = self.work()?;
+        let robot = work.unpack(bytes)?;
         let shown = work.show(&robot);
         work.edited = Some(robot);
         Ok(json!({ "robot": shown }))
@@ -168,44 +144,37 @@ impl Session {
         Ok(json!({ "world": work.world(), "robot": shown }))
     }
 
-    /// Judges the finished robot with its edits, from one walk in the world of the scene.
+    /// Measures and judges the finished robot with its edits in the world of the scene.
     pub(crate) fn judge(&mut self) -> Answer {
         let work = self.work()?;
         let robot = work.finished()?;
-        let evaluator = work.codesign.evaluator();
-        let seen = evaluator.observe(&robot.projected, &robot.controller);
-        let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
-        let measured = Measured::of_rollout(&seen, scene, lattice, evaluator.is_far());
-        Ok(json!({ "verdict": measured.verdict().clauses() }))
+        let progress = Progress {
+            seed: MEASURED,
+            design: robot.design.clone(),
+            controller: robot.controller.clone(),
+            candidates: Vec::new(),
+            ..work.progress.clone()
+        };
+        let delivery = work.codesign.evaluator().deliver(&progress);
+        Ok(json!({ "measured": work.measured(&delivery) }))
     }
 
-    /// Packs the robot that was delivered, with its edits, into bytes for a link.
+    /// The finished robot, with its edits, in bytes for a link.
     pub(crate) fn share(&mut self) -> Answer {
-        let work = self.work()?;
-        let robot = work.finished()?;
-        let task = work.codesign.task();
-        let bytes = packed::pack(
-            &work.codesign.scene().controller,
-            &task.lattice,
-            &task.ground(),
-            &robot.projected.materials(),
-            &robot.controller,
-        )?;
+        let bytes = self.work()?.finished()?.bytes.as_ref();
+        let bytes =
+            bytes.ok_or_else(|| Error::Usage("this robot does not fit into a link".to_owned()))?;
         Ok(json!({ "bytes": bytes }))
     }
 
     /// Opens a packed robot of a scene. Returns the world, and the robot with its walk.
-    pub(crate) fn open(&mut self, scene: Scene, bytes: &[u8]) -> Answer {
-        let codesign = CoDesign::new(&packed::scene_of(scene, bytes)?)?;
-        let settings = &codesign.scene().controller;
-        let (materials, controller) = packed::unpack(settings, &codesign.task().lattice, bytes)?;
-        let progress = codesign.begin(0)?;
-        let mut begun = Work::of(codesign, progress);
-        let robot = Robot {
-            design: Design::Layout(materials.clone()),
-            projected: Design::Layout(materials),
-            controller,
-        };
+    pub(crate) fn open(&mut self, scene: &Scene, bytes: Vec<u8>) -> Answer {
+        let mut begun = Work::open_loop(scene, &bytes)?;
+        let robot = begun.unpack(bytes)?;
+        begun.whole = Some(Whole {
+            settings: begun.codesign.scene().controller.clone(),
+            controller: robot.controller.clone(),
+        });
         let shown = begun.show(&robot);
         begun.delivered = Some(robot);
         let answer = json!({ "world": begun.world(), "robot": shown });
@@ -213,7 +182,7 @@ impl Session {
         Ok(answer)
     }
 
-    /// Returns the text of `design.json` for the delivered robot, including edits.
+    /// Returns the texts of `design.json` and `scene.toml` for the finished robot, with its edits.
     pub(crate) fn design(&mut self) -> Answer {
         let work = self.work()?;
         let robot = work.finished()?;
@@ -224,219 +193,11 @@ impl Session {
             &robot.projected.materials(),
             &robot.controller,
         );
-        Ok(file.to_json().into())
+        let scene = work.codesign.scene().to_toml();
+        Ok(json!({ "design": file.to_json(), "scene": scene }))
     }
 
     fn work(&mut self) -> cosmic::Result<&mut Work> {
         self.0.as_mut().ok_or_else(nothing)
-    }
-}
-
-fn nothing() -> Error {
-    Error::Usage("there is no robot yet; send the request `begin` first".to_owned())
-}
-
-impl Work {
-    /// A design in progress, before a robot has been shown.
-    fn of(codesign: CoDesign, progress: Progress) -> Self {
-        Self {
-            codesign,
-            progress,
-            delivered: None,
-            edited: None,
-            elsewhere: None,
-            walk: None,
-        }
-    }
-
-    /// The task in the world in which the robot walks.
-    fn task(&self) -> &Task {
-        let own = self.codesign.task();
-        self.elsewhere.as_ref().unwrap_or(own)
-    }
-
-    /// Returns the lattice and the world in which the robot walks, for an answer.
-    fn world(&self) -> Value {
-        view::world(self.task(), self.codesign.scene().schedule.iterations)
-    }
-
-    /// The finished robot with its edits.
-    fn finished(&self) -> cosmic::Result<&Robot> {
-        let robot = self.edited.as_ref().or(self.delivered.as_ref());
-        robot.ok_or_else(nothing)
-    }
-
-    /// Returns the task in a world where some settings of the physics are others. Duration and time step stay.
-    fn task_with(&self, settings: &[String]) -> cosmic::Result<Task> {
-        let (own, scene) = (self.codesign.task(), self.codesign.scene());
-        let physics = PhysicsSettings {
-            steps: own.physics.steps,
-            dt: own.physics.dt,
-            ..scene.clone().set(settings)?.physics
-        };
-        let task = Task::new(
-            own.lattice.clone(),
-            &physics,
-            &scene.controller,
-            &own.materials,
-            &own.sharpness,
-        );
-        Ok(task
-            .with_one_piece(scene.design.one_piece)
-            .with_moved(scene.objective.body))
-    }
-
-    /// Returns the robot that was shown last, the steps on its clock in a frame of its walk, and its state there.
-    fn moment(&self, frame: usize) -> cosmic::Result<(Robot, usize, State<f64>)> {
-        let refused = |says: String| Err(Error::Usage(says));
-        let Some(walk) = &self.walk else {
-            return refused("the walk of the robot diverges, so it cannot go on".to_owned());
-        };
-        let Some(start) = walk.frames.get(frame).cloned() else {
-            let frames = walk.frames.len();
-            return refused(format!("`frame` is {frame}; the walk has {frames} frames"));
-        };
-        let first = walk.first + frame * view::every(&self.codesign);
-        Ok((walk.robot.clone(), first, start))
-    }
-
-    /// Returns the task with a clock that ends with the steps of the scene, but begins after `first` steps.
-    fn later(&self, first: usize) -> Task {
-        let (scene, mut task) = (self.codesign.scene(), self.task().clone());
-        let mut physics = task.physics.clone();
-        physics.steps += first;
-        task.simulator = Simulator::new(&task.lattice, &physics, &scene.controller);
-        task
-    }
-
-    /// Returns a robot and its rollout from the state `start`, in which the clock has done `first` steps.
-    fn walk_on(
-        &mut self,
-        robot: Robot,
-        first: usize,
-        start: &State<f64>,
-        task: &Task,
-    ) -> (Value, Option<Vector<f64>>) {
-        let span = Span {
-            first,
-            ..Span::from_start(self.steps())
-        };
-        let seen = rollout(task, &robot, start, &span);
-        let end = seen
-            .as_ref()
-            .ok()
-            .map(|seen| seen.position(seen.last_step()));
-        (self.answer(&robot, first, seen), end)
-    }
-
-    /// Returns the robot after the last iteration and its rollout, in the precision in which gradients are computed.
-    fn present(&mut self) -> Value {
-        self.elsewhere = None;
-        let robot = Robot {
-            design: self.progress.design.clone(),
-            projected: self.codesign.evaluator().design(&self.progress),
-            controller: self.progress.controller.clone(),
-        };
-        let seen = self
-            .codesign
-            .evaluator()
-            .watch(&self.progress, self.steps());
-        self.answer(&robot, 0, seen.ok_or("its walk diverges".to_owned()))
-    }
-
-    /// Returns a robot and its rollout in double precision, in the world of the scene.
-    fn show(&mut self, robot: &Robot) -> Value {
-        self.elsewhere = None;
-        let task = self.codesign.task();
-        let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
-        let seen = rollout(task, robot, &start, &span);
-        self.answer(robot, 0, seen)
-    }
-
-    /// Returns a robot and its rollout from the state `start` to a goal `along` metres from the payload at the start of the
-    /// first walk. The clock has done `first` steps in the state `start`.
-    fn go_on(&mut self, robot: Robot, first: usize, start: &State<f64>, along: f64) -> Value {
-        let mut task = self.later(first);
-        let rest = task.lattice.state_at_rest();
-        let ground = task.ground();
-        let goal = task.lattice.payload_point(&rest, &ground) + Vector::upright(along, 0.0);
-        task.simulator = task.simulator.with_goals(&Goals::at(goal));
-        let (robot, end) = self.walk_on(robot, first, start, &task);
-        let left = end.map(|end| (goal.forward() - ground.along(end)).abs());
-        json!({ "robot": robot, "left": left })
-    }
-
-    /// Returns the steps whose states are needed: those that are drawn, and the last one for the displacement.
-    fn steps(&self) -> Vec<usize> {
-        let last = self.codesign.scene().physics.steps;
-        let mut steps = view::drawn_steps(&self.codesign);
-        if steps.last() != Some(&last) {
-            steps.push(last);
-        }
-        steps
-    }
-
-    /// Returns the data of a robot for an answer: its design, and its rollout or the reason why there is none. Keeps the
-    /// rollout, so that the robot can walk on. It began after `first` steps of the clock.
-    fn answer(
-        &mut self,
-        robot: &Robot,
-        first: usize,
-        seen: Result<Trajectory<f64>, String>,
-    ) -> Value {
-        let ground = self.task().ground();
-        let along = |seen: &Trajectory<f64>| {
-            let from = seen.states[0].x[seen.marker.payload];
-            ground.along(seen.position(seen.last_step())) - ground.along(from)
-        };
-        let thousandths = |share: f64| (1e3 * share).round() as i64;
-        let mixtures = robot.projected.mixtures();
-        let mixtures = mixtures.iter().map(|mixture| mixture.0.map(thousandths));
-        self.walk = seen.as_ref().ok().map(|seen| Walk {
-            robot: robot.clone(),
-            first,
-            frames: seen.states[..view::drawn_steps(&self.codesign).len()].to_vec(),
-        });
-        json!({
-            "materials": robot.projected.materials(),
-            "mixtures": mixtures.collect::<Vec<_>>(),
-            "walk": seen.as_ref().ok().map(|seen| view::walk(&self.codesign, seen)),
-            "along": seen.as_ref().ok().map(along),
-            "diverged": seen.err(),
-        })
-    }
-}
-
-/// Returns the nodes that have a solid bar; all nodes if there is no solid bar.
-fn solid_nodes(robot: &Robot, task: &Task) -> Vec<usize> {
-    let materials = robot.projected.materials();
-    let bars = task.lattice.edges.iter().zip(&materials);
-    let solid = bars.filter(|(_, material)| material.is_solid());
-    let nodes: Vec<usize> = solid.flat_map(|(edge, _)| *edge).collect();
-    if nodes.is_empty() {
-        return (0..task.lattice.positions.len()).collect();
-    }
-    nodes
-}
-
-/// Returns the height of the lowest of these nodes above the terrain, in metres.
-fn clearance(state: &State<f64>, nodes: &[usize], task: &Task) -> f64 {
-    let (ground, profile) = (task.ground(), task.physics.ground.resolved());
-    let above = |x: Vector<f64>| x.up() - profile.height_in_world(&ground, x.forward());
-    let heights = nodes.iter().map(|&node| above(state.x[node]));
-    heights.fold(f64::INFINITY, f64::min)
-}
-
-/// Simulates a robot and checks every state. Returns its states, or the reason why it diverged.
-fn rollout(
-    task: &Task,
-    robot: &Robot,
-    start: &State<f64>,
-    span: &Span,
-) -> Result<Trajectory<f64>, String> {
-    let guarded = task.guarded(&robot.projected, &robot.controller, start, span);
-    match &guarded.divergence {
-        None => Ok(guarded.trajectory),
-        Some(divergence) => Err(Error::from(divergence).to_string()),
     }
 }

@@ -27,14 +27,11 @@ export async function open(browser, address, how) {
 
 export const unfold = page => page.evaluate(() => { document.getElementById("details").open = true; });
 
-/** Goes back in the history, and waits until the page has loaded again, as it does for another address. */
+/** Goes back in the history, and waits for the address before. */
 export async function goBack(page) {
-  await page.evaluate(() => {
-    globalThis.isOld = true;
-    setTimeout(() => history.back());
-  });
-  const isNew = () => page.evaluate(() => !globalThis.isOld && document.readyState === "complete").catch(() => false);
-  for (const end = Date.now() + 20_000; Date.now() < end && !(await isNew()); await wait(50));
+  const before = page.url();
+  await page.evaluate(() => setTimeout(() => history.back()));
+  await page.waitForFunction(before => location.href !== before, { timeout: 20_000 }, before);
 }
 
 /** Scrolls an element into view. Returns its box in the window. */

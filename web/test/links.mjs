@@ -37,42 +37,67 @@ export async function refusedLinks(browser, address) {
   await hostileLinks(browser, address);
   for (const [link, reason, shows] of [
     ["#scene=stabilty&seed=1", "\"stabilty\" is not a scene of this page", "creature"],
-    ["#scene=incline&set=lattice.columns%3D1", "out of range", "incline"],
+    ["#scene=incline&set=lattice.columns%3D1", "`lattice.columns` is out of range: 1; allowed: a whole number from 2 to 64", "incline"],
+    ["#scene=incline&set=lattice.colums%3D3", "did you mean `columns`?", "incline"],
+    ["#scene=creature&robot=AQ", "the robot in this link has an unknown format", "creature"],
   ]) {
     const { page, faults } = await open(browser, address + link, { height: 900 });
     await ready(page);
     await page.waitForFunction(() => document.getElementById("refusal").textContent !== "", { timeout: 5000 });
     const said = await text(page, "refusal");
     const { top, bottom } = await page.$eval("#refusal", element => element.getBoundingClientRect().toJSON());
+    check(!/--set|\^/.test(said), "without an option of the command line and without a caret");
     check(said.includes(reason) && said.includes(`shows the scene ${shows}`) && await value(page, "scene") === shows, `${link}: ${said.replaceAll("\n", " ")}`);
     check(top > 0 && bottom <= 900, `in sight: from ${Math.round(top)} to ${Math.round(bottom)} px of 900`);
     await close(page, faults);
   }
 }
 
-/** The address holds a finished or edited robot: a refresh shows it again, and Back returns to it. */
+/** What the page says about the robot: the headline, the sentence without the attempts, and the verdict. */
+async function said(page) {
+  await page.waitForFunction(() => document.getElementById("along-title").textContent === "distance, robust median", { timeout: 20_000 });
+  const [status] = /this walk is .* m\)?\.|It walks .* m\)?\./.exec(await text(page, "status"))?.map(says => says.replace("this walk is", "It walks").replace(/; before, it was [^.]*\.\d+ m/, "")) ?? [];
+  return JSON.stringify([await text(page, "along"), status, await text(page, "verdict")]);
+}
+
+/** The address holds a finished or edited robot: a refresh shows the same robot again, and Back returns to it. */
 export async function links(browser, address) {
   const { page, faults } = await open(browser, address + SMALL);
   await ready(page);
   await press(page, "design");
   await says(page, "Design another");
   await until(page, "the address holds the finished robot", () => location.hash.includes("robot="));
-  const designed = { url: page.url(), along: Number.parseFloat(await text(page, "along")) };
+  const designed = { url: page.url(), said: await said(page) };
   await press(page, "next");
   await page.click("[name=material][value='1']");
   await until(page, "and the edited one", url => location.hash.includes("robot=") && location.href !== url, designed.url);
-  await page.goto("about:blank");
-  await page.goto(designed.url);
-  await until(page, "the link opens the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
-  const along = Number.parseFloat(await text(page, "along"));
-  console.log(`     designed ${designed.along} m, in the link ${along} m, ${new URL(designed.url).hash.length} characters`);
-  check(Number.isFinite(along), "and it walks");
+  const edited = { url: page.url(), said: await said(page) };
+  await goBack(page);
+  await until(page, "Back undoes the edit, and keeps the attempts", () => document.getElementById("status").textContent.startsWith("Finished after 120 attempts"));
+  check(await said(page) === designed.said && await isStripped(page), "as they were");
+  await lookAt(page, 36);
+  await page.evaluate(robot => { location.hash = robot; }, HELLO.link);
+  await until(page, "another link in the address opens another robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  check(!(await isStripped(page)), "which has no attempts");
+  await goBack(page);
+  await until(page, "Back returns to the robot and its attempts", () => document.getElementById("status").textContent.startsWith("Finished after 120 attempts"));
+  check(await said(page) === designed.said && await isStripped(page), "as they were");
+  await lookAt(page, 36);
+  for (const { url, said: before } of [designed, edited]) {
+    await page.goto("about:blank");
+    await page.goto(url);
+    await until(page, "the link opens the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+    const after = await said(page);
+    check(after === before, `the same robot: ${after}${after === before ? "" : `, not ${before}`}`);
+  }
   await unfold(page);
   await page.select("#chip-size", "small");
   await until(page, "another size begins another design", () => location.hash.includes("lattice.columns%3D4") && !location.hash.includes("robot="));
-  await says(page, "Pause");
+  await until(page, "a design", () => Number.parseInt(document.getElementById("iteration").textContent, 10) > 0);
   await goBack(page);
-  await until(page, "Back returns to the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await page.waitForSelector("#leave[open]");
+  await press(page, "go");
+  await until(page, "Back returns to the robot, but asks before a design is lost", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   await page.reload();
   await until(page, "so does a refresh", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   await page.evaluate(() => globalThis.push([1, 1]));
@@ -83,6 +108,54 @@ export async function links(browser, address) {
   await page.mouse.move(box.x + box.width / 2 + 90, box.y + 0.6 * box.height, { steps: 4 });
   await page.mouse.up();
   await until(page, "and a push by dragging", () => /^(You pushed|After your push)/.test(document.getElementById("status").textContent));
+  await close(page, faults);
+}
+
+const isStripped = page => page.$eval("#strip", strip => strip.clientHeight > 0 && strip.getAttribute("aria-valuemax") === "120");
+
+/** Looks at an attempt. The words, the headline and the flag are about this attempt. */
+async function lookAt(page, attempt) {
+  await page.focus("#strip");
+  await page.keyboard.press("Home");
+  for (let k = 0; k < attempt; k++) await page.keyboard.press("ArrowRight");
+  const status = await text(page, "status");
+  const far = await text(page, "along");
+  check(status.startsWith(`Attempt ${attempt} of 120: it walks ${far}.`) && await text(page, "iteration") === `${attempt} / 120` && await text(page, "verdict") === "", `the words describe the attempt: ${status}`);
+  await agree(page, `attempt ${attempt}`);
+  const before = page.url();
+  await page.$eval("#stage", stage => stage.click());
+  await page.focus("#strip");
+  await page.keyboard.press("End");
+  check(page.url() === before, "the finished robot is not edited by a click on an attempt");
+}
+
+/** The headline, the flag's label and the flag's place on the axis are the same distance. */
+export async function agree(page, what) {
+  const headline = await text(page, "along");
+  const { goal, goalLabel, origin, cos } = await page.evaluate(() => globalThis.onStage());
+  const far = Number.parseFloat(headline.replace("\u2212", "-"));
+  // Short distances have no flag.
+  if (far < 0.06) return check(goal === null || goalLabel === headline, `${what}: ${headline}, no flag`);
+  const at = (goal?.[0] - origin) / cos;
+  check(goalLabel === headline && Math.abs(at - far) < 0.006, `${what}: the headline says ${headline} (${await text(page, "along-title")}), the flag ${goalLabel}, the axis ${at.toFixed(3)} m`);
+}
+
+/** The headline is the distance to quote: it is within the range that the page states. */
+export async function headlines(browser, address) {
+  const { page, faults } = await open(browser, address + HELLO.link);
+  await said(page);
+  const [low, high, median] = /walks ([\d.]+) (?:m|to ([\d.]+) m), median ([\d.]+) m/.exec(await text(page, "status")).slice(1).map(Number);
+  check(Number.parseFloat(await text(page, "along")) === median && low <= median && median <= (high || low), `the headline is the median: ${await text(page, "status")}`);
+  await agree(page, "a finished robot");
+  await page.evaluate(() => globalThis.push([1, 0.5]));
+  await until(page, "a push", () => document.getElementById("status").textContent.startsWith("You pushed the robot"));
+  await agree(page, "after a push");
+  await page.select("#chip-gravity", "Moon");
+  await until(page, "on the Moon", () => document.getElementById("status").textContent.startsWith("The same robot"));
+  await agree(page, "on the Moon");
+  await page.select("#chip-ground", "uphill");
+  await until(page, "and uphill", () => document.getElementById("status").textContent.includes("uphill"));
+  await agree(page, "uphill on the Moon");
   await close(page, faults);
 }
 

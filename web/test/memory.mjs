@@ -18,7 +18,7 @@ const scene = { scene: OWN.creature.toml, settings: ["physics.steps=1024"] };
 function round(seed) {
   engine.ask({ do: "begin", scene, seed });
   while (!engine.ask({ do: "iterate", shown: true }).done);
-  const { robot } = engine.ask({ do: "deliver" });
+  const { robot } = engine.ask({ do: "deliver", packed: true });
   engine.ask({ do: "visit", settings: ["physics.gravity=3.7", "physics.incline_deg=8"], frame: 20 });
   engine.ask({ do: "push", velocity: [1, 1], frame: 5 });
   engine.ask({ do: "edit", materials: robot.materials });

@@ -8,10 +8,10 @@ import { parseArgs } from "node:util";
 import { installed, launch, ready } from "./browsers.mjs";
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
 import { SMALL, check, close, failed, here, open } from "./helpers.mjs";
-import { asks, links, refusedLinks } from "./links.mjs";
+import { asks, headlines, links, refusedLinks } from "./links.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
-import { errand, goingOn, judging, visiting, worlds } from "./worlds.mjs";
+import { errand, goingOn, judging, moon, visiting, worlds } from "./worlds.mjs";
 
 const { values: given } = parseArgs({ options: { shots: { type: "string" }, browser: { type: "string" }, program: { type: "string", default: here("../../target/release/cosmic") } } });
 
@@ -33,6 +33,8 @@ async function everywhere(browser, address, folder) {
   await cancelled(browser, address);
   await errand(browser, address);
   await worlds(browser, address);
+  await moon(browser, address);
+  await headlines(browser, address);
   await links(browser, address);
   await asks(browser, address);
 }

@@ -19,15 +19,16 @@ const problems = [];
 const pause = milliseconds => new Promise(done => setTimeout(done, milliseconds));
 
 // Opens a page, and records every message in the console, every error and every request as a problem.
-async function open(file, { width = 1280, scheme = "light", motion = "no-preference" } = {}) {
+async function open(file, { width = 1280, height = 900, scheme = "light", motion = "no-preference", prepare = () => {} } = {}) {
   const page = await browser.newPage();
+  await page.evaluateOnNewDocument(prepare);
   const url = `file://${resolve(file)}`;
   page.on("console", message => problems.push(`${file}: ${message.text()}`));
   page.on("pageerror", error => problems.push(`${file}: ${error.message}`));
   page.on("request", request => {
     if (request.url() !== url && !request.url().startsWith("data:")) problems.push(`${file} asks for ${request.url()}`);
   });
-  await page.setViewport({ width, height: 900 });
+  await page.setViewport({ width, height });
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }, { name: "prefers-reduced-motion", value: motion }]);
   await page.goto(url);
   await page.waitForSelector("body[data-ready]");
@@ -182,6 +183,54 @@ async function useQuietly() {
   await page.close();
 }
 
+// Checks that the robot is on the first screen and walks at once, that it waits if it is not in view, and that a wide
+// window is used.
+async function useScreens() {
+  const first = await open(report, { height: 800 });
+  const { top, bottom } = await first.$eval("#stage", stage => stage.getBoundingClientRect().toJSON());
+  assert(top > 0 && bottom < 800, `the robot is on the first screen: from ${top} to ${bottom} px of 800`);
+  assert(await playing(first), "it walks at once");
+  await first.close();
+  const low = await open(report, { height: 160 });
+  await pause(600);
+  assert.equal(await value(low, "time"), "0", "a robot that is not in view waits");
+  await low.setViewport({ width: 1280, height: 900 });
+  await low.$eval("#stage", stage => stage.scrollIntoView({ block: "center" }));
+  assert(await playing(low), "and starts when it is seen");
+  await low.close();
+  const wide = await open(report, { width: 2560, height: 1300 });
+  const used = await wide.$eval("#stage", stage => stage.clientWidth);
+  assert(used > 2200, `${used} px of 2560 are used`);
+  await wide.close();
+}
+
+// Checks the page on paper. Browsers do not redraw canvases for it, so they are not redrawn here either.
+async function usePrint() {
+  const prepare = () => { globalThis.ResizeObserver = class { observe() {} }; };
+  const page = await open(report, { scheme: "dark", prepare });
+  await pause(500);
+  const ink = () => page.$eval("#stage", canvas => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const dark = data.filter((x, k) => k % 4 === 0 && data[k + 3] > 200 && x + data[k + 1] + data[k + 2] < 200);
+    return dark.length;
+  });
+  await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
+  await page.emulateMediaType("print");
+  await page.setViewport({ width: 720, height: 1000 });
+  await pause(300);
+  assert(await ink() > 500, "the skeleton is dark on paper, also for a dark screen");
+  const { controls, squeezed, background } = await page.evaluate(() => ({
+    controls: [...document.querySelectorAll("button, input, select")].filter(control => !control.closest("#rows") && control.getBoundingClientRect().height > 0).map(({ id }) => id),
+    squeezed: [...document.querySelectorAll("canvas:not(#commands, #strains)")]
+      .filter(canvas => canvas.clientHeight > 0 && Math.abs(canvas.clientWidth / canvas.clientHeight / (canvas.width / canvas.height) - 1) > 0.02)
+      .map(({ id, clientWidth, clientHeight, width, height }) => `${id}: ${width} x ${height} in ${clientWidth} x ${clientHeight}`),
+    background: [getComputedStyle(document.body).backgroundColor, getComputedStyle(document.querySelector(".ramp")).printColorAdjust],
+  }));
+  assert.deepEqual([controls, squeezed], [[], []], "no controls, and nothing is squeezed");
+  assert.deepEqual(background, ["rgb(255, 255, 255)", "exact"], "white paper, and the colours of the legend");
+  await page.close();
+}
+
 async function useComparison() {
   const page = await open(comparison);
   assert(await playing(page));
@@ -211,6 +260,8 @@ if (folder) await mkdir(folder, { recursive: true });
 try {
   await useRun();
   await useQuietly();
+  await useScreens();
+  await usePrint();
   await look(report, "report");
   if (comparison) {
     await useComparison();

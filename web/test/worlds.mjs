@@ -4,7 +4,7 @@ import { Engine } from "../page/engine.js";
 import { toBytes } from "../page/packed.js";
 import { OWN } from "../page/scene.js";
 import { ready, says, text } from "./browsers.mjs";
-import { SMALL, here, linkTo, TOLD, HELLO, open, unfold, goBack, boxOf, check, press, value, until, set, close } from "./helpers.mjs";
+import { SMALL, here, linkHas, linkTo, TOLD, HELLO, open, unfold, goBack, boxOf, check, press, value, until, set, wait, close } from "./helpers.mjs";
 
 /** The library of the page, in this process. */
 function library() {
@@ -69,19 +69,36 @@ export function visiting() {
     check(Math.abs(before - after) <= 2 * robot.walk.unit, `${setting}: its lowest foot is ${(1000 * before).toFixed(1)} mm above the ground before, ${(1000 * after).toFixed(1)} mm after`);
     check(there.robot.walk === null || apart(framesOf(there.robot.walk).slice(0, own.length), own) > 1, "and it walks another way");
   }
-  const { verdict } = engine.ask({ do: "judge" });
+  const { measured: { verdict } } = engine.ask({ do: "judge" });
   check(verdict[0][1][0].text.endsWith("m/s") && verdict.flatMap(([, items]) => items).every(({ level }) => /^(good|doubtful|bad)$/.test(level)), `its verdict: ${verdict.map(([words, items]) => words + items.map(({ text }) => text).join(", ")).join(". ")}`);
 }
 
-/** Limits of what can be built do not depend on the starts, so the verdict of a delivery has the limits of one walk. */
+/** The robot of a link is the robot of the page, bit for bit: its walk, its measurements and its verdict, also after
+ * edits. */
 export function judging() {
   const engine = library();
   const settings = new URLSearchParams(SMALL.slice(1)).getAll("set");
   engine.ask({ do: "begin", scene: { scene: "stability", settings }, seed: 1 });
   while (!engine.ask({ do: "iterate", shown: false }).done);
-  const limits = ({ verdict }) => JSON.stringify(verdict.slice(1));
-  const [delivered, judged] = [limits(engine.ask({ do: "deliver" })), limits(engine.ask({ do: "judge" }))];
-  check(delivered === judged && delivered.length > 2, `one walk shows the limits of the delivery: ${judged}`);
+  const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+  const { robot, measured } = engine.ask({ do: "deliver", packed: true });
+  const { bytes } = engine.ask({ do: "share" });
+  const linked = library();
+  const opened = linked.ask({ do: "open", scene: { scene: "stability", settings }, bytes });
+  check(same(opened.robot, robot) && same(linked.ask({ do: "judge" }).measured, measured), `the link is the robot: ${robot.along} m, ${measured.distance.p50} m`);
+  check(same(engine.ask({ do: "judge" }).measured, measured), "a delivery is judged like an edit");
+  const other = robot.materials.with(robot.materials.indexOf(0), 2);
+  for (const [from, first] of [["designed", engine], ["opened", linked]]) {
+    const edited = first.ask({ do: "edit", materials: other });
+    const judged = first.ask({ do: "judge" });
+    const again = library();
+    const link = first.ask({ do: "share" });
+    const reopened = again.ask({ do: "open", scene: { scene: "stability", settings }, bytes: link.bytes });
+    check(same(reopened.robot, edited.robot) && same(again.ask({ do: "judge" }), judged), `a muscle added to a robot that was ${from}: ${edited.robot.along} m, ${judged.measured.distance.p50} m`);
+    first.ask({ do: "edit", materials: robot.materials });
+    check(same(first.ask({ do: "share" }).bytes, bytes), "and taken away");
+    check(same(first.ask({ do: "restore", bytes: link.bytes }).robot, edited.robot), "and restored by its link");
+  }
 }
 
 /** The finished robot walks on in other worlds, and comes back with a click. */
@@ -89,6 +106,7 @@ export async function worlds(browser, address) {
   const { page, faults } = await open(browser, address + HELLO.link);
   await until(page, "a finished robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
   await until(page, "it has a verdict", () => document.querySelector("#verdict span"));
+  await until(page, "it walks in its own world", () => document.getElementById("along-title").textContent === "distance, robust median");
   const [url, own] = [page.url(), await text(page, "along")];
   const says = (what, part) => until(page, what, part => document.getElementById("status").textContent.startsWith(`The same robot, now ${part}`), part);
   await page.select("#chip-gravity", "Moon");
@@ -100,22 +118,76 @@ export async function worlds(browser, address) {
   await until(page, "a push there", () => document.getElementById("status").textContent.startsWith("You pushed the robot"));
   await page.select("#chip-gravity", "Earth");
   await says("with its own gravity", "uphill:");
-  check(page.url() === url, "the address still holds the robot in its own world");
+  check(await page.evaluate(linkHas, "&ground=uphill"), `the address holds the world, too: ${page.url().slice(-20)}`);
   await press(page, "home");
-  await until(page, "a click brings it back", own => document.getElementById("along").textContent === own && document.getElementById("home").hidden && document.getElementById("chip-ground").value === "flat", own);
+  await until(page, "a click brings it back", own => document.getElementById("along").textContent === own && document.getElementById("home").hidden && document.getElementById("chip-ground").value === "flat" && !location.hash.includes("ground="), own);
   await page.select("#chip-gravity", "Jupiter");
   await until(page, "on Jupiter", () => document.getElementById("status").textContent.startsWith("The same robot"));
   check(await text(page, "design") === "Design for this world", `the main button: ${await text(page, "design")}`);
   await press(page, "design");
   await until(page, "designs a robot for that world", () => location.hash.includes("gravity%3D24.8") && !location.hash.includes("robot=") && document.getElementById("design").textContent === "Pause");
   await goBack(page);
-  await until(page, "Back returns to the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  if (await page.$("#leave[open]")) await press(page, "go");
+  await until(page, "Back returns to the robot on Jupiter", () => document.getElementById("status").textContent.startsWith("The same robot, now with the gravity of Jupiter"));
+  await press(page, "home");
+  await until(page, "and home", url => location.href === url, url);
   await unfold(page);
   await press(page, "next");
   await page.click("[name=material][value='1']");
   await until(page, "an edit is in the address", url => location.href !== url, url);
   await goBack(page);
   await until(page, "Back undoes it", (url, own) => location.href === url && document.getElementById("along").textContent === own, url, own);
+  await close(page, faults);
+}
+
+/** On the Moon the camera rises with the robot, no walk ends in mid-air, and a link brings others to the Moon. */
+export async function moon(browser, address) {
+  const { page, faults } = await open(browser, address + HELLO.link);
+  await until(page, "a finished robot", () => document.querySelector("#verdict span"));
+  await page.select("#chip-gravity", "Moon");
+  await until(page, "on the Moon", () => document.getElementById("status").textContent.startsWith("The same robot"));
+  await press(page, "link");
+  await until(page, "its link", () => document.getElementById("saved").textContent.includes("link"));
+  check(/[#&]gravity=Moon/.test(page.url()), await text(page, "saved"));
+  for (const velocity of [[0, 1.5], [0.5, 1], [-0.5, 1.5]]) {
+    await page.evaluate(velocity => globalThis.push(velocity), velocity);
+    await until(page, `a push of ${velocity} m/s`, () => document.getElementById("status").textContent.startsWith("You pushed"));
+    const { foot, playing } = await page.evaluate(() => globalThis.onStage());
+    check(playing && Math.abs(foot) < 0.004, `its walk ends on the ground: ${(1000 * foot).toFixed(1)} mm above it`);
+    if ((await text(page, "play")).startsWith("Pause")) await press(page, "play");
+    const highest = await page.evaluate(() => {
+      const time = document.getElementById("time");
+      const tops = [];
+      for (let at = 0; at < time.max; at += 0.1) {
+        time.value = at;
+        time.dispatchEvent(new Event("input"));
+        tops.push(globalThis.onStage().box[1]);
+      }
+      return Math.min(...tops);
+    });
+    check(highest > 10, `the camera rises with it: it comes to ${highest.toFixed(0)} px below the upper edge`);
+    await press(page, "play");
+  }
+  await set(page, "#time", String(Number(await page.$eval("#time", time => time.max)) - 0.05));
+  await wait(600);
+  const { playing, time } = await page.evaluate(() => globalThis.onStage());
+  check(playing && time < 2, "and begins again");
+  const url = page.url();
+  await page.goto("about:blank");
+  await page.goto(url);
+  await until(page, "the link leads to the Moon", () => document.getElementById("status").textContent.startsWith("The same robot, now with the gravity of the Moon"));
+  check(await value(page, "chip-gravity") === "Moon" && page.url() === url, `and stays there: ${await text(page, "status")}`);
+  await unfold(page);
+  await press(page, "home");
+  await until(page, "and back", () => document.getElementById("status").textContent.startsWith("This robot is finished") && !location.hash.includes("gravity="));
+  // Two choices at once: the second must not leave the robot standing in mid-air.
+  await page.evaluate(() => {
+    for (const [id, choice] of [["chip-gravity", "Moon"], ["chip-size", "tall"]]) {
+      document.getElementById(id).value = choice;
+      document.getElementById(id).dispatchEvent(new Event("change"));
+    }
+  });
+  await until(page, "a choice during another one", () => document.getElementById("design").textContent === "Pause" && globalThis.onStage().playing);
   await close(page, faults);
 }
 

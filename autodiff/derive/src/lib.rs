@@ -4,12 +4,15 @@ use proc_macro::TokenStream;
 use proc_macro2::{TokenStream as Code, TokenTree};
 use quote::{ToTokens, format_ident, quote};
 use syn::ext::IdentExt;
-use syn::{Data, DeriveInput, Error, Field, Fields, GenericParam, Generics, Ident};
+use syn::{Data, DeriveInput, Error, Field, Fields, GenericParam, Generics, Ident, LitStr, Path};
 
 /// Implements `autodiff::Parameters` for a struct with one type parameter, the number type. The struct
 /// may also have lifetime and constant parameters. Fields whose type does not mention the number type
 /// are cloned.
-#[proc_macro_derive(Parameters)]
+///
+/// The code finds the name of the dependency `cosmic-autodiff` in the manifest. `#[autodiff(crate = "path")]` names
+/// another path, for example of a crate that exports it.
+#[proc_macro_derive(Parameters, attributes(autodiff))]
 pub fn parameters(input: TokenStream) -> TokenStream {
     let input = syn::parse_macro_input!(input as DeriveInput);
     implementation(&input)
@@ -24,7 +27,7 @@ fn implementation(input: &DeriveInput) -> Result<Code, Error> {
                        of parameters";
         return Err(Error::new(name.span(), refused));
     };
-    let number = number(input)?;
+    let (number, root) = (number(input)?, root(input)?);
     let (other, walk) = (unused("Other", input), unused("walk", input));
     let fields = data.fields.iter().enumerate();
     let fields = fields.map(|(place, field)| replaced(place, field, number, &walk));
@@ -35,20 +38,70 @@ fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     let of_other = with(&input.generics, number, &other);
     let mut generics = input.generics.clone();
     for parameter in generics.type_params_mut() {
-        parameter.bounds.push(syn::parse_quote!(::autodiff::Real));
+        parameter.bounds.push(syn::parse_quote!(#root::Real));
     }
     let (parameters, arguments, conditions) = generics.split_for_impl();
     Ok(quote! {
-        impl #parameters ::autodiff::Parameters<#number> for #name #arguments #conditions {
-            type With<#other: ::autodiff::Real> = #name<#(#of_other),*>;
-            fn map_numbers<#other: ::autodiff::Real>(
+        impl #parameters #root::Parameters<#number> for #name #arguments #conditions {
+            type With<#other: #root::Real> = #name<#(#of_other),*>;
+            fn map_numbers<#other: #root::Real>(
                 &self,
-                #walk: &mut ::autodiff::parameters::Walk<'_, #number, #other>,
+                #walk: &mut #root::parameters::Walk<'_, #number, #other>,
             ) -> #name<#(#of_other),*> {
                 #name { #body }
             }
         }
     })
+}
+
+/// Returns the path of the crate `autodiff` in the user's code.
+fn root(input: &DeriveInput) -> Result<Path, Error> {
+    let mut root = None;
+    for attribute in (input.attrs.iter()).filter(|attribute| attribute.path().is_ident("autodiff"))
+    {
+        attribute.parse_nested_meta(|meta| {
+            if !meta.path.is_ident("crate") {
+                return Err(meta.error("unknown key; expected `crate = \"path\"`"));
+            }
+            root = Some(meta.value()?.parse::<LitStr>()?.parse()?);
+            Ok(())
+        })?;
+    }
+    Ok(root.unwrap_or_else(|| {
+        let name = format_ident!("{}", dependency().unwrap_or_else(|| "autodiff".into()));
+        syn::parse_quote!(::#name)
+    }))
+}
+
+/// Returns the name that the user's manifest gives to the package, if it gives one.
+fn dependency() -> Option<String> {
+    let folder = std::env::var_os("CARGO_MANIFEST_DIR")?;
+    let manifest = std::fs::read_to_string(std::path::Path::new(&folder).join("Cargo.toml"));
+    renamed(&manifest.ok()?)
+}
+
+/// Finds the package in the text of a manifest: `name = { package = "cosmic-autodiff" }` on one line, or this line in a
+/// section `[dependencies.name]`. If it has several names, prefers the usual one.
+fn renamed(manifest: &str) -> Option<String> {
+    let (mut section, mut found) = ("", None);
+    for line in manifest.lines().map(str::trim) {
+        if let Some(header) = line.strip_prefix('[') {
+            section = header.trim_end_matches(']');
+        }
+        let words: String = line.split_whitespace().collect();
+        if line.starts_with('#') || !words.contains("package=\"cosmic-autodiff\"") {
+            continue;
+        }
+        let name = match words.starts_with("package=") {
+            true => section.rsplit_once("dependencies.")?.1,
+            false => words.split_once('=')?.0,
+        };
+        let name = name.trim_matches('"').replace('-', "_");
+        if name == "autodiff" || found.is_none() {
+            found = Some(name);
+        }
+    }
+    found
 }
 
 /// Generates the expression that copies a field into the struct with the other number type.
@@ -126,12 +179,37 @@ fn any(code: Code, test: &impl Fn(&Ident, &str) -> bool) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::implementation;
+    use super::{implementation, renamed};
     use syn::{DeriveInput, parse_quote};
 
     fn refused(input: &DeriveInput) -> String {
         let found = implementation(input).map(|code| code.to_string());
         found.expect_err("a refusal").to_string()
+    }
+
+    #[test]
+    fn the_manifest_may_rename_the_package() {
+        let of = |manifest: &str| renamed(manifest);
+        let line = "[dependencies]\nrand = \"1\"\nad-core = { version = \"0.1\", package = \"cosmic-autodiff\" }";
+        assert_eq!(of(line).as_deref(), Some("ad_core"));
+        let section = "[package]\nname = \"x\"\n[dependencies.ad]\npackage = \"cosmic-autodiff\"\npath = \"..\"";
+        assert_eq!(of(section).as_deref(), Some("ad"));
+        let both = format!("{line}\nautodiff = {{ package=\"cosmic-autodiff\" }}");
+        assert_eq!(of(&both).as_deref(), Some("autodiff"));
+        assert_eq!(of("[dependencies]\ncosmic-autodiff = \"0.1\""), None);
+    }
+
+    #[test]
+    fn an_attribute_names_the_crate() {
+        let code = implementation(&parse_quote! {
+            #[autodiff(crate = "outer::ad")]
+            struct Layer<R> { x: R }
+        });
+        let code = code.expect("a struct with one type parameter").to_string();
+        assert!(code.contains("impl < R : outer :: ad :: Real >"), "{code}");
+        assert!(!code.contains("autodiff"), "{code}");
+        let says = refused(&parse_quote! { #[autodiff(root = "ad")] struct Layer<R> { x: R } });
+        assert!(says.contains("expected `crate"), "{says}");
     }
 
     #[test]

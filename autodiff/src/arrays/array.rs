@@ -17,6 +17,7 @@ pub struct Array {
 
 impl Array {
     /// The length of the array: how many numbers it has for each start (initial state) of a batch.
+    #[track_caller]
     pub fn len(self) -> usize {
         self.len / self.starts
     }
@@ -43,6 +44,7 @@ pub struct Matrix {
 
 impl Matrix {
     /// The number of entries.
+    #[track_caller]
     pub(crate) fn len(self) -> usize {
         self.rows.checked_mul(self.columns).expect(TOO_LONG)
     }
@@ -58,6 +60,7 @@ pub(crate) enum Parameter {
 }
 
 /// Adds two positions in a step's row. Panics on overflow, because loads without bounds checks rely on the sum.
+#[track_caller]
 pub(crate) fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)

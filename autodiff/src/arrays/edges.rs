@@ -195,12 +195,6 @@ where
         uniforms: &[Array],
         outputs: [Array; O],
     ) -> Self {
-        assert!(O > 0, "map_edges: the kernel must have at least one result");
-        assert_eq!(
-            C + per_edge.len(),
-            I,
-            "map_edges: the kernel must have one input for each array in `ends` and in `per_edge`"
-        );
         let plan = EdgePlan::new(graph, lanes::<R>());
         let mut inputs = [outputs[0]; I];
         inputs[..C].copy_from_slice(&ends);

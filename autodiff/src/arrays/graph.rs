@@ -93,6 +93,7 @@ impl Graph {
     ///
     /// # Panics
     /// If an edge is not ascending, is out of range, or is given twice.
+    #[track_caller]
     pub fn new(nodes: usize, edges: &[[usize; 2]]) -> Self {
         for [i, j] in edges {
             assert!(
@@ -117,15 +118,15 @@ impl Graph {
             slots += len;
         }
         // An edge's slot is the first slot of its group plus its tail.
-        let place = |[i, j]: &[usize; 2]| {
+        let mut slot_of_edge = Vec::with_capacity(edges.len());
+        for [i, j] in edges {
             let known = groups.iter_mut().find(|group| group.offset == j - i);
             let group = known.expect("a group exists for every offset");
             assert!(!group.is_tail.get(*i), "edge [{i}, {j}] is given twice");
             group.is_tail.set(*i);
             group.is_head.set(*j);
-            group.first_slot + i
-        };
-        let slot_of_edge = edges.iter().map(place).collect();
+            slot_of_edge.push(group.first_slot + i);
+        }
         Self(Arc::new(SlotLayout {
             nodes,
             groups,
@@ -141,6 +142,7 @@ impl Graph {
     /// # Panics
     /// If `marked` does not have one value for each edge.
     #[must_use]
+    #[track_caller]
     pub fn without(&self, marked: &[bool]) -> Self {
         let mut layout = SlotLayout::clone(&self.0);
         assert_eq!(
@@ -236,6 +238,7 @@ impl Graph {
     ///
     /// # Panics
     /// If `per_edge` does not have one value for each edge.
+    #[track_caller]
     pub fn to_slots<R: Real>(&self, per_edge: &[R]) -> Vec<R> {
         assert_eq!(
             per_edge.len(),

@@ -110,6 +110,7 @@ impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fi
 }
 
 #[inline(always)]
+#[track_caller]
 fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
     let mut uniforms = [R::zero(); MOST_UNIFORMS];
     for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
@@ -120,6 +121,7 @@ fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
 
 /// Returns the list. Panics if it does not fit into [`Uniforms`].
 #[inline(always)]
+#[track_caller]
 pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     assert!(
         list.len() <= MOST_UNIFORMS,
@@ -174,6 +176,7 @@ impl UniformInputs {
     ///
     /// # Panics
     /// If this is not the number of arrays.
+    #[track_caller]
     pub(super) fn new(arrays: &[Array], count: usize) -> Self {
         assert_eq!(
             checked(arrays).len(),

@@ -85,6 +85,7 @@ pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
 
 impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
     #[inline(always)]
+    #[track_caller]
     fn values(&self) -> [R; O] {
         let mut values = [R::zero(); O];
         for (o, value) in values.iter_mut().enumerate() {
@@ -95,18 +96,21 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
 
     /// Returns the value of a result.
     #[inline(always)]
+    #[track_caller]
     pub fn value(&self, result: usize) -> R {
         self.values[result][self.lane]
     }
 
     /// Returns the derivative of a result with respect to an input.
     #[inline(always)]
+    #[track_caller]
     pub fn partial(&self, result: usize, input: usize) -> R {
         self.partials[result][input][self.lane]
     }
 
     /// Returns the derivatives of a result with respect to all inputs.
     #[inline(always)]
+    #[track_caller]
     pub fn row(&self, result: usize) -> [R; I] {
         let mut row = [R::zero(); I];
         for (input, partial) in row.iter_mut().enumerate() {

@@ -102,6 +102,7 @@ impl<S: Summand> Sum<S> {
     }
 
     /// Returns the sum, given the shared parameters.
+    #[track_caller]
     pub fn run<R: Real>(&self, shared: &[R]) -> R {
         R::fused(self.clone(), &[shared])[0]
     }

@@ -29,6 +29,7 @@ impl<R> Dense<R> {
     ///
     /// # Panics
     /// If `entries` does not have `rows * columns` entries.
+    #[track_caller]
     pub fn new(rows: usize, columns: usize, entries: Vec<R>) -> Self {
         let places = rows * columns;
         let count = entries.len();
@@ -45,6 +46,7 @@ impl<R> Dense<R> {
 
     /// Creates a matrix from rows of equal length.
     #[cfg(feature = "rayon")]
+    #[track_caller]
     pub(crate) fn of_rows(columns: usize, rows: Vec<Vec<R>>) -> Self {
         let count = rows.len();
         Self::new(count, columns, rows.into_iter().flatten().collect())
@@ -78,6 +80,7 @@ impl<R> Dense<R> {
 
 impl<R> Index<usize> for Dense<R> {
     type Output = [R];
+    #[track_caller]
     fn index(&self, row: usize) -> &[R] {
         let rows = self.rows;
         assert!(

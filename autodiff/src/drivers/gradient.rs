@@ -1,9 +1,9 @@
 //! Computes gradients, by one reverse sweep or by forward passes.
 
-use super::seed::{WIDE, each_pass};
+use super::seed::{Passes, WIDE};
 use crate::dual::Dual;
 use crate::real::Real;
-use crate::reverse::{Var, with_tape};
+use crate::reverse::{Var, keep_tape, take_tape};
 
 /// A scalar function of a vector, generic over its number type. Most drivers take closures. Only code that evaluates a
 /// function in several number types, such as [`check_gradient`](crate::check::check_gradient), needs this trait.
@@ -24,6 +24,7 @@ pub trait Function {
 ///
 /// assert_eq!(gradient(|x| 3.0 * x[0] * x[1].sin() + 1.0, &[2.0, 0.0]), [0.0, 6.0]);
 /// ```
+#[track_caller]
 pub fn gradient<R: Real>(function: impl FnOnce(&[Var<R>]) -> Var<R>, x: &[R]) -> Vec<R> {
     value_and_gradient(function, x).1
 }
@@ -36,6 +37,7 @@ pub fn gradient<R: Real>(function: impl FnOnce(&[Var<R>]) -> Var<R>, x: &[R]) ->
 /// let (value, gradient) = value_and_gradient(|x| x[0] * x[1].exp(), &[2.0, 0.0]);
 /// assert_eq!((value, gradient), (2.0, vec![1.0, 2.0]));
 /// ```
+#[track_caller]
 pub fn value_and_gradient<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Var<R>,
     x: &[R],
@@ -52,12 +54,13 @@ type Boxed<'f, R> = Box<dyn FnOnce(&[Var<R>]) -> Var<R> + 'f>;
 
 /// Records the function, sweeps back, and gives the gradient to `take`. Returns the value. Both closures are behind
 /// pointers, so that this is compiled once for each number type and not once for each closure.
+#[track_caller]
 pub(super) fn swept<R: Real>(function: Boxed<R>, x: &[R], take: &mut dyn FnMut(&[R])) -> R {
-    with_tape(|tape| {
-        let y = tape.record(x, function);
-        take(tape.pullback(&[y], &[R::one()]));
-        y.value()
-    })
+    let mut tape = take_tape();
+    let y = tape.record(x, function);
+    take(tape.pullback(&[y], &[R::one()]));
+    keep_tape(tape);
+    y.value()
 }
 
 /// Returns the gradient at `x` in forward mode. Each forward pass computes the derivatives with respect to eight
@@ -70,14 +73,16 @@ pub(super) fn swept<R: Real>(function: Boxed<R>, x: &[R], take: &mut dyn FnMut(&
 ///
 /// assert_eq!(gradient_forward(|x| x[0] * x[1].exp(), &[2.0, 0.0]), [1.0, 2.0]);
 /// ```
+#[track_caller]
 pub fn gradient_forward<R: Real>(
     function: impl Fn(&[Dual<R, WIDE>]) -> Dual<R, WIDE>,
     x: &[R],
 ) -> Vec<R> {
     let mut gradient = Vec::with_capacity(x.len());
-    each_pass(x, |first, x| {
-        let slopes = function(x).tangent;
+    let mut passes = Passes::new(x);
+    while let Some(first) = passes.next() {
+        let slopes = function(&passes.x).tangent;
         gradient.extend_from_slice(&slopes[..WIDE.min(x.len() - first)]);
-    });
+    }
     gradient
 }

@@ -22,6 +22,7 @@ use crate::reverse::Var;
 ///
 /// # Panics
 /// If `x` and `direction` differ in length.
+#[track_caller]
 pub fn hessian_vector<R: Real>(
     function: impl FnOnce(&[Var<Dual<R, 1>>]) -> Var<Dual<R, 1>>,
     x: &[R],
@@ -39,6 +40,7 @@ pub fn hessian_vector<R: Real>(
 ///
 /// assert_eq!(hessian(|x| x[0] * x[0] * x[1], &[1.0, 2.0]), [[4.0, 2.0], [2.0, 0.0]]);
 /// ```
+#[track_caller]
 pub fn hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],

@@ -30,6 +30,7 @@ pub trait Nested: Real {
     ///
     /// # Panics
     /// If `order` is larger than [`ORDER`](Nested::ORDER).
+    #[track_caller]
     fn derivative(self, order: usize) -> Self::Base;
 }
 
@@ -41,6 +42,7 @@ impl<D: Nested> Nested for Dual<D, 1> {
         Dual::variable(D::variable_at(x), 0)
     }
 
+    #[track_caller]
     fn derivative(self, order: usize) -> D::Base {
         match order {
             0 => self.value.derivative(0),
@@ -59,6 +61,7 @@ macro_rules! innermost {
                 fn variable_at(x: Self) -> Self {
                     x
                 }
+                #[track_caller]
                 fn derivative(self, order: usize) -> Self {
                     assert!(
                         order == 0,
@@ -83,6 +86,7 @@ innermost! { [] f64, [] f32, [R: Real] Var<R> }
 /// ```
 ///
 /// The array has one number per order, from 0 on. Another length does not compile.
+#[track_caller]
 pub fn derivatives<D: Nested, const N: usize>(
     function: impl FnOnce(D) -> D,
     x: D::Base,
@@ -116,6 +120,7 @@ impl<R: Real> ThirdDerivatives<R> {
     ///
     /// # Panics
     /// If there is no such argument.
+    #[track_caller]
     pub fn third(&self, i: usize, j: usize, k: usize) -> R {
         let n = self.gradient.len();
         let mut sorted = [i, j, k];
@@ -154,6 +159,7 @@ fn pair(i: usize, j: usize) -> usize {
 /// assert!(at.hessian[v][v].abs() < 1e-16 && at.third(v, v, v).abs() < 1e-16);
 /// assert_eq!((at.hessian[t][v], at.third(v, t, v)), (-0.5, 0.25));
 /// ```
+#[track_caller]
 pub fn third_derivatives<R: Real>(
     function: impl Fn(&[Var<Dual2<R>>]) -> Var<Dual2<R>>,
     x: &[R],
@@ -165,6 +171,7 @@ pub fn third_derivatives<R: Real>(
 type Moving<R> = Var<Dual2<R>>;
 
 /// Implements [`third_derivatives`] for a function behind a reference, so that it is compiled once per number type.
+#[track_caller]
 fn all_passes<R: Real>(
     function: &dyn Fn(&[Moving<R>]) -> Moving<R>,
     x: &[R],

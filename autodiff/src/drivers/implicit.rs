@@ -138,6 +138,7 @@ impl std::error::Error for NoRoot {}
 ///
 /// # Panics
 /// If the residual does not have as many entries as `x`.
+#[track_caller]
 pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>, NoRoot> {
     root_within(residual, x, p, epsilon::<R>().cbrt())
 }
@@ -150,6 +151,7 @@ pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>
 ///
 /// # Panics
 /// Like [`root`].
+#[track_caller]
 pub fn root_within<R: Real>(
     residual: impl Residual,
     x: &[R],
@@ -159,7 +161,13 @@ pub fn root_within<R: Real>(
     let [x, held] = [x, p].map(|numbers| numbers.iter().map(|n| n.detach()).collect::<Vec<R>>());
     let root = Root(residual);
     let factors = root.factors(&x, &held)?;
-    near(&x, root.0.eval(&x, &held), &factors, tolerance)?;
+    let residual = root.0.eval(&x, &held);
+    assert_eq!(
+        residual.len(),
+        x.len(),
+        "a residual must have as many entries as there are unknowns"
+    );
+    near(&x, residual, &factors, tolerance)?;
     Ok(R::fused(root, &[&x, p]))
 }
 
@@ -185,18 +193,19 @@ fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> R
 type Residuals<'f, R> = dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + 'f;
 
 /// Returns the LU factors of the Jacobian with respect to the unknowns.
+#[track_caller]
 fn factors<R: Real>(residual: &Residuals<R>, x: &[R]) -> Result<Lu<R>, NoRoot> {
-    let pass = |first| {
+    let mut passes = Vec::with_capacity(x.len().div_ceil(CHUNK));
+    for first in (0..x.len()).step_by(CHUNK) {
         let f = residual(&seeded(x, first));
         assert_eq!(
             f.len(),
             x.len(),
             "a residual must have as many entries as there are unknowns"
         );
-        f
-    };
-    let mut passes = (0..x.len()).step_by(CHUNK).map(pass);
-    let columns = joined_columns(&mut passes, x.len());
+        passes.push(f);
+    }
+    let columns = joined_columns(&mut passes.into_iter(), x.len());
     Lu::new(columns.iter().map(<[R]>::to_vec).collect())
         .map_err(|unknown| NoRoot::Singular { unknown })
 }
@@ -235,6 +244,7 @@ impl<F: Residual> Root<F> {
         R::fused(Root(self.0.clone()), &[x, p])
     }
 
+    #[track_caller]
     fn factors<R: Real>(&self, x: &[R], p: &[R]) -> Result<Lu<R>, NoRoot> {
         let p = constants(p);
         factors(&|x| self.0.eval(x, &p), x)
@@ -242,9 +252,12 @@ impl<F: Residual> Root<F> {
 
     /// Returns the factors of a matrix that `root` has already factored. If it is singular now, rounding errors are the
     /// only possible reason.
+    #[track_caller]
     fn known_factors<R: Real>(&self, x: &[R], p: &[R]) -> Lu<R> {
-        self.factors(x, p)
-            .unwrap_or_else(|singular| panic!("{singular}"))
+        match self.factors(x, p) {
+            Ok(factors) => factors,
+            Err(singular) => panic!("{singular}"),
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Computes Jacobians, and products of Jacobians with vectors.
 
 use super::dense::Dense;
-use super::seed::{WIDE, along, each_pass};
+use super::seed::{Passes, WIDE, along};
 use crate::dual::Dual;
 use crate::real::Real;
-use crate::reverse::{Var, with_tape};
+use crate::reverse::{Var, keep_tape, take_tape};
 
 /// Returns the values at `x` and their derivatives along `direction` (a JVP), by one forward pass.
 ///
@@ -17,6 +17,7 @@ use crate::reverse::{Var, with_tape};
 ///
 /// # Panics
 /// If `x` and `direction` differ in length.
+#[track_caller]
 pub fn jvp<R: Real>(
     function: impl FnOnce(&[Dual<R, 1>]) -> Vec<Dual<R, 1>>,
     x: &[R],
@@ -42,17 +43,18 @@ pub(super) fn parts<R: Real>(y: Vec<Dual<R, 1>>) -> (Vec<R>, Vec<R>) {
 ///
 /// # Panics
 /// If `y_bar` does not have one cotangent per value.
+#[track_caller]
 pub fn vjp<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Vec<Var<R>>,
     x: &[R],
     y_bar: &[R],
 ) -> (Vec<R>, Vec<R>) {
     let function: VectorOf<'_, R> = Box::new(function);
-    with_tape(|tape| {
-        let y = tape.record(x, function);
-        let x_bar = tape.pullback(&y, y_bar).to_vec();
-        (y.into_iter().map(Var::value).collect(), x_bar)
-    })
+    let mut tape = take_tape();
+    let y = tape.record(x, function);
+    let x_bar = tape.pullback(&y, y_bar).to_vec();
+    keep_tape(tape);
+    (y.into_iter().map(Var::value).collect(), x_bar)
 }
 
 /// A boxed closure. Functions that take it are compiled once per number type, not once per closure.
@@ -71,6 +73,7 @@ type VectorOf<'a, R> = Box<dyn FnOnce(&[Var<R>]) -> Vec<Var<R>> + 'a>;
 ///
 /// # Panics
 /// If the number of values differs between passes.
+#[track_caller]
 pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>>,
     x: &[R],
@@ -83,9 +86,13 @@ pub(super) type Values<'f, R> = dyn Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>> +
 
 /// Returns the values and the Jacobian. The function is behind a reference, so that this is compiled once per number
 /// type.
+#[track_caller]
 pub(super) fn values_and_columns<R: Real>(function: &Values<R>, x: &[R]) -> (Vec<R>, Dense<R>) {
     let mut joined = Joined::new(x.len());
-    each_pass(x, |first, x| joined.add(first, &function(x)));
+    let mut passes = Passes::new(x);
+    while let Some(first) = passes.next() {
+        joined.add(first, &function(&passes.x));
+    }
     let values = joined.values.clone();
     (values, joined.into_dense())
 }
@@ -99,22 +106,24 @@ pub(super) fn values_and_columns<R: Real>(function: &Values<R>, x: &[R]) -> (Vec
 /// let volume = jacobian_reverse(|x| vec![x[0] * x[1] * x[2]], &[1.0, 2.0, 3.0]);
 /// assert_eq!(volume, [[6.0, 3.0, 2.0]]);
 /// ```
+#[track_caller]
 pub fn jacobian_reverse<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Vec<Var<R>>,
     x: &[R],
 ) -> Dense<R> {
     let function: VectorOf<'_, R> = Box::new(function);
-    with_tape(|tape| {
-        let y = tape.record(x, function);
-        let mut entries = Vec::with_capacity(y.len() * x.len());
-        for value in y.chunks(1) {
-            entries.extend_from_slice(tape.pullback(value, &[R::one()]));
-        }
-        Dense::new(y.len(), x.len(), entries)
-    })
+    let mut tape = take_tape();
+    let y = tape.record(x, function);
+    let mut entries = Vec::with_capacity(y.len() * x.len());
+    for value in y.chunks(1) {
+        entries.extend_from_slice(tape.pullback(value, &[R::one()]));
+    }
+    keep_tape(tape);
+    Dense::new(y.len(), x.len(), entries)
 }
 
 /// Assembles a Jacobian from several passes. Each pass has computed `N` columns.
+#[track_caller]
 pub(crate) fn joined_columns<R: Real, const N: usize>(
     passes: &mut dyn Iterator<Item = Vec<Dual<R, N>>>,
     columns: usize,
@@ -143,6 +152,7 @@ impl<R: Real> Joined<R> {
     }
 
     /// Adds the columns from column `first` on, given the values of the pass that computed them.
+    #[track_caller]
     fn add<const N: usize>(&mut self, first: usize, y: &[Dual<R, N>]) {
         if first == 0 {
             self.values.extend(y.iter().map(|y| y.value));

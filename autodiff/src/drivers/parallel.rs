@@ -28,6 +28,7 @@ use crate::reverse::{Tape, Var};
 /// let polar = parallel::jacobian(|x| vec![x[0] * x[1].cos(), x[0] * x[1].sin()], &[2.0, 0.0]);
 /// assert_eq!(polar, [[1.0, 0.0], [0.0, 2.0]]);
 /// ```
+#[track_caller]
 pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>> + Sync,
     x: &[R],
@@ -39,6 +40,7 @@ pub fn jacobian<R: Real>(
 }
 
 /// Like [`jacobian_reverse`](crate::jacobian_reverse), with the rows distributed over threads.
+#[track_caller]
 pub fn jacobian_reverse<R: Real>(
     function: impl Fn(&[Var<R>]) -> Vec<Var<R>> + Sync,
     x: &[R],
@@ -51,9 +53,11 @@ pub fn jacobian_reverse<R: Real>(
     let row = |(tape, y): &mut (Tape<R>, Vec<Var<R>>), i: usize| {
         tape.pullback(&y[i..=i], &[R::one()]).to_vec()
     };
-    // This recording finds the number of values. Each thread that computes rows makes a recording of its own, which
-    // costs about as much as two sweeps.
-    let values = record().1.len();
+    // This recording finds the number of values, and refuses foreign variables on the thread of the caller. Each thread
+    // that computes rows makes a recording of its own, which costs about as much as two sweeps.
+    let (tape, y) = record();
+    tape.assert_own(&y);
+    let values = y.len();
     let rows = (0..values).into_par_iter().map_init(record, row);
     Dense::of_rows(x.len(), rows.collect())
 }
@@ -81,6 +85,7 @@ pub fn sparse_jacobian<R: Real>(
 ///
 /// assert_eq!(parallel::hessian(|x| x[0] * x[0] * x[1], &[1.0, 2.0]), [[4.0, 2.0], [2.0, 0.0]]);
 /// ```
+#[track_caller]
 pub fn hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>> + Sync,
     x: &[R],

@@ -14,6 +14,7 @@ pub(crate) const CHUNK: usize = 4;
 pub(crate) const WIDE: usize = 8;
 
 /// Returns `x` as dual numbers whose tangents are the entries of `direction`.
+#[track_caller]
 pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     assert_eq!(
         x.len(),
@@ -41,20 +42,34 @@ pub(crate) fn seeded<R: Real, const N: usize>(x: &[R], first: usize) -> Vec<Dual
     x.iter().enumerate().map(seed).collect()
 }
 
-/// Calls `pass` for the first, the second, ... [`WIDE`] arguments. It gets the index of the first of them, and `x` as
-/// dual numbers like those of [`seeded`]. They are made only once, and up to 16 of them need no memory from the system.
-/// Without arguments there is one pass, in which a function says how many values it has.
-pub(super) fn each_pass<R: Real>(x: &[R], mut pass: impl FnMut(usize, &[Dual<R, WIDE>])) {
-    let constants = x.iter().map(|&value| Dual::constant(value));
-    let mut duals: SmallVec<[_; 16]> = constants.collect();
-    for first in (0..x.len().max(1)).step_by(WIDE) {
-        let last = x.len().min(first + WIDE);
-        for j in first..last {
-            duals[j].tangent[j - first] = R::one();
+/// The passes of forward mode over the arguments, [`WIDE`] directions at a time. There is at least one, because the first
+/// pass also computes the values. It is no closure over the passes, which would hide the line of the caller from panics.
+pub(super) struct Passes<R> {
+    /// The arguments of the current pass.
+    pub(super) x: SmallVec<[Dual<R, WIDE>; 16]>,
+    /// The first argument of the next pass.
+    next: usize,
+}
+
+impl<R: Real> Passes<R> {
+    pub(super) fn new(x: &[R]) -> Self {
+        let x = x.iter().map(|&value| Dual::constant(value)).collect();
+        Self { x, next: 0 }
+    }
+
+    /// Begins the next pass and returns the first argument that it moves.
+    pub(super) fn next(&mut self) -> Option<usize> {
+        let (first, len) = (self.next, self.x.len());
+        if first >= len.max(1) {
+            return None;
         }
-        pass(first, &duals);
-        for j in first..last {
-            duals[j].tangent[j - first] = R::zero();
+        for j in first.saturating_sub(WIDE)..first {
+            self.x[j].tangent[j % WIDE] = R::zero();
         }
+        for j in first..len.min(first + WIDE) {
+            self.x[j].tangent[j % WIDE] = R::one();
+        }
+        self.next = first + WIDE;
+        Some(first)
     }
 }

@@ -13,7 +13,7 @@ use crate::constant::printed;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
-use crate::reverse::{Var, with_tape};
+use crate::reverse::{Var, keep_tape, take_tape};
 
 /// The sparsity pattern of a Jacobian, with a colouring of its columns.
 ///
@@ -89,16 +89,18 @@ impl Pattern {
     /// let pattern = Pattern::traced(|x| vec![x[0] * x[2], x[1].sin()], &[0.0; 3]);
     /// assert_eq!(pattern, Pattern::new(3, &[vec![0, 2], vec![1]]));
     /// ```
+    #[track_caller]
     pub fn traced(function: impl FnOnce(&[Var<f64>]) -> Vec<Var<f64>>, x: &[f64]) -> Self {
-        let rows = with_tape(|tape| {
-            let y = tape.record(x, function);
-            tape.dependence(&y)
-        });
+        let mut tape = take_tape();
+        let y = tape.record(x, function);
+        let rows = tape.dependence(&y);
+        keep_tape(tape);
         Self::new(x.len(), &rows)
     }
 
     /// Returns the pattern of the function's Hessian, which it reads off a recording of the gradient at `x`. See
     /// [`traced`](Self::traced).
+    #[track_caller]
     pub fn traced_hessian(
         function: impl FnOnce(&[Var<Var<f64>>]) -> Var<Var<f64>>,
         x: &[f64],
@@ -216,21 +218,26 @@ impl Pattern {
     ) -> Vec<R> {
         let mut entries = vec![R::zero(); self.entries()];
         for (pass, y) in passes.enumerate() {
-            assert_eq!(
-                y.len(),
-                self.rows(),
-                "a sparse Jacobian needs one value per row of its pattern"
-            );
-            let first = pass * CHUNK;
-            for (i, y) in y.iter().enumerate() {
-                self.decompress_row(i, y, first, &mut entries);
-            }
-            // All entries are known here, because the test direction belongs to the last pass.
-            if let Some(slot) = self.test_slot(first) {
-                self.test(y.iter().map(|y| y.tangent[slot]), &entries);
-            }
+            self.decompress(pass * CHUNK, &y, &mut entries);
         }
         entries
+    }
+
+    /// Writes the entries of the colours from `first` on, which one pass has computed.
+    #[track_caller]
+    fn decompress<R: Real>(&self, first: usize, y: &[Dual<R, CHUNK>], entries: &mut [R]) {
+        assert_eq!(
+            y.len(),
+            self.rows(),
+            "a sparse Jacobian needs one value per row of its pattern"
+        );
+        for (i, y) in y.iter().enumerate() {
+            self.decompress_row(i, y, first, entries);
+        }
+        // All entries are known here, because the test direction belongs to the last pass.
+        if let Some(slot) = self.test_slot(first) {
+            self.test(y.iter().map(|y| y.tangent[slot]), entries);
+        }
     }
 
     /// Writes the entries of row `i` whose colours belong to this pass.
@@ -380,5 +387,11 @@ pub fn sparse_hessian<R: Real>(
     x: &[R],
     pattern: &Pattern,
 ) -> Vec<R> {
-    sparse_jacobian(|x| gradient(&function, x), x, pattern)
+    pattern.check_arguments(x.len());
+    let mut entries = vec![R::zero(); pattern.entries()];
+    for first in (0..pattern.directions()).step_by(CHUNK) {
+        let slopes = gradient(&function, &pattern.seeded(x, first));
+        pattern.decompress(first, &slopes, &mut entries);
+    }
+    entries
 }

@@ -3,7 +3,7 @@
 use super::dense::Dense;
 use super::gradient::swept;
 use super::jacobian::{Values, values_and_columns};
-use super::seed::{CHUNK, WIDE, each_pass, seeded};
+use super::seed::{CHUNK, Passes, WIDE, seeded};
 use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::Var;
@@ -22,6 +22,7 @@ use crate::reverse::Var;
 ///
 /// # Panics
 /// If the number of values differs between passes.
+#[track_caller]
 pub fn value_and_jacobian<R: Real>(
     function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>>,
     x: &[R],
@@ -43,8 +44,9 @@ pub fn value_and_jacobian_into<R: Real>(
 ) {
     let function: &Values<R> = &function;
     check(jacobian, values.len() * x.len(), "jacobian");
-    each_pass(x, |first, duals| {
-        let y = function(duals);
+    let mut passes = Passes::new(x);
+    while let Some(first) = passes.next() {
+        let y = function(&passes.x);
         check(values, y.len(), "values");
         if first == 0 {
             for (value, y) in values.iter_mut().zip(&y) {
@@ -55,7 +57,7 @@ pub fn value_and_jacobian_into<R: Real>(
         for (row, y) in jacobian.chunks_exact_mut(x.len().max(1)).zip(&y) {
             row[first..][..width].copy_from_slice(&y.tangent[..width]);
         }
-    });
+    }
 }
 
 /// Like [`value_and_gradient`](crate::value_and_gradient), but writes the gradient to a buffer of the caller.
@@ -92,6 +94,7 @@ pub fn value_and_gradient_into<R: Real>(
 /// assert_eq!((value, gradient), (2.0, vec![4.0, 1.0]));
 /// assert_eq!(hessian, [[4.0, 2.0], [2.0, 0.0]]);
 /// ```
+#[track_caller]
 pub fn value_gradient_hessian<R: Real>(
     function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
     x: &[R],
@@ -122,6 +125,7 @@ type Nested<R> = Var<Dual<R, CHUNK>>;
 
 /// Implements [`value_gradient_hessian_into`] for a function behind a reference, so that it is compiled once per number
 /// type.
+#[track_caller]
 fn all_passes<R: Real>(
     function: &dyn Fn(&[Nested<R>]) -> Nested<R>,
     x: &[R],

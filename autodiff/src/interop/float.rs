@@ -68,18 +68,23 @@ impl<R: Real> Float for Element<R> {
     fn epsilon() -> Self {
         Self(rounding::epsilon())
     }
+    #[track_caller]
     fn is_nan(self) -> bool {
         self.partial_cmp(&self).is_none()
     }
+    #[track_caller]
     fn is_infinite(self) -> bool {
         !self.is_finite() && !self.is_nan()
     }
+    #[track_caller]
     fn is_finite(self) -> bool {
         decided::<R>(self.0.finite())
     }
+    #[track_caller]
     fn is_normal(self) -> bool {
         self.classify() == FpCategory::Normal
     }
+    #[track_caller]
     fn classify(self) -> FpCategory {
         let size = self.abs();
         if self.is_nan() {
@@ -95,21 +100,27 @@ impl<R: Real> Float for Element<R> {
         }
     }
     /// Returns the sign: 1, -1, or 0 at 0. (`f64::signum` returns 1 at 0.)
+    #[track_caller]
     fn signum(self) -> Self {
         Self(self.0.signum())
     }
+    #[track_caller]
     fn is_sign_positive(self) -> bool {
         !self.is_sign_negative()
     }
+    #[track_caller]
     fn is_sign_negative(self) -> bool {
         decided::<R>(rounding::sign_bit(self.0))
     }
+    #[track_caller]
     fn to_degrees(self) -> Self {
         self * Self(R::lit(180.0) / rounding::pi::<R>())
     }
+    #[track_caller]
     fn to_radians(self) -> Self {
         self * Self(rounding::pi::<R>() / R::lit(180.0))
     }
+    #[track_caller]
     fn abs_sub(self, other: Self) -> Self {
         Self(R::select(
             self.0.less_equal(other.0),
@@ -119,11 +130,13 @@ impl<R: Real> Float for Element<R> {
     }
     /// # Panics
     /// Always, because a primitive number has no derivative.
+    #[track_caller]
     fn integer_decode(self) -> (u64, i16, i8) {
         panic!(
             "an `Element` cannot be decoded, because its derivative would be lost; decode the primal of its field `.0`"
         )
     }
+    #[track_caller]
     fn copysign(self, sign: Self) -> Self {
         if self.is_sign_negative() == sign.is_sign_negative() {
             self

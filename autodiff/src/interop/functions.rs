@@ -10,59 +10,76 @@ macro_rules! functions {
                 log2 log10 cbrt
             ]
         }
+        #[track_caller]
         fn floor(self) -> Self {
             Self(rounding::floor(self.0))
         }
+        #[track_caller]
         fn ceil(self) -> Self {
             Self(-rounding::floor(-self.0))
         }
+        #[track_caller]
         fn round(self) -> Self {
             Self(rounding::round(self.0))
         }
+        #[track_caller]
         fn trunc(self) -> Self {
             Self(rounding::truncated(self.0))
         }
+        #[track_caller]
         fn fract(self) -> Self {
             self - self.trunc()
         }
+        #[track_caller]
         fn mul_add(self, factor: Self, term: Self) -> Self {
             Self(self.0.fma(factor.0, term.0))
         }
+        #[track_caller]
         fn powi(self, exponent: i32) -> Self {
             Self(self.0.powi(exponent))
         }
+        #[track_caller]
         fn powf(self, exponent: Self) -> Self {
             Self(self.0.powf(exponent.0))
         }
+        #[track_caller]
         fn exp2(self) -> Self {
             Self(R::lit(2.0).powf(self.0))
         }
+        #[track_caller]
         fn log(self, base: Self) -> Self {
             self.ln() / base.ln()
         }
+        #[track_caller]
         fn hypot(self, other: Self) -> Self {
             Self(self.0.hypot(other.0))
         }
+        #[track_caller]
         fn sin_cos(self) -> (Self, Self) {
             (self.sin(), self.cos())
         }
     };
     (of_reals) => {
+        #[track_caller]
         fn max(self, other: Self) -> Self {
             Self(self.0.max(other.0))
         }
+        #[track_caller]
         fn min(self, other: Self) -> Self {
             Self(self.0.min(other.0))
         }
+        #[track_caller]
         fn clamp(self, least: Self, most: Self) -> Self {
             Self(self.0.clamp(least.0, most.0))
         }
+        #[track_caller]
         fn atan2(self, x: Self) -> Self {
             Self(self.0.atan2(x.0))
         }
     };
     (methods [$($method:ident)*]) => {
         $(
+            #[track_caller]
             fn $method(self) -> Self {
                 Self(self.0.$method())
             }

@@ -17,10 +17,12 @@ use crate::rule;
 ///
 /// # Panics
 /// If the result is not the same in all lanes.
+#[track_caller]
 pub(crate) fn decided<R: Real>(mask: R::Mask) -> bool {
-    rule::uniform(mask).unwrap_or_else(|| {
+    let Some(answer) = rule::uniform(mask) else {
         panic!("lanes would take different branches; evaluate the points one at a time")
-    })
+    };
+    answer
 }
 
 operators! {
@@ -47,6 +49,7 @@ operator! {
 
 impl<R: Real> PartialEq for Element<R> {
     #[inline]
+    #[track_caller]
     fn eq(&self, other: &Self) -> bool {
         decided::<R>(self.0.less_equal(other.0)) && decided::<R>(other.0.less_equal(self.0))
     }
@@ -54,6 +57,7 @@ impl<R: Real> PartialEq for Element<R> {
 
 impl<R: Real> PartialOrd for Element<R> {
     #[inline]
+    #[track_caller]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         let below = decided::<R>(self.0.less_equal(other.0));
         let above = decided::<R>(other.0.less_equal(self.0));
@@ -63,6 +67,27 @@ impl<R: Real> PartialOrd for Element<R> {
             (false, true) => Some(Ordering::Greater),
             (false, false) => None,
         }
+    }
+    // The default methods would compare in a line of the standard library.
+    #[inline]
+    #[track_caller]
+    fn lt(&self, other: &Self) -> bool {
+        self.partial_cmp(other).is_some_and(Ordering::is_lt)
+    }
+    #[inline]
+    #[track_caller]
+    fn le(&self, other: &Self) -> bool {
+        self.partial_cmp(other).is_some_and(Ordering::is_le)
+    }
+    #[inline]
+    #[track_caller]
+    fn gt(&self, other: &Self) -> bool {
+        self.partial_cmp(other).is_some_and(Ordering::is_gt)
+    }
+    #[inline]
+    #[track_caller]
+    fn ge(&self, other: &Self) -> bool {
+        self.partial_cmp(other).is_some_and(Ordering::is_ge)
     }
 }
 
@@ -75,18 +100,23 @@ impl<R: Real> Num for Element<R> {
 }
 
 impl<R: Real> Signed for Element<R> {
+    #[track_caller]
     fn abs(&self) -> Self {
         Self(self.0.abs())
     }
+    #[track_caller]
     fn abs_sub(&self, other: &Self) -> Self {
         Float::abs_sub(*self, *other)
     }
+    #[track_caller]
     fn signum(&self) -> Self {
         Self(self.0.signum())
     }
+    #[track_caller]
     fn is_positive(&self) -> bool {
         *self > Self::zero()
     }
+    #[track_caller]
     fn is_negative(&self) -> bool {
         *self < Self::zero()
     }

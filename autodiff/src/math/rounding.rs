@@ -3,18 +3,21 @@
 
 use crate::real::{Mask, Real};
 
+#[track_caller]
 pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())
 }
 
 /// Returns (nearly) the machine epsilon: the distance from 1 to the next larger number of the type. It is computed as
 /// the rounding error of `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
+#[track_caller]
 pub(crate) fn epsilon<R: Real>() -> R {
     let third = R::lit(4.0) / R::lit(3.0) - R::one();
     (R::lit(3.0) * third - R::one()).abs().detach()
 }
 
 /// Whether the number is negative or minus zero.
+#[track_caller]
 pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
     let zero = R::zero();
     let at_zero = x.less_equal(zero) & zero.less_equal(x);
@@ -23,6 +26,7 @@ pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
 
 /// Returns the integer part as a constant, that is, without a derivative. The integer is built bit by bit, from the
 /// highest bit down, so it is exact for any type.
+#[track_caller]
 pub(crate) fn truncated<R: Real>(x: R) -> R {
     let (zero, size, two, mut bit) = (R::zero(), x.abs().detach(), R::lit(2.0), R::one());
     let (finite, half) = (size.finite(), size / two);
@@ -44,6 +48,7 @@ pub(crate) fn truncated<R: Real>(x: R) -> R {
 
 /// Returns the exact remainder (`fmod`) `a - q b`, where `q` is the integer part of `a / b`. Its derivative treats `q`
 /// as a constant.
+#[track_caller]
 pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let (zero, divisor) = (R::zero(), b.detach().abs());
     let size = a.detach().abs();
@@ -85,12 +90,14 @@ pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
 /// A power of two whose square is finite in single precision.
 const FAR: f64 = (1_u64 << 60) as f64;
 
+#[track_caller]
 pub(crate) fn floor<R: Real>(x: R) -> R {
     let whole = truncated(x);
     R::select(x.less(whole), whole - R::one(), whole)
 }
 
 /// Returns the nearest integer as a constant, that is, without a derivative. Halves are rounded away from zero.
+#[track_caller]
 pub(crate) fn round<R: Real>(x: R) -> R {
     let (whole, zero, one) = (truncated(x), R::zero(), R::one());
     let far = R::lit(0.5).less_equal((x - whole).abs());

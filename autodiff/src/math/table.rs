@@ -42,6 +42,7 @@ macro_rules! values_and_partials {
             /// Returns the value, computed with methods of [`Real`]. Implementations of [`Real::elementary`] call this
             /// if they have no better formula.
             #[inline(always)]
+            #[track_caller]
             pub fn value<R: Real>(self, x: R) -> R {
                 match self {
                     $(Self::$Special => {
@@ -55,6 +56,7 @@ macro_rules! values_and_partials {
             /// Like [`value`](Self::value), for functions that are not special. Floats and lanes call this, so that they
             /// do not compile the series, which they never use.
             #[inline(always)]
+            #[track_caller]
             pub(crate) fn composed<R: Real>(self, x: R) -> R {
                 match self {
                     $(Self::$Function => {
@@ -67,6 +69,7 @@ macro_rules! values_and_partials {
 
             /// Returns the value and the partial, like [`rule`].
             #[inline(always)]
+            #[track_caller]
             pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
                 let value = x.elementary(self);
                 if R::Mask::IS_SINGLE {
@@ -79,12 +82,14 @@ macro_rules! values_and_partials {
             /// Like [`partial`](Self::partial), but compiled only once for each number type. Lanes need it inlined
             /// instead.
             #[inline(never)]
+            #[track_caller]
             fn shared_partial<R: Real>(self, x: R, y: R) -> R {
                 self.partial(x, y)
             }
 
             /// Returns the partial at `x`, given the value `y` there.
             #[inline(always)]
+            #[track_caller]
             #[allow(unused_variables)]
             fn partial<R: Real>(self, x: R, y: R) -> R {
                 match self {
@@ -120,6 +125,7 @@ macro_rules! select {
 
 /// Returns the value of an odd function at `x`, given its value at `|x|`. A zero `x` keeps its sign.
 #[inline(always)]
+#[track_caller]
 fn odd<R: Real>(x: R, of_size: R) -> R {
     let signed = R::select(x.less(R::zero()), -of_size, of_size);
     R::select(x.abs().less_equal(R::zero()), x, signed)
@@ -128,6 +134,7 @@ fn odd<R: Real>(x: R, of_size: R) -> R {
 /// Computes `e^x - 1`. For small `x` it uses `2 t / (1 - t)` with `t = tanh(x/2)`, in which nothing cancels. If `x / 2`
 /// is inexact, as for subnormal numbers, it returns `x`.
 #[inline(always)]
+#[track_caller]
 fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
     let half = x * R::lit(0.5);
@@ -144,6 +151,7 @@ fn exp_m1<R: Real>(x: R) -> R {
 
 /// Computes `ln(1 + x)` by W. Kahan's formula. The factor `x / (u - 1)` compensates for the rounding of `u = 1 + x`.
 #[inline(always)]
+#[track_caller]
 fn ln_1p<R: Real>(x: R) -> R {
     let one = R::one();
     let u = one + x;
@@ -155,6 +163,7 @@ fn ln_1p<R: Real>(x: R) -> R {
 
 /// Computes `e^x / 2` from `e^(x/2)`, so that the result is finite for slightly larger `x` than `e^x`.
 #[inline(always)]
+#[track_caller]
 fn half_exp<R: Real>(x: R) -> R {
     let half = R::lit(0.5);
     let root = (half * x).exp();
@@ -162,6 +171,7 @@ fn half_exp<R: Real>(x: R) -> R {
 }
 
 #[inline(always)]
+#[track_caller]
 fn sinh<R: Real>(x: R) -> R {
     let size = x.abs();
     let above = exp_m1(size);
@@ -170,6 +180,7 @@ fn sinh<R: Real>(x: R) -> R {
 }
 
 #[inline(always)]
+#[track_caller]
 fn cosh<R: Real>(x: R) -> R {
     let size = x.abs();
     let power = size.exp();
@@ -179,6 +190,7 @@ fn cosh<R: Real>(x: R) -> R {
 
 /// Computes `ln(2 x)`. For `x` so large that its square overflows, this is the value of `asinh` and `acosh`.
 #[inline(always)]
+#[track_caller]
 fn ln_twice<R: Real>(x: R) -> R {
     x.ln() + R::lit(2.0).ln()
 }
@@ -186,6 +198,7 @@ fn ln_twice<R: Real>(x: R) -> R {
 /// Computes `ln(x + sqrt(x^2 + 1))`. The formula is evaluated at `|x|`, so that nothing cancels, and the result gets
 /// the sign of `x`.
 #[inline(always)]
+#[track_caller]
 fn asinh<R: Real>(x: R) -> R {
     let (one, size) = (R::one(), x.abs());
     let square = size * size;
@@ -194,6 +207,7 @@ fn asinh<R: Real>(x: R) -> R {
 }
 
 #[inline(always)]
+#[track_caller]
 fn asinh_partial<R: Real>(x: R) -> R {
     let square = x * x;
     let partial = (R::one() + square).sqrt().recip();
@@ -204,6 +218,7 @@ fn asinh_partial<R: Real>(x: R) -> R {
 /// Computes `ln(x + sqrt(x^2 - 1))`. The roots of `x - 1` and `x + 1` are taken separately: their product is also
 /// positive below -1, where the function is not defined.
 #[inline(always)]
+#[track_caller]
 fn acosh<R: Real>(x: R) -> R {
     let one = R::one();
     let above = x - one;
@@ -213,6 +228,7 @@ fn acosh<R: Real>(x: R) -> R {
 
 /// Computes a power with the exponent 1/3, which is rounded, and corrects it by one step of Newton's method.
 #[inline(always)]
+#[track_caller]
 fn cbrt<R: Real>(x: R) -> R {
     let (size, three) = (x.abs(), R::lit(3.0));
     let power = size.powf(three.recip());
@@ -223,6 +239,7 @@ fn cbrt<R: Real>(x: R) -> R {
 
 /// Returns the logistic functions of `|x|` and of `-|x|`. They use `e^-|x|`, which does not overflow.
 #[inline(always)]
+#[track_caller]
 fn sigmoids<R: Real>(x: R) -> [R; 2] {
     let power = R::select(x.less(R::zero()), x, -x).exp();
     let share = (R::one() + power).recip();
@@ -230,6 +247,7 @@ fn sigmoids<R: Real>(x: R) -> [R; 2] {
 }
 
 #[inline(always)]
+#[track_caller]
 fn sigmoid<R: Real>(x: R) -> R {
     let [share, rest] = sigmoids(x);
     R::select(x.less(R::zero()), rest, share)
@@ -238,6 +256,7 @@ fn sigmoid<R: Real>(x: R) -> R {
 /// Returns the slope of the logistic function. Its derivatives are computed from the slope of `tanh(x/2)`, because terms
 /// in the derivative of `rest * share` cancel near 0.
 #[inline(always)]
+#[track_caller]
 fn sigmoid_partial<R: Real>(x: R) -> R {
     let [share, rest] = sigmoids(x);
     let moves = rule::tanh(x * R::lit(0.5)).1 * R::lit(0.25);
@@ -245,6 +264,7 @@ fn sigmoid_partial<R: Real>(x: R) -> R {
 }
 
 #[inline(always)]
+#[track_caller]
 fn softplus<R: Real>(x: R) -> R {
     let negative = x.less(R::zero());
     let above = R::select(negative, R::zero(), x);
@@ -253,6 +273,7 @@ fn softplus<R: Real>(x: R) -> R {
 
 /// Returns a quotient `value / x` like `sin(x) / x`, whose limit at `x = 0` is 1.
 #[inline(always)]
+#[track_caller]
 fn cardinal<R: Real>(value: R, x: R) -> R {
     R::select(x.abs().less_equal(R::zero()), R::one(), value / x)
 }
@@ -262,6 +283,7 @@ fn cardinal<R: Real>(value: R, x: R) -> R {
 /// `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with `r = sign x^2`. The last term is below 1e-34, which is accurate
 /// enough for every type.
 #[inline(always)]
+#[track_caller]
 fn cardinal_partial<R: Real>(of_quotient: R, x: R, sign: f64) -> R {
     let mut sum = R::one();
     for k in (1..15).rev() {

@@ -15,6 +15,7 @@ use num_traits::Zero;
 ///
 /// # Panics
 /// If the kernel asks for values or calls a function with its own derivative, because a recording cannot represent it.
+#[track_caller]
 pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
     let plan = Plan::record([I, K::UNIFORMS], |x, given| {
         let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
@@ -22,13 +23,14 @@ pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(k
         let y = kernel.eval_with(std::array::from_fn(|k| x[k]), &uniforms);
         y.to_vec()
     });
-    plan.unwrap_or_else(|| {
+    let Some(plan) = plan else {
         panic!(
             "kernel {} cannot be replayed on this number type: it branches on a value (a zero test or a mask) or \
              calls a fused function; an `AnyProgram` can only run it on f64 and f32",
             type_name::<K>()
         )
-    })
+    };
+    plan
 }
 
 /// The elements or edges to which a kernel is applied.

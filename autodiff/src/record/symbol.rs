@@ -186,12 +186,16 @@ impl Real for Symbol {
     fn lit(value: f64) -> Self {
         push(Op::Constant(value.to_bits()))
     }
+    #[track_caller]
     fn primal(self) -> f64 {
-        current(|recording| {
-            let refused = "a kernel with emitted derivatives cannot call `primal`, because its recording has no values";
-            assert!(!recording.is_simplified, "{refused}");
+        let is_emitted = current(|recording| {
             recording.unfit = true;
+            recording.is_simplified
         });
+        assert!(
+            !is_emitted,
+            "a kernel with emitted derivatives cannot call `primal`, because its recording has no values"
+        );
         f64::NAN
     }
     fn less<T>(self, other: T) -> SymbolMask

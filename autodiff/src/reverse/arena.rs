@@ -140,6 +140,7 @@ impl<R: Real> Arena<R> {
     ///
     /// The parent of an entry is often the entry before it. The cotangent of the entry before stays in a register:
     /// storing it to `bars` and loading it in the next turn would cost the latency of a store and a load.
+    #[track_caller]
     pub(super) fn sweep(&mut self, bars: &mut [R], inputs: usize) {
         // As local slices of equal length, these need no bounds checks and no reloads through `self`.
         let (entries, long) = (self.entries.as_slice(), &mut self.long);

@@ -1,6 +1,7 @@
 //! Implements [`Real`] for variables.
 
 use num_traits::Zero;
+use smallvec::SmallVec;
 
 use super::current::{self, CONSTANT};
 use super::entries::Term;
@@ -21,6 +22,7 @@ impl<R: Real> Real for Var<R> {
 
     /// Records an entry only if the mask differs between lanes.
     #[inline]
+    #[track_caller]
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
             Some(true) => if_true,
@@ -32,7 +34,8 @@ impl<R: Real> Real for Var<R> {
                     return Self::constant(value);
                 }
                 let (parents, zero) = ([if_true.index, if_false.index], R::zero());
-                // SAFETY: `push_select` runs no code from outside `reverse`.
+                // SAFETY: the generation of a `Var<R>` belongs to a recording of `R`. `push_select` only moves numbers, so
+                // it runs no code from outside `reverse`.
                 #[allow(unsafe_code)]
                 let index = unsafe {
                     current::with(generation, |arena| arena.push_select(mask, parents, zero))
@@ -65,6 +68,7 @@ impl<R: Real> Real for Var<R> {
     }
     /// At zero the slope is 0, by convention.
     #[inline]
+    #[track_caller]
     fn abs(self) -> Self {
         let (value, partial) = rule::abs(self.value);
         self.times_constant(partial, value)
@@ -109,6 +113,7 @@ impl<R: Real> Real for Var<R> {
         }
     }
     #[inline]
+    #[track_caller]
     fn chain(partial: Self, cotangent: Self) -> Self {
         if cotangent.is_zero() {
             return Self::zero();
@@ -124,28 +129,41 @@ impl<R: Real> Real for Var<R> {
     where
         Self: Accepts<T>,
     {
-        let b = || b.iter().map(|&y| Self::accept(y));
-        let value = R::dot(&fused::values(a.iter().copied()), &fused::values(b()));
-        let generation = a.iter().copied().chain(b()).fold(CONSTANT, Self::common);
-        let term = |x: Self, factor: Self| Term {
+        // A conversion may be code of another crate, and may record.
+        let b: SmallVec<[Self; 8]> = b.iter().map(|&y| Self::accept(y)).collect();
+        let value = R::dot(&fused::values(a), &fused::values(&b));
+        let generation = Self::common_of(&b, Self::common_of(a, CONSTANT));
+        // So may the test for zero of the number type.
+        let factors = b.iter().chain(a);
+        let stops: SmallVec<[bool; 16]> = factors
+            .map(|factor| factor.is_constant() && is_choice(&factor.value))
+            .collect();
+        let term = |((x, factor), &stops): ((&Self, &Self), &bool)| Term {
             partial: factor.value,
             parent: x.index,
-            stops: factor.is_constant() && is_choice(&factor.value),
+            stops,
         };
-        let by_a = a.iter().zip(b()).map(|(&x, y)| term(x, y));
-        let by_b = a.iter().zip(b()).map(|(&x, y)| term(y, x));
-        Self::push_linear(value, by_a.chain(by_b), generation)
+        let pairs = a.iter().zip(&b).chain(b.iter().zip(a));
+        // SAFETY: the iterator only copies numbers.
+        #[allow(unsafe_code)]
+        unsafe {
+            Self::push_linear(value, pairs.zip(&stops).map(term), generation)
+        }
     }
     /// Records a single entry.
     fn sum_of(terms: &[Self]) -> Self {
-        let (value, one) = (R::sum_of(&fused::values(terms.iter().copied())), R::one());
-        let generation = terms.iter().copied().fold(CONSTANT, Self::common);
+        let (value, one) = (R::sum_of(&fused::values(terms)), R::one());
+        let generation = Self::common_of(terms, CONSTANT);
         let term = |x: &Self| Term {
             partial: one,
             parent: x.index,
             stops: false,
         };
-        Self::push_linear(value, terms.iter().map(term), generation)
+        // SAFETY: the iterator only copies numbers.
+        #[allow(unsafe_code)]
+        unsafe {
+            Self::push_linear(value, terms.iter().map(term), generation)
+        }
     }
     /// Records one entry for each output.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
@@ -156,6 +174,7 @@ impl<R: Real> Real for Var<R> {
 impl<R: Real> Var<R> {
     /// Records `self * factor + term` for a constant `factor`. `value` is the value of this expression.
     #[inline(always)]
+    #[track_caller]
     fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
         let one = R::one();
         if is_choice(&factor) {
@@ -167,6 +186,7 @@ impl<R: Real> Var<R> {
     /// Computes `self / divisor`. If `self` is a constant zero, the divisor gets no derivative, as in a product, unless
     /// the quotient is NaN.
     #[inline(always)]
+    #[track_caller]
     fn quotient(self, divisor: Self) -> Self {
         let (value, partials) = rule::div(self.value, divisor.value);
         if self.is_constant() && is_choice(&self.value) && rule::vanishes(value) {

@@ -4,8 +4,7 @@
 //! frames, innermost first: one frame for each running [`enter`]. Rust has no generic thread-locals, so the frames are
 //! type-erased. A generation number identifies both the recording and its number type.
 //!
-//! The unsafe code is worth it: with a `RefCell` around a `Box<dyn Any>`, every push would cost twice as much
-//! (`cargo bench -p benches --bench tapes`).
+//! The unsafe code is worth it: with a `RefCell` around a `Box<dyn Any>`, every push took twice as long.
 #![allow(unsafe_code)]
 
 use std::any::TypeId;
@@ -28,23 +27,26 @@ const TYPES: usize = 1 << (u32::BITS - COUNT_BITS);
 
 /// Returns the number that identifies the number type `R` in generations. Types are counted from 1, and all tapes of a
 /// type share its number.
+///
+/// # Panics
+/// If there is no number left.
+#[track_caller]
 pub(super) fn name_of<R: Real>() -> u32 {
     static NAMED: Mutex<Vec<TypeId>> = Mutex::new(Vec::new());
     let number = TypeId::of::<R>();
     let mut named = NAMED
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
-    let place = named.iter().position(|&n| n == number);
-    let place = place.unwrap_or_else(|| {
-        assert!(
-            named.len() < TYPES - 1,
-            "this process has recorded on tapes of {} number types, which is the maximum",
-            TYPES - 1
-        );
-        named.push(number);
-        named.len() - 1
-    });
-    place as u32 + 1
+    if let Some(place) = named.iter().position(|&n| n == number) {
+        return place as u32 + 1;
+    }
+    assert!(
+        named.len() < TYPES - 1,
+        "this process has recorded on tapes of {} number types, which is the maximum",
+        TYPES - 1
+    );
+    named.push(number);
+    named.len() as u32
 }
 
 /// Returns a generation that none of the last 16 million recordings of this number type had.
@@ -210,18 +212,23 @@ pub(super) fn enter<R: Real, T>(
 /// # Panics
 /// If that recording is not running on this thread.
 #[inline(always)]
+#[track_caller]
 pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
-    // There are two calls of `push` because one call on a reference to either frame would make recording take two
+    // There are two calls of `Frame::push` because one call on a reference to either frame would make recording take two
     // thirds longer.
-    INNERMOST.with(|innermost| {
+    let pushed = INNERMOST.with(|innermost| {
         if innermost.recording.get().generation == generation {
             // SAFETY: the generation identifies `R`, and references to arenas live only in `with`.
-            unsafe { innermost.push(entry) }
+            Some(unsafe { innermost.push(entry) })
         } else {
-            // SAFETY: the same holds for the frame of an outer `enter`.
-            unsafe { (*further_out(generation)).push(entry) }
+            None
         }
-    })
+    });
+    match pushed {
+        Some(index) => index,
+        // SAFETY: the same holds for the frame of an outer `enter`, which is still running.
+        None => unsafe { (*further_out(generation)).push(entry) },
+    }
 }
 
 /// Calls `action` with the arena of `generation`, which must not be `CONSTANT`.
@@ -232,25 +239,31 @@ pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
 ///
 /// # Panics
 /// If that recording is not running on this thread.
+#[track_caller]
 pub(super) unsafe fn with<R: Real, T>(
     generation: u32,
     action: impl FnOnce(&mut Arena<R>) -> T,
 ) -> T {
-    INNERMOST.with(|innermost| {
-        let frame = if innermost.recording.get().generation == generation {
-            innermost
-        } else {
-            // SAFETY: the frame belongs to an `enter` that is still running.
-            unsafe { &*further_out(generation) }
-        };
-        // SAFETY: the generation identifies `R`. The caller guarantees the rest.
-        action(unsafe { frame.arena() }.arena)
-    })
+    let innermost = INNERMOST.with(|innermost| {
+        let is_innermost = innermost.recording.get().generation == generation;
+        is_innermost.then_some(ptr::from_ref(innermost))
+    });
+    let frame = match innermost {
+        Some(frame) => frame,
+        None => further_out(generation),
+    };
+    // SAFETY: the frame is this thread's innermost one, or belongs to an outer `enter` that is still running. The
+    // generation identifies `R`. The caller guarantees the rest.
+    action(unsafe { (*frame).arena() }.arena)
 }
 
 /// Returns the frame of the recording with this generation, which must enclose the innermost recording.
+///
+/// # Panics
+/// If there is no such frame.
 #[cold]
 #[inline(never)]
+#[track_caller]
 fn further_out(generation: u32) -> *const Frame {
     let mut place = INNERMOST.with(|innermost| innermost.recording.get().outer);
     // SAFETY: each pointer is null or points to a frame in an `enter` further up this thread's stack. However that

@@ -85,6 +85,7 @@ impl<R: Real> LongEntries<R> {
     /// Pulls back the cotangent of entry `i`, whose operands are in this struct because it has many parents or outputs,
     /// or no parents.
     #[inline(never)]
+    #[track_caller]
     pub(super) fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
         match kind {
             // The entries of the other outputs follow this one, so all cotangents of outputs are complete.

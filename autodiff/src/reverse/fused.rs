@@ -39,13 +39,13 @@ fn slices<R>(values: &Values<R>) -> SmallVec<[&[R]; 4]> {
 }
 
 /// Returns the common generation of all variables.
+#[track_caller]
 fn generation<R: Real>(inputs: &[&[Var<R>]]) -> u32 {
-    inputs
-        .iter()
-        .copied()
-        .flatten()
-        .copied()
-        .fold(CONSTANT, Var::common)
+    let mut generation = CONSTANT;
+    for slice in inputs {
+        generation = Var::common_of(slice, generation);
+    }
+    generation
 }
 
 fn constants<R: Real>(outputs: Vec<R>) -> Vec<Var<R>> {
@@ -53,6 +53,7 @@ fn constants<R: Real>(outputs: Vec<R>) -> Vec<Var<R>> {
 }
 
 /// Pushes the entry of a call and returns its outputs as variables.
+#[track_caller]
 fn push<R: Real>(
     inputs: &[&[Var<R>]],
     generation: u32,
@@ -77,7 +78,8 @@ fn push<R: Real>(
             .collect(),
     };
     let zero = R::zero();
-    // SAFETY: `push_fused` only moves a finished entry and runs no code from outside `reverse`.
+    // SAFETY: the generation of a `Var<R>` belongs to a recording of `R`. `push_fused` only moves a finished entry, so it
+    // runs no code from outside `reverse`.
     #[allow(unsafe_code)]
     let first = unsafe { current::with(generation, |arena| arena.push_fused(entry, zero)) };
     let variable = |(i, value)| Var {
@@ -89,6 +91,6 @@ fn push<R: Real>(
 }
 
 /// Returns the values of variables. A list of up to eight variables needs no allocation.
-pub(super) fn values<R: Real>(numbers: impl Iterator<Item = Var<R>>) -> SmallVec<[R; 8]> {
-    numbers.map(|x| x.value).collect()
+pub(super) fn values<R: Real>(numbers: &[Var<R>]) -> SmallVec<[R; 8]> {
+    numbers.iter().map(|x| x.value).collect()
 }

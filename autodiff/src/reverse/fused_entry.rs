@@ -51,6 +51,7 @@ impl Parents {
 
 /// A [`Fused`] function with the numbers that it saved for its reverse rule. This trait hides the types of both.
 pub(super) trait Call<R>: Send {
+    #[track_caller]
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }
 
@@ -60,6 +61,7 @@ pub(super) struct SavedCall<F: Fused, R: Real> {
 }
 
 impl<F: Fused, R: Real> Call<R> for SavedCall<F, R> {
+    #[track_caller]
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>> {
         self.function.reverse(&mut self.saved, y_bar, wanted)
     }
@@ -67,6 +69,7 @@ impl<F: Fused, R: Real> Call<R> for SavedCall<F, R> {
 
 impl<R: Real> FusedEntry<R> {
     /// Pulls the cotangents of the outputs back to the inputs. The outputs are the entries from `first` on.
+    #[track_caller]
     pub(super) fn reverse(&mut self, first: usize, bars: &mut [R]) {
         let y_bar = &bars[first..first + self.outputs];
         if y_bar.iter().all(R::is_zero) {

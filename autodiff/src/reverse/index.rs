@@ -16,6 +16,7 @@ pub(super) const STOPPED: u32 = u32::MAX - 3;
 pub(super) const FUSED: u32 = u32::MAX - 4;
 
 /// Converts a position in an arena to the index of a variable. Panics if the tape is full.
+#[track_caller]
 pub(super) fn index(place: usize) -> u32 {
     if place >= FUSED as usize {
         full();
@@ -24,6 +25,7 @@ pub(super) fn index(place: usize) -> u32 {
 }
 
 #[cold]
+#[track_caller]
 fn full() -> ! {
     panic!(
         "the tape is full: a recording holds at most {FUSED} entries; \

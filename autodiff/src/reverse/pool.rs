@@ -7,14 +7,21 @@ use super::tape::Tape;
 use crate::pool::{self, Pooled};
 use crate::real::Real;
 
-/// Runs `work` with a tape that the thread keeps for later calls. If `work` panics, the tape is dropped.
-pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
-    let mut tape = pool::take::<Tape<R>>().unwrap_or_default();
-    let result = work(&mut tape);
+/// Takes the tape that the thread keeps, or makes one. Give it back to [`keep_tape`]. A closure would hide the line of the
+/// caller from panics.
+#[track_caller]
+pub(crate) fn take_tape<R: Real>() -> Box<Tape<R>> {
+    match pool::take::<Tape<R>>() {
+        Some(tape) => tape,
+        None => Box::new(Tape::new()),
+    }
+}
+
+/// Keeps a tape for later calls on this thread. A panic drops it instead.
+pub(crate) fn keep_tape<R: Real>(mut tape: Box<Tape<R>>) {
     // Fused entries may own data of the caller, so they must not stay in the pool.
     tape.forget();
     pool::keep(tape);
-    result
 }
 
 impl<R: Real> Pooled for Tape<R> {
@@ -25,10 +32,18 @@ impl<R: Real> Pooled for Tape<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::with_tape;
+    use super::{keep_tape, take_tape};
     use crate::pool::count;
+    use crate::real::Real;
     use crate::reverse::{Tape, Var};
     use crate::{Dual, gradient};
+
+    fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
+        let mut tape = take_tape();
+        let result = work(&mut tape);
+        keep_tape(tape);
+        result
+    }
 
     fn long(x: Var<f64>, entries: usize) -> Var<f64> {
         (0..entries).fold(x, |y, _| y * x)

@@ -46,6 +46,7 @@ pub struct Tape<R: Real> {
 
 impl<R: Real> Tape<R> {
     /// Returns an empty tape.
+    #[track_caller]
     pub fn new() -> Self {
         Tape {
             arena: Arena::new(),
@@ -60,6 +61,7 @@ impl<R: Real> Tape<R> {
     ///
     /// Pass variables that `function` returns to [`pullback`](Tape::pullback), before the next recording. They have no
     /// other use.
+    #[track_caller]
     pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
         let variables = self.start(inputs);
         let result = current::enter(&mut self.arena, self.generation, || function(&variables));
@@ -87,32 +89,46 @@ impl<R: Real> Tape<R> {
     ///
     /// # Panics
     /// If an output belongs to another recording, or there is not one cotangent for each output.
+    #[track_caller]
     pub fn pullback(&mut self, outputs: &[Var<R>], cotangents: &[R]) -> &[R] {
         assert_eq!(
             outputs.len(),
             cotangents.len(),
             "`pullback` needs one cotangent for each output"
         );
+        self.assert_own(outputs);
         self.bars.clear();
         self.bars.resize(self.arena.entries.len(), R::zero());
         for (output, &cotangent) in outputs.iter().zip(cotangents) {
             if output.is_constant() {
                 continue;
             }
-            assert!(
-                output.generation == self.generation,
-                "`pullback` was given a variable of another tape or of an earlier recording; \
-                 it needs variables that the last `record` of this tape returned"
-            );
             self.bars[output.index as usize] += cotangent;
         }
         self.arena.sweep(&mut self.bars, self.inputs.len());
         &self.bars[..self.inputs.len()]
     }
 
+    /// # Panics
+    /// If one of the variables belongs to another recording.
+    #[track_caller]
+    pub(crate) fn assert_own(&self, outputs: &[Var<R>]) {
+        let is_own = |output: &Var<R>| output.is_constant() || output.generation == self.generation;
+        assert!(
+            outputs.iter().all(is_own),
+            "`pullback` was given a variable of another tape or of an earlier recording; \
+             it needs variables that the last `record` of this tape returned"
+        );
+    }
+
     /// For each output of the last recording, returns the inputs that it is computed from, in ascending order. Inputs
     /// with a zero derivative are included.
+    ///
+    /// # Panics
+    /// If an output belongs to another recording.
+    #[track_caller]
     pub(crate) fn dependence(&self, outputs: &[Var<R>]) -> Vec<Vec<usize>> {
+        self.assert_own(outputs);
         let mut dependence = Dependence::new(&self.arena, self.inputs.len());
         let row = |output: &Var<R>| {
             if output.is_constant() {
@@ -146,6 +162,7 @@ impl<R: Real> Tape<R> {
 }
 
 impl<R: Real> Default for Tape<R> {
+    #[track_caller]
     fn default() -> Self {
         Self::new()
     }

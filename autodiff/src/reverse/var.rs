@@ -51,6 +51,7 @@ impl<R: Real> Var<R> {
     /// Returns the common generation of a variable and of the operands before it, whose common generation is `so_far`.
     /// Panics if they belong to different recordings.
     #[inline(always)]
+    #[track_caller]
     pub(super) fn common(so_far: u32, Var { generation, .. }: Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
             generation
@@ -61,11 +62,22 @@ impl<R: Real> Var<R> {
         }
     }
 
+    /// Returns the common generation of the variables in a slice and of the operands before them, like
+    /// [`common`](Self::common).
+    #[track_caller]
+    pub(super) fn common_of(numbers: &[Self], mut so_far: u32) -> u32 {
+        for &number in numbers {
+            so_far = Self::common(so_far, number);
+        }
+        so_far
+    }
+
     // Everything up to the operators is always inlined. Otherwise a variable may be stored in one width and loaded in
     // another, and that stall takes longer than the rest of an operation.
 
     /// Records a function of one number, given its value and partial.
     #[inline(always)]
+    #[track_caller]
     pub(super) fn apply(self, (value, partial): (R, R)) -> Self {
         let entry = Entry {
             partials: [partial, partial],
@@ -76,6 +88,7 @@ impl<R: Real> Var<R> {
 
     /// Records a function of two numbers, given its value and partials.
     #[inline(always)]
+    #[track_caller]
     pub(super) fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
         if self.generation == other.generation {
             let entry = Entry {
@@ -108,6 +121,7 @@ impl<R: Real> Var<R> {
 
     /// Records the product with a variable, given the value of the product.
     #[inline(always)]
+    #[track_caller]
     pub(super) fn product(self, factor: Self, value: R) -> Self {
         if self.is(factor) {
             // `(x + a) (x + b)` has only one parent, `x`.
@@ -126,6 +140,7 @@ impl<R: Real> Var<R> {
 
     /// Records the product with a constant, given the value of the product. A constant zero passes no derivative.
     #[inline(always)]
+    #[track_caller]
     pub(super) fn times_constant(self, factor: R, value: R) -> Self {
         if is_choice(&factor) {
             return self.stopped(value);
@@ -134,6 +149,7 @@ impl<R: Real> Var<R> {
     }
 
     /// Records a value that depends on this number but passes no derivative to it, because of a choice.
+    #[track_caller]
     pub(super) fn stopped(self, value: R) -> Self {
         let entry = Entry {
             partials: [R::zero(), R::zero()],
@@ -144,6 +160,7 @@ impl<R: Real> Var<R> {
 
     /// Records the entry of a value, unless the value is a constant.
     #[inline(always)]
+    #[track_caller]
     fn record(value: R, entry: Entry<R>, generation: u32) -> Self {
         if generation == CONSTANT {
             return Self::constant(value);
@@ -159,8 +176,14 @@ impl<R: Real> Var<R> {
     }
 
     /// Records a value with many terms. Terms of constants, whose parent is `NONE`, are skipped.
+    ///
+    /// # Safety
+    /// The iterator must run no code from outside `reverse`: neither conversions nor methods of the number type. Such code
+    /// could record on the same tape while the arena is borrowed.
+    #[allow(unsafe_code)]
     #[inline(always)]
-    pub(super) fn push_linear(
+    #[track_caller]
+    pub(super) unsafe fn push_linear(
         value: R,
         terms: impl Iterator<Item = Term<R>>,
         generation: u32,
@@ -170,8 +193,7 @@ impl<R: Real> Var<R> {
         }
         let terms = terms.filter(|term| term.parent != NONE);
         let zero = R::zero();
-        // SAFETY: both callers pass iterators over slices of `Copy` numbers, which run no code from outside `reverse`.
-        #[allow(unsafe_code)]
+        // SAFETY: the generation of a `Var<R>` belongs to a recording of `R`. The caller guarantees the rest.
         let index = unsafe { current::with(generation, |arena| arena.push_linear(terms, zero)) };
         Var {
             value,
@@ -191,6 +213,7 @@ pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
 /// Panics with the message that the operands belong to different recordings. This function takes no arguments, because
 /// passing the two generations would cost every operation a few instructions.
 #[cold]
+#[track_caller]
 fn mixed() -> ! {
     panic!(
         "an operation was given variables of two recordings: one belongs to an earlier recording, \

@@ -1,6 +1,5 @@
 //! The registers of aarch64 as lanes: NEON, for f64 and f32. Every aarch64 processor has NEON with a fused
 //! multiply-add.
-// `cargo bench -p benches --bench tapes` compares kernels in lanes with the scalar step.
 #![allow(unsafe_code)]
 // Most of these instructions are safe to call, because every aarch64 processor has them. But the macro wraps all calls
 // in `unsafe`, which other instruction sets need.
@@ -39,7 +38,7 @@ fn fused_f32(a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
 /// Moves bytes: byte `k` of the result is byte `places[k]` of `a`, or zero if that index is out of range.
 #[inline(always)]
 fn looked_up(a: uint8x16_t, places: &[u8; 16]) -> uint8x16_t {
-    // SAFETY: `places` is as long as a register.
+    // SAFETY: every aarch64 processor has the instruction, and `places` is as long as a register.
     unsafe { vqtbl1q_u8(a, vld1q_u8(places.as_ptr())) }
 }
 
@@ -66,21 +65,19 @@ define_lanes!(
     },
     |a| vabsq_f64(a),
     |size, sign| vbslq_f64(vdupq_n_u64(1 << 63), sign, size),
-    |a: Self, b: Self| LaneMask(unsafe { vandq_u64(a.0, b.0) }),
-    |a: Self, b: Self| LaneMask(unsafe { vorrq_u64(a.0, b.0) }),
-    |a: Self| LaneMask(unsafe { vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a.0))) }),
-    |a: Self| unsafe { vmaxvq_u32(vreinterpretq_u32_u64(a.0)) },
-    |bits| LaneMask(unsafe {
-        vtstq_u64(vdupq_n_u64(u64::from(bits)), vld1q_u64([1, 2].as_ptr()))
-    }),
-    |a: Self, bits| Self(unsafe {
+    |a: Self, b: Self| LaneMask(vandq_u64(a.0, b.0)),
+    |a: Self, b: Self| LaneMask(vorrq_u64(a.0, b.0)),
+    |a: Self| LaneMask(vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a.0)))),
+    |a: Self| vmaxvq_u32(vreinterpretq_u32_u64(a.0)),
+    |bits| LaneMask(vtstq_u64(vdupq_n_u64(u64::from(bits)), vld1q_u64([1, 2].as_ptr()))),
+    |a: Self, bits| {
         let places = &EXPANDED[usize::from(twice_each(bits) & 15)];
-        vreinterpretq_f64_u8(looked_up(vreinterpretq_u8_f64(a.0), places))
-    }),
-    |a: Self, bits| Self(unsafe {
+        Self(vreinterpretq_f64_u8(looked_up(vreinterpretq_u8_f64(a.0), places)))
+    },
+    |a: Self, bits| {
         let places = &COMPRESSED[usize::from(twice_each(bits) & 15)];
-        vreinterpretq_f64_u8(looked_up(vreinterpretq_u8_f64(a.0), places))
-    }),
+        Self(vreinterpretq_f64_u8(looked_up(vreinterpretq_u8_f64(a.0), places)))
+    },
     |a, b| [vzip1q_f64(a, b), vzip2q_f64(a, b)]
 );
 
@@ -107,20 +104,18 @@ define_lanes!(
     },
     |a| vabsq_f32(a),
     |size, sign| vbslq_f32(vdupq_n_u32(1 << 31), sign, size),
-    |a: Self, b: Self| LaneMask(unsafe { vandq_u32(a.0, b.0) }),
-    |a: Self, b: Self| LaneMask(unsafe { vorrq_u32(a.0, b.0) }),
-    |a: Self| LaneMask(unsafe { vmvnq_u32(a.0) }),
-    |a: Self| unsafe { vmaxvq_u32(a.0) },
-    |bits| LaneMask(unsafe {
-        vtstq_u32(vdupq_n_u32(u32::from(bits)), vld1q_u32([1, 2, 4, 8].as_ptr()))
-    }),
-    |a: Self, bits| Self(unsafe {
+    |a: Self, b: Self| LaneMask(vandq_u32(a.0, b.0)),
+    |a: Self, b: Self| LaneMask(vorrq_u32(a.0, b.0)),
+    |a: Self| LaneMask(vmvnq_u32(a.0)),
+    |a: Self| vmaxvq_u32(a.0),
+    |bits| LaneMask(vtstq_u32(vdupq_n_u32(u32::from(bits)), vld1q_u32([1, 2, 4, 8].as_ptr()))),
+    |a: Self, bits| {
         let places = &EXPANDED[usize::from(bits & 15)];
-        vreinterpretq_f32_u8(looked_up(vreinterpretq_u8_f32(a.0), places))
-    }),
-    |a: Self, bits| Self(unsafe {
+        Self(vreinterpretq_f32_u8(looked_up(vreinterpretq_u8_f32(a.0), places)))
+    },
+    |a: Self, bits| {
         let places = &COMPRESSED[usize::from(bits & 15)];
-        vreinterpretq_f32_u8(looked_up(vreinterpretq_u8_f32(a.0), places))
-    }),
+        Self(vreinterpretq_f32_u8(looked_up(vreinterpretq_u8_f32(a.0), places)))
+    },
     |a, b| [vzip1q_f32(a, b), vzip2q_f32(a, b)]
 );

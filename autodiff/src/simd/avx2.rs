@@ -1,8 +1,6 @@
 //! The 256-bit registers of x86-64 (AVX2 with FMA) as lanes, for f64 and f32.
 //!
-//! The types are private to the crate and named only in [`enter`](super::enter), which checks that the processor has
-//! their instructions. So a value of one of these types only exists if the processor has its instructions.
-// `cargo bench -p benches --bench tapes` compares kernels in lanes with the scalar step.
+//! `define.rs` says why the instructions may be used.
 #![allow(unsafe_code)]
 
 use std::arch::x86_64::*;
@@ -34,7 +32,7 @@ fn first_i64(n: usize) -> __m256i {
     let window: &[i64; 4] = ONES[4 - n..8 - n]
         .try_into()
         .expect("the slice has the length of the array");
-    // SAFETY: the reference is as long as a register.
+    // SAFETY: only lanes call this function, and the reference is as long as a register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
@@ -45,7 +43,7 @@ fn first_i32(n: usize) -> __m256i {
     let window: &[i32; 8] = ONES[8 - n..16 - n]
         .try_into()
         .expect("the slice has the length of the array");
-    // SAFETY: the reference is as long as a register.
+    // SAFETY: only lanes call this function, and the reference is as long as a register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
@@ -105,21 +103,17 @@ define_lanes!(
     },
     |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
     |size, sign| _mm256_or_pd(size, _mm256_and_pd(_mm256_set1_pd(-0.0), sign)),
-    |a: Self, b: Self| LaneMask(unsafe { _mm256_and_pd(a.0, b.0) }),
-    |a: Self, b: Self| LaneMask(unsafe { _mm256_or_pd(a.0, b.0) }),
-    |a: Self| LaneMask(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
-    |a: Self| unsafe { _mm256_movemask_pd(a.0) },
-    |bits| unsafe {
+    |a: Self, b: Self| LaneMask(_mm256_and_pd(a.0, b.0)),
+    |a: Self, b: Self| LaneMask(_mm256_or_pd(a.0, b.0)),
+    |a: Self| LaneMask(_mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1)))),
+    |a: Self| _mm256_movemask_pd(a.0),
+    |bits| {
         let lane = _mm256_set_epi64x(8, 4, 2, 1);
         let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
         LaneMask(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
     },
-    |a: Self, bits| Self(unsafe {
-        _mm256_castps_pd(expanded(_mm256_castpd_ps(a.0), twice_each(bits)))
-    }),
-    |a: Self, bits| Self(unsafe {
-        _mm256_castps_pd(compressed(_mm256_castpd_ps(a.0), twice_each(bits)))
-    }),
+    |a: Self, bits| Self(_mm256_castps_pd(expanded(_mm256_castpd_ps(a.0), twice_each(bits)))),
+    |a: Self, bits| Self(_mm256_castps_pd(compressed(_mm256_castpd_ps(a.0), twice_each(bits)))),
     |a, b| {
         let [low, high] = [_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b)];
         [_mm256_permute2f128_pd::<0x20>(low, high), _mm256_permute2f128_pd::<0x31>(low, high)]
@@ -147,17 +141,17 @@ define_lanes!(
     },
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |size, sign| _mm256_or_ps(size, _mm256_and_ps(_mm256_set1_ps(-0.0), sign)),
-    |a: Self, b: Self| LaneMask(unsafe { _mm256_and_ps(a.0, b.0) }),
-    |a: Self, b: Self| LaneMask(unsafe { _mm256_or_ps(a.0, b.0) }),
-    |a: Self| LaneMask(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),
-    |a: Self| unsafe { _mm256_movemask_ps(a.0) },
-    |bits| unsafe {
+    |a: Self, b: Self| LaneMask(_mm256_and_ps(a.0, b.0)),
+    |a: Self, b: Self| LaneMask(_mm256_or_ps(a.0, b.0)),
+    |a: Self| LaneMask(_mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))),
+    |a: Self| _mm256_movemask_ps(a.0),
+    |bits| {
         let lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
         let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
         LaneMask(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
     },
-    |a: Self, bits| Self(unsafe { expanded(a.0, bits) }),
-    |a: Self, bits| Self(unsafe { compressed(a.0, bits) }),
+    |a: Self, bits| Self(expanded(a.0, bits)),
+    |a: Self, bits| Self(compressed(a.0, bits)),
     |a, b| {
         let [low, high] = [_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b)];
         [_mm256_permute2f128_ps::<0x20>(low, high), _mm256_permute2f128_ps::<0x31>(low, high)]

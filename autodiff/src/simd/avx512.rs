@@ -1,8 +1,10 @@
 //! The 512-bit registers of x86-64 (AVX-512) as lanes, for f64 and f32.
 //!
-//! What `avx2.rs` says about its types holds here too. Builds below optimisation level 2 leave these registers out,
+//! `define.rs` says why the instructions may be used. Builds below optimisation level 2 leave these registers out,
 //! because they are a third of the code of every kernel. The crate's own unit tests have them at every level.
 #![allow(unsafe_code)]
+// Masks are integers here. But the macro wraps their operations in `unsafe`, which other instruction sets need.
+#![allow(unused_unsafe)]
 
 use std::arch::x86_64::*;
 use std::ops::{BitAnd, BitOr, Not};
@@ -50,8 +52,8 @@ define_lanes!(
     |a: Self| BitMask(!a.0),
     |a: Self| a.0,
     |bits| BitMask(bits as __mmask8),
-    |a: Self, bits| Self(unsafe { _mm512_maskz_expand_pd(bits as __mmask8, a.0) }),
-    |a: Self, bits| Self(unsafe { _mm512_maskz_compress_pd(bits as __mmask8, a.0) }),
+    |a: Self, bits| Self(_mm512_maskz_expand_pd(bits as __mmask8, a.0)),
+    |a: Self, bits| Self(_mm512_maskz_compress_pd(bits as __mmask8, a.0)),
     |a, b| {
         let first = _mm512_set_epi64(11, 3, 10, 2, 9, 1, 8, 0);
         let second = _mm512_set_epi64(15, 7, 14, 6, 13, 5, 12, 4);
@@ -90,8 +92,8 @@ define_lanes!(
     |a: Self| BitMask(!a.0),
     |a: Self| a.0,
     BitMask,
-    |a: Self, bits| Self(unsafe { _mm512_maskz_expand_ps(bits, a.0) }),
-    |a: Self, bits| Self(unsafe { _mm512_maskz_compress_ps(bits, a.0) }),
+    |a: Self, bits| Self(_mm512_maskz_expand_ps(bits, a.0)),
+    |a: Self, bits| Self(_mm512_maskz_compress_ps(bits, a.0)),
     |a, b| {
         let first = _mm512_set_epi32(23, 7, 22, 6, 21, 5, 20, 4, 19, 3, 18, 2, 17, 1, 16, 0);
         let second = _mm512_set_epi32(31, 15, 30, 14, 29, 13, 28, 12, 27, 11, 26, 10, 25, 9, 24, 8);

@@ -4,6 +4,12 @@
 /// instruction sets only in a prefix. To understand the expressions that follow, look at how the macro uses them. The
 /// macro pastes expressions instead of calling closures: a closure that the compiler did not inline would be compiled
 /// without the instruction set.
+///
+/// # Safety of the instructions
+///
+/// The types are private to the crate, and only [`enter`](super::enter) names them. It runs code on a type only if the
+/// processor has the type's instructions. Below, this is called *entered*. It holds for a function that makes a register
+/// as well as for one that takes a register.
 macro_rules! define_lanes {
     (
         $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
@@ -26,21 +32,24 @@ macro_rules! define_lanes {
             type Output = Self;
             #[inline(always)]
             fn bitand(self, other: Self) -> Self {
-                $and(self, other)
+                // SAFETY: entered.
+                unsafe { $and(self, other) }
             }
         }
         impl BitOr for $mask {
             type Output = Self;
             #[inline(always)]
             fn bitor(self, other: Self) -> Self {
-                $or(self, other)
+                // SAFETY: entered.
+                unsafe { $or(self, other) }
             }
         }
         impl Not for $mask {
             type Output = Self;
             #[inline(always)]
             fn not(self) -> Self {
-                $not(self)
+                // SAFETY: entered.
+                unsafe { $not(self) }
             }
         }
         impl Mask for $mask {
@@ -55,11 +64,12 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn any(self) -> bool {
-                $bits(self) != 0
+                // SAFETY: entered.
+                unsafe { $bits(self) != 0 }
             }
         }
 
-        // SAFETY, here and below: a value of this type only exists if the processor has its instructions.
+        // SAFETY, four times: entered.
         operators! {
             #[inline(always)]
             impl[] $name:
@@ -82,48 +92,53 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn splat(value: $scalar) -> Self {
+                // SAFETY: entered.
                 Self(unsafe { $splat(value) })
             }
             #[inline(always)]
             fn load(from: &[$scalar]) -> Self {
                 let from: &[$scalar; $n] = from[..$n].try_into().expect("the slice has the length of the array");
-                // SAFETY: the reference has one number for each lane.
+                // SAFETY: entered, and the reference has one number for each lane.
                 Self(unsafe { $load(from.as_ptr()) })
             }
             #[inline(always)]
             fn store(self, to: &mut [$scalar]) {
                 let to: &mut [$scalar; $n] =
                     (&mut to[..$n]).try_into().expect("the slice has the length of the array");
-                // SAFETY: the reference has one number for each lane.
+                // SAFETY: entered, and the reference has one number for each lane.
                 unsafe { $store(to.as_mut_ptr(), self.0) }
             }
             #[inline(always)]
             fn load_part(from: &[$scalar]) -> Self {
-                debug_assert!(from.len() < $n);
-                // SAFETY: only the lanes of the slice are touched.
+                assert!(from.len() < $n, "`load_part` needs fewer than {} numbers, found {}", $n, from.len());
+                // SAFETY: entered, and only the lanes of the slice are touched.
                 Self(unsafe { $load_part(from) })
             }
             #[inline(always)]
             fn store_part(self, to: &mut [$scalar]) {
-                debug_assert!(to.len() < $n);
-                // SAFETY: only the lanes of the slice are touched.
+                assert!(to.len() < $n, "`store_part` needs fewer than {} numbers, found {}", $n, to.len());
+                // SAFETY: entered, and only the lanes of the slice are touched.
                 unsafe { $store_part(to, self.0) }
             }
             #[inline(always)]
             fn mask(bits: u16) -> $mask {
-                $from_bits(bits)
+                // SAFETY: entered.
+                unsafe { $from_bits(bits) }
             }
             #[inline(always)]
             fn expand(self, bits: u16) -> Self {
-                $expand(self, bits)
+                // SAFETY: entered.
+                unsafe { $expand(self, bits) }
             }
             #[inline(always)]
             fn compress(self, bits: u16) -> Self {
-                $compress(self, bits)
+                // SAFETY: entered.
+                unsafe { $compress(self, bits) }
             }
             #[inline(always)]
             fn zip(self, other: Self) -> [Self; 2] {
                 let ($one, $other) = (self.0, other.0);
+                // SAFETY: entered.
                 let [first, second] = unsafe { $zip };
                 [Self(first), Self(second)]
             }
@@ -152,12 +167,14 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn mul_add(self, a: Self, b: Self) -> Self {
+                // SAFETY: entered.
                 Self(unsafe { $fused(self.0, a.0, b.0) })
             }
             #[inline(always)]
             fn exp2_integer(self) -> Self {
                 let shifted = self + Self::constant(Self::ROUNDING);
                 let $shifted = shifted.0;
+                // SAFETY: entered.
                 Self(unsafe { $exp2 })
             }
             #[inline(always)]
@@ -167,11 +184,13 @@ macro_rules! define_lanes {
             #[inline(always)]
             fn magnitude(self) -> Self {
                 let $signed = self.0;
+                // SAFETY: entered.
                 Self(unsafe { $abs })
             }
             #[inline(always)]
             fn with_sign_of(self, other: Self) -> Self {
                 let ($size, $sign) = (self.0, other.0);
+                // SAFETY: entered.
                 Self(unsafe { $with_sign })
             }
         }
@@ -183,6 +202,7 @@ macro_rules! define_lanes {
             fn lit(value: f64) -> Self {
                 Self::splat(value as $scalar)
             }
+            #[track_caller]
             fn primal(self) -> f64 {
                 let mut lanes = [0.0; $n];
                 self.store(&mut lanes);
@@ -197,25 +217,32 @@ macro_rules! define_lanes {
             where
                 Self: $crate::real::Accepts<T>,
             {
-                unsafe { $lt(self.0, <Self as $crate::real::Accepts<T>>::accept(other).0) }
+                let other = <Self as $crate::real::Accepts<T>>::accept(other);
+                // SAFETY: entered.
+                unsafe { $lt(self.0, other.0) }
             }
             #[inline(always)]
             fn less_equal<T>(self, other: T) -> $mask
             where
                 Self: $crate::real::Accepts<T>,
             {
-                unsafe { $le(self.0, <Self as $crate::real::Accepts<T>>::accept(other).0) }
+                let other = <Self as $crate::real::Accepts<T>>::accept(other);
+                // SAFETY: entered.
+                unsafe { $le(self.0, other.0) }
             }
             #[inline(always)]
             fn select(mask: $mask, if_true: Self, if_false: Self) -> Self {
+                // SAFETY: entered.
                 Self(unsafe { $blend(mask, if_true.0, if_false.0) })
             }
             #[inline(always)]
             fn fma(self, factor: Self, term: Self) -> Self {
+                // SAFETY: entered.
                 Self(unsafe { $fma(self.0, factor.0, term.0) })
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
+                // SAFETY: entered.
                 Self(unsafe { $sqrt(self.0) })
             }
             #[inline(always)]
@@ -293,11 +320,13 @@ macro_rules! define_lanes {
             fn chain(partial: Self, cotangent: Self) -> Self {
                 let product = partial * cotangent;
                 let ($tested, $kept) = (cotangent.0, product.0);
+                // SAFETY: entered.
                 Self(unsafe { $where_nonzero })
             }
             #[inline(always)]
             fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
                 let ($partial, $cotangent, $term) = (partial.0, cotangent.0, term.0);
+                // SAFETY: entered.
                 Self(unsafe { $fma_where_nonzero })
             }
         }

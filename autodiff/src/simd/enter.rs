@@ -1,6 +1,5 @@
 //! The only place where the program enters code that computes in SIMD lanes. On x86-64, that code is compiled for wider
 //! registers than the rest of the program.
-// `cargo bench -p benches --bench tapes` measures the speed-up.
 #![cfg_attr(lanes = "x86", allow(unsafe_code))]
 
 #[cfg(lanes = "neon")]

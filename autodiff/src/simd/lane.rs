@@ -21,11 +21,22 @@ impl<R: Real> Lane<R> for R {
         to[0] = self;
     }
     #[inline(always)]
-    fn load_part(_empty: &[R]) -> R {
+    fn load_part(from: &[R]) -> R {
+        assert!(
+            from.is_empty(),
+            "`load_part` needs fewer than 1 number, found {}",
+            from.len()
+        );
         R::zero()
     }
     #[inline(always)]
-    fn store_part(self, _empty: &mut [R]) {}
+    fn store_part(self, to: &mut [R]) {
+        assert!(
+            to.is_empty(),
+            "`store_part` needs fewer than 1 number, found {}",
+            to.len()
+        );
+    }
     #[inline(always)]
     fn mask(bits: u16) -> R::Mask {
         R::Mask::splat(bits & 1 == 1)

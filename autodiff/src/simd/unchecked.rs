@@ -1,5 +1,7 @@
 //! Loads and stores without bounds checks, for loops whose bounds were checked once.
 
+use std::hint::assert_unchecked;
+
 use crate::real::Lane;
 
 /// Adds loads and stores without bounds checks to registers.
@@ -34,12 +36,14 @@ pub(crate) trait Unchecked<S>: Lane<S> {
     #[inline(always)]
     unsafe fn load_n(from: &[S], at: usize, n: usize) -> Self {
         debug_assert!(n <= Self::N && at + n <= from.len());
-        // SAFETY: guaranteed by the caller.
+        // SAFETY: guaranteed by the caller. The hint saves the check of `load_part`.
         unsafe {
             if n == Self::N {
                 Self::load_at(from, at)
             } else {
-                Self::load_part(from.get_unchecked(at..at + n))
+                let part = from.get_unchecked(at..at + n);
+                assert_unchecked(part.len() < Self::N);
+                Self::load_part(part)
             }
         }
     }
@@ -51,12 +55,14 @@ pub(crate) trait Unchecked<S>: Lane<S> {
     #[inline(always)]
     unsafe fn store_n(self, to: &mut [S], at: usize, n: usize) {
         debug_assert!(n <= Self::N && at + n <= to.len());
-        // SAFETY: guaranteed by the caller.
+        // SAFETY: guaranteed by the caller. The hint saves the check of `store_part`.
         unsafe {
             if n == Self::N {
                 self.store_at(to, at)
             } else {
-                self.store_part(to.get_unchecked_mut(at..at + n))
+                let part = to.get_unchecked_mut(at..at + n);
+                assert_unchecked(part.len() < Self::N);
+                self.store_part(part)
             }
         }
     }

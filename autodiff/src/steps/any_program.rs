@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 
+use super::checks::{Known, Shape};
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{Array, Graph, Kernel, UniformKernel};
@@ -119,7 +120,11 @@ impl AnyProgram<'_> {
         match &mut self.0 {
             Numbers::Double(program) => program.map_with(kernel, x, uniforms),
             Numbers::Single(program) => program.map_with(kernel, x, uniforms),
-            Numbers::Other(program) => array(program.map_recorded(recorded(&kernel), &x, uniforms)),
+            Numbers::Other(program) => {
+                let shape = Shape::of::<K, I, O>();
+                program.arrays_known().check_map(&x, uniforms, shape);
+                array(program.map_recorded(recorded(&kernel), &x, uniforms))
+            }
         }
     }
 
@@ -167,8 +172,10 @@ impl AnyProgram<'_> {
                 program.map_edges_with(graph, kernel, ends, per_edge, uniforms)
             }
             Numbers::Other(program) => {
-                let kernel = recorded(&kernel);
                 let inputs = [&ends[..], per_edge];
+                let shape = Shape::of::<K, I, O>();
+                (program.arrays_known()).check_edges(graph, inputs, uniforms, shape);
+                let kernel = recorded(&kernel);
                 array(program.map_edges_recorded(graph, kernel, inputs, uniforms, true))
             }
         }
@@ -199,8 +206,10 @@ impl AnyProgram<'_> {
                 program.map_each_edge(graph, kernel, ends, per_edge, uniforms)
             }
             Numbers::Other(program) => {
-                let kernel = recorded(&kernel);
                 let inputs = [&ends[..], per_edge];
+                let shape = Shape::of::<K, I, O>();
+                (program.arrays_known()).check_edges(graph, inputs, uniforms, shape);
+                let kernel = recorded(&kernel);
                 array(program.map_edges_recorded(graph, kernel, inputs, uniforms, false))
             }
         }
@@ -215,7 +224,10 @@ impl AnyProgram<'_> {
         match &mut self.0 {
             Numbers::Double(program) => program.gather(x, indices),
             Numbers::Single(program) => program.gather(x, indices),
-            Numbers::Other(program) => program.gather_any(x, indices),
+            Numbers::Other(program) => {
+                program.arrays_known().check_gather(x, indices);
+                program.gather_any(x, indices)
+            }
         }
     }
 
@@ -234,7 +246,11 @@ impl AnyProgram<'_> {
         match &mut self.0 {
             Numbers::Double(program) => program.weighted(weights, offsets, values, others),
             Numbers::Single(program) => program.weighted(weights, offsets, values, others),
-            Numbers::Other(program) => program.weighted_any(weights, [offsets, values, others]),
+            Numbers::Other(program) => {
+                let arrays = [offsets, values, others];
+                program.arrays_known().check_weighted(weights, arrays);
+                program.weighted_any(weights, arrays)
+            }
         }
     }
 
@@ -270,7 +286,10 @@ impl AnyProgram<'_> {
         array(match &mut self.0 {
             Numbers::Double(program) => program.solve_all(graph, equations),
             Numbers::Single(program) => program.solve_all(graph, equations),
-            Numbers::Other(program) => program.solve_any(graph, equations),
+            Numbers::Other(program) => {
+                program.arrays_known().check_solve(graph, equations);
+                program.solve_any(graph, equations)
+            }
         })
     }
 
@@ -283,7 +302,10 @@ impl AnyProgram<'_> {
         match &mut self.0 {
             Numbers::Double(program) => program.sum_at_nodes(graph, x),
             Numbers::Single(program) => program.sum_at_nodes(graph, x),
-            Numbers::Other(program) => program.sum_at_nodes_any(graph, x),
+            Numbers::Other(program) => {
+                program.arrays_known().check_node_sum(graph, x);
+                program.sum_at_nodes_any(graph, x)
+            }
         }
     }
 }
@@ -297,6 +319,8 @@ fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
 
 /// A program whose number type replays kernels. This trait hides the number type of the program.
 pub(super) trait Replaying {
+    /// The arrays of the program. The other methods do not check theirs.
+    fn arrays_known(&self) -> Known<'_>;
     fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array>;
     fn map_edges_recorded(
         &mut self,
@@ -313,8 +337,13 @@ pub(super) trait Replaying {
 }
 
 impl<R: Real> Replaying for Program<R> {
+    fn arrays_known(&self) -> Known<'_> {
+        self.known()
+    }
+
     fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array> {
-        let outputs = self.map_outputs(x, uniforms, kernel.results());
+        let len = x.first().map_or(0, |x| x.len());
+        let outputs = self.outputs(len, kernel.results());
         let places = Places::elements(&outputs);
         let kernel = ReplayedKernel::new(kernel, places, x, uniforms, &outputs);
         self.operations.push(StepOperation::Replayed(kernel));
@@ -329,7 +358,7 @@ impl<R: Real> Replaying for Program<R> {
         uniforms: &[Array],
         sums: bool,
     ) -> Vec<Array> {
-        let (graph, outputs) = self.edge_outputs(graph, inputs, uniforms, kernel.results(), sums);
+        let (graph, outputs) = self.edge_outputs(graph, kernel.results(), sums);
         let places = Places::edges(&graph, inputs[0].len(), sums);
         let kernel = ReplayedKernel::new(kernel, places, &inputs.concat(), uniforms, &outputs);
         self.operations.push(StepOperation::Replayed(kernel));

@@ -75,6 +75,7 @@ impl CheckpointSchedule {
 
     /// Creates the schedule of a rollout. `state` and `row` are the lengths of a state and of a row, in numbers of type
     /// `R`.
+    #[track_caller]
     pub(super) fn new<R>(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
             leaf: steps,

@@ -12,11 +12,6 @@ impl Rollout<()> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
         };
-        assert!(
-            entries.iter().all(|entry| *entry < len / starts),
-            "the entries are {entries:?}; each must be less than {}, the length of a state",
-            len / starts
-        );
         let interleaved = |&entry: &usize| entry * starts..(entry + 1) * starts;
         entries.iter().flat_map(interleaved).collect()
     }
@@ -45,6 +40,9 @@ impl Rollout<()> {
             }
         }
         recorded.apply_state_bound(&mut seen);
+        if self.is_stopped() {
+            seen.fill(R::lit(f64::NAN));
+        }
         (seen, recorded)
     }
 
@@ -77,6 +75,10 @@ impl Rollout<()> {
                 bound.clip(step, starts, self.cotangent_units.as_deref(), state_bar);
             }
         });
-        std::iter::once(state_bar).chain(parameter_bars).collect()
+        let mut bars: Vec<Vec<R>> = std::iter::once(state_bar).chain(parameter_bars).collect();
+        if self.is_stopped() {
+            bars.iter_mut().for_each(|bars| bars.fill(R::lit(f64::NAN)));
+        }
+        bars
     }
 }

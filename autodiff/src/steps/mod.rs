@@ -15,6 +15,7 @@
 //! times as long. Most operations treat a longer array like any other. Only matrix products differ, because all starts
 //! share the matrices. Other parameters may differ between starts.
 
+mod checks;
 pub(crate) mod operation;
 pub(crate) mod program;
 mod recording;
@@ -39,3 +40,4 @@ pub use cotangent_bound::CotangentBound;
 pub use program::Program;
 pub(crate) use progress::step;
 pub use settings::{Given, Model, Rollout};
+pub(crate) use settings::{check_bounds, check_units};

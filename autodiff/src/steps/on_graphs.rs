@@ -1,12 +1,11 @@
 //! The methods of [`Program`] that record operations on graphs.
 
 use super::any_program::Replaying;
+use super::checks::Shape;
 use super::operation::StepOperation;
 use super::program::Program;
 use super::recording::{arrays, records_kernels};
-use crate::arrays::{
-    Array, EdgeMap, Graph, InLanes, Kernel, MOST_UNKNOWNS, NodeSum, Solve, UniformKernel, triangle,
-};
+use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, NodeSum, Solve, UniformKernel};
 use crate::real::Real;
 use crate::record::recorded;
 
@@ -142,11 +141,13 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
+        let shape = Shape::of::<K, I, O>();
+        (self.known()).check_edges(graph, [&ends, per_edge], uniforms, shape);
         if const { records_kernels::<R>() } && self.records_kernels {
             let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
             return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, SUMS));
         }
-        let (graph, outputs) = self.edge_outputs(graph, [&ends, per_edge], uniforms, O, SUMS);
+        let (graph, outputs) = self.edge_outputs(graph, O, SUMS);
         let outputs = arrays(&outputs);
         let map =
             EdgeMap::<R, K, C, I, O, SUMS>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
@@ -154,30 +155,14 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    /// Checks the inputs of a kernel over edges. Returns the graph of all starts, and an array for each of the `results`
+    /// Returns the graph of all starts, and an array for each of the `results`
     /// results: over the nodes if `sums` is true and the results are summed there, else over the slots.
-    #[track_caller]
     pub(super) fn edge_outputs(
         &mut self,
         graph: &Graph,
-        [ends, per_edge]: [&[Array]; 2],
-        uniforms: &[Array],
         results: usize,
         sums: bool,
     ) -> (Graph, Vec<Array>) {
-        self.assert_uniform(uniforms);
-        self.assert_known(ends);
-        self.assert_known(per_edge);
-        let fits = ends.iter().all(|a| a.len() == graph.nodes());
-        assert!(
-            fits,
-            "map_edges: each array of `ends` must have one number for each node"
-        );
-        let fits = per_edge.iter().all(|a| a.len() == graph.slots());
-        assert!(
-            fits,
-            "map_edges: each array of `per_edge` must have one number for each slot"
-        );
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
         let len = if sums { graph.nodes() } else { graph.slots() };
@@ -278,12 +263,7 @@ impl<R: Real> Program<R> {
     /// If `x` does not have one number for each slot, or belongs to another program.
     #[track_caller]
     pub fn sum_at_nodes(&mut self, graph: &Graph, x: Array) -> Array {
-        self.assert_known(&[x]);
-        assert_eq!(
-            x.len(),
-            graph.slots(),
-            "sum_at_nodes: `x` must have one number for each slot"
-        );
+        self.known().check_node_sum(graph, x);
         let output = self.output(graph.nodes());
         let sum = NodeSum::new(graph, x, output);
         self.operations.push(StepOperation::NodeSum(InLanes(sum)));
@@ -297,29 +277,7 @@ impl<R: Real> Program<R> {
         graph: &Graph,
         [nodes, edges, b, held]: [&[Array]; 4],
     ) -> Vec<Array> {
-        self.assert_known(&[nodes, edges, b, held].concat());
-        let entries = triangle(b.len()).len();
-        assert!(
-            nodes.len() == entries && edges.len() == entries && [0, entries].contains(&held.len()),
-            "solve: blocks for {} unknowns per node have {entries} entries in their lower triangle",
-            b.len()
-        );
-        let fits = |arrays: &[Array], len: usize| arrays.iter().all(|array| array.len() == len);
-        assert!(
-            [nodes, b, held]
-                .iter()
-                .all(|arrays| fits(arrays, graph.nodes())),
-            "solve: each array of `nodes`, `b` and `held` must have one number for each node"
-        );
-        assert!(
-            fits(edges, graph.slots()),
-            "solve: each array of `edges` must have one number for each slot"
-        );
-        assert!(b.len() * graph.nodes() > 0, "solve: there must be unknowns");
-        assert!(
-            held.is_empty() || b.len() <= MOST_UNKNOWNS,
-            "solve: nodes with held directions can have at most {MOST_UNKNOWNS} unknowns"
-        );
+        self.known().check_solve(graph, [nodes, edges, b, held]);
         let x = self.outputs(graph.nodes(), b.len());
         let solve = Solve::new(graph, [nodes, edges, b, held], &x, self.starts);
         self.operations

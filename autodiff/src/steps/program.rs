@@ -1,5 +1,6 @@
 //! The program of a step: declarations and memory layout.
 
+use super::checks::Known;
 use super::operation::StepOperation;
 use crate::arrays::{Array, Matrix, Parameter, RowLayout, TOO_LONG, checked_sum};
 use crate::real::Real;
@@ -92,6 +93,7 @@ impl<R: Real> Program<R> {
     }
 
     /// Declares a parameter: an array of `len` numbers that is the same in all steps.
+    #[track_caller]
     pub fn parameter(&mut self, len: usize) -> Array {
         self.align(true);
         let array = self.allocate(true, len);
@@ -100,6 +102,7 @@ impl<R: Real> Program<R> {
     }
 
     /// Declares a matrix parameter for [`dense`](Program::dense) layers. Its values are given in row-major order.
+    #[track_caller]
     pub fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
         let matrix = Matrix {
             parameter: self.parameters.len(),
@@ -112,6 +115,7 @@ impl<R: Real> Program<R> {
 
     /// Declares a part of the state: an array of `len` numbers that each step passes to the next. The step must call
     /// [`advance`](Program::advance) for it.
+    #[track_caller]
     pub fn state(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.states.push(array);
@@ -121,6 +125,7 @@ impl<R: Real> Program<R> {
 
     /// Declares an input: `len` constants for each step, taken from [`Rollout::inputs`](crate::Rollout::inputs). Inputs
     /// carry no derivatives. If you need derivatives, declare a [control](Program::control).
+    #[track_caller]
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
@@ -167,6 +172,7 @@ impl<R: Real> Program<R> {
     ///     assert!((a - b).abs() < 1e-15);
     /// }
     /// ```
+    #[track_caller]
     pub fn control(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.parameters
@@ -189,7 +195,7 @@ impl<R: Real> Program<R> {
     pub fn advance(&mut self, state: Array, next: Array) {
         let part = self.states.iter().position(|s| *s == state);
         let part = part.expect("advance: `state` must be a part of the state");
-        self.assert_known(&[next]);
+        self.known().check(&[next]);
         assert_eq!(
             state.len, next.len,
             "advance: `state` and `next` must have the same length"
@@ -201,19 +207,23 @@ impl<R: Real> Program<R> {
         );
     }
 
+    /// Returns the arrays of this program, for checks.
+    pub(super) fn known(&self) -> Known<'_> {
+        Known(&self.arrays)
+    }
+
     /// # Panics
-    /// If an array does not belong to this program. This check is needed because steps read the inputs of operations
-    /// without bounds checks.
+    /// If a part of the state was not advanced.
     #[track_caller]
-    pub(super) fn assert_known(&self, arrays: &[Array]) {
-        let known = |array: &Array| self.arrays.get(array.id) == Some(array);
+    pub(crate) fn assert_advanced(&self) {
         assert!(
-            arrays.iter().all(known),
-            "an array belongs to another program; use only arrays that this program returned"
+            self.next.iter().all(Option::is_some),
+            "a part of the state is never advanced; call `Program::advance` for each part"
         );
     }
 
     /// Allocates an array after all other parameters, or after all other arrays of the row.
+    #[track_caller]
     fn allocate(&mut self, parameter: bool, len: usize) -> Array {
         let starts = self.starts;
         let len = len.checked_mul(starts).expect(TOO_LONG);
@@ -231,23 +241,31 @@ impl<R: Real> Program<R> {
     }
 
     /// Makes the next array begin at a multiple of the lane count.
+    #[track_caller]
     pub(super) fn align(&mut self, parameter: bool) {
         let end = &mut self.ends[usize::from(!parameter)];
         *end = checked_sum(0, end.next_multiple_of(lanes::<R>()));
     }
 
     /// Allocates adjacent arrays for the outputs of an operation.
+    #[track_caller]
     pub(super) fn outputs(&mut self, len: usize, count: usize) -> Vec<Array> {
         self.align(false);
-        (0..count).map(|_| self.allocate(false, len)).collect()
+        let mut outputs = Vec::with_capacity(count);
+        for _ in 0..count {
+            outputs.push(self.allocate(false, len));
+        }
+        outputs
     }
 
     /// Allocates an array at the end of the row, directly after the last array.
+    #[track_caller]
     pub(super) fn unaligned_output(&mut self, len: usize) -> Array {
         self.allocate(false, len)
     }
 
     /// Allocates an array for the output of an operation.
+    #[track_caller]
     pub(super) fn output(&mut self, len: usize) -> Array {
         self.align(false);
         self.allocate(false, len)

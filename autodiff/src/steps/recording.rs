@@ -1,6 +1,7 @@
 //! The methods of [`Program`] that record operations.
 
 use super::any_program::Replaying;
+use super::checks::Shape;
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
@@ -56,10 +57,12 @@ impl<R: Real> Program<R> {
     where
         K: UniformKernel<I, O>,
     {
+        let shape = Shape::of::<K, I, O>();
+        let len = self.known().check_map(&x, uniforms, shape);
         if const { records_kernels::<R>() } && self.records_kernels {
             return arrays(&self.map_recorded(recorded(&kernel), &x, uniforms));
         }
-        let outputs = arrays(&self.map_outputs(&x, uniforms, O));
+        let outputs = arrays(&self.outputs(len, O));
         let map = Map::new(kernel, x, uniforms, outputs);
         self.push_kernel(Box::new(InLanes(map)));
         outputs
@@ -67,35 +70,6 @@ impl<R: Real> Program<R> {
 
     pub(super) fn push_kernel(&mut self, kernel: Box<dyn Operation<R>>) {
         self.operations.push(StepOperation::Kernel(kernel));
-    }
-
-    #[track_caller]
-    pub(super) fn assert_uniform(&self, arrays: &[Array]) {
-        self.assert_known(arrays);
-        let is_one = arrays.iter().all(|array| array.len() == 1);
-        assert!(is_one, "each uniform input must be an array of one number");
-    }
-
-    /// Checks the inputs of a kernel and allocates an array for each of its `results` results.
-    #[track_caller]
-    pub(super) fn map_outputs(
-        &mut self,
-        x: &[Array],
-        uniforms: &[Array],
-        results: usize,
-    ) -> Vec<Array> {
-        self.assert_uniform(uniforms);
-        self.assert_known(x);
-        let len = x
-            .first()
-            .expect("map: the kernel must have at least one input")
-            .len();
-        assert!(results > 0, "map: the kernel must have at least one result");
-        assert!(
-            x.iter().all(|a| a.len() == len),
-            "map: all input arrays must have the same length"
-        );
-        self.outputs(len, results)
     }
 
     /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined into one vector.
@@ -145,8 +119,8 @@ impl<R: Real> Program<R> {
         places: &[bool],
         tanh: bool,
     ) -> Array {
-        self.assert_known(x);
-        self.assert_known(&[bias]);
+        self.known().check(x);
+        self.known().check(&[bias]);
         self.assert_known_matrix(matrix);
         let columns: usize = x.iter().map(|a| a.len()).sum();
         assert_eq!(
@@ -187,11 +161,7 @@ impl<R: Real> Program<R> {
     /// If an index is out of range, or the array belongs to another program.
     #[track_caller]
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
-        self.assert_known(&[x]);
-        assert!(
-            indices.iter().flatten().all(|&i| i < x.len()),
-            "gather: each index must be less than the length of `x`"
-        );
+        self.known().check_gather(x, indices);
         let output = self.output(indices.len());
         self.operations
             .push(StepOperation::Gather(InLanes(Gather::new(
@@ -236,16 +206,16 @@ impl<R: Real> Program<R> {
         values: &[Array],
         others: &[Array],
     ) -> [Array; 2] {
-        let weighed = [offsets, values].concat();
-        self.assert_known(&[&[weights][..], &weighed, others].concat());
-        assert!(
-            weighed.iter().all(|array| array.len() == weights.len()),
-            "weighted: each array of `offsets` and `values` must be as long as `weights`"
-        );
+        (self.known()).check_weighted(weights, [offsets, values, others]);
         let appended: usize = others.iter().map(|array| array.len()).sum();
         self.align(false);
-        let lengths = [weighed.len() * weights.len() + appended, offsets.len(), 1];
-        let outputs = lengths.map(|len| self.unaligned_output(len));
+        let first =
+            self.unaligned_output((offsets.len() + values.len()) * weights.len() + appended);
+        let outputs = [
+            first,
+            self.unaligned_output(offsets.len()),
+            self.unaligned_output(1),
+        ];
         let operation = Weighted::new(weights, [offsets, values], others, outputs);
         self.operations
             .push(StepOperation::Weighted(InLanes(operation)));

@@ -16,9 +16,8 @@ impl<R: Real> Program<R> {
     /// If a part of the state was not advanced.
     #[track_caller]
     pub(crate) fn finish(mut self) -> Self {
-        let next: Option<Vec<Array>> = self.next.iter().copied().collect();
-        let next = next
-            .expect("a part of the state is never advanced; call `Program::advance` for each part");
+        self.assert_advanced();
+        let next: Vec<Array> = self.next.iter().copied().flatten().collect();
         self.layout = RowLayout::new(&self.states, &next, self.ends[1]);
         let share = self.layout.stride.div_ceil(self.operations.len().max(1));
         self.prefetch_len = share.next_multiple_of(Aligned::<R>::LINE);

@@ -1,6 +1,7 @@
 //! Models and the settings of their rollouts.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::checkpoints::Memory;
 use super::cotangent_bound::CotangentBound;
@@ -76,6 +77,15 @@ pub struct Rollout<M> {
     pub cotangent_units: Option<Arc<[f64]>>,
     /// How much memory to use for the reverse sweep.
     pub memory: Memory,
+    /// A flag that another thread may set to stop the rollout. The rollout looks at it before every step, forward and in
+    /// reverse. Once the flag is set, all steps are left out, and all outputs and all cotangents are NaN.
+    pub stop: Option<Arc<AtomicBool>>,
+}
+
+/// True if a flag is given and set.
+pub(super) fn is_set(flag: &Option<Arc<AtomicBool>>) -> bool {
+    // The flag orders no other memory: after the rollout, its caller looks at the flag again.
+    (flag.as_ref()).is_some_and(|flag| flag.load(Ordering::Relaxed))
 }
 
 /// The values of one parameter in a batch of rollouts.
@@ -102,6 +112,7 @@ impl<M: Model> Rollout<M> {
             cotangent_bound: None,
             cotangent_units: None,
             memory: Memory::All,
+            stop: None,
         }
     }
 
@@ -117,14 +128,23 @@ impl<M: Model> Rollout<M> {
             cotangent_bound: self.cotangent_bound,
             cotangent_units: self.cotangent_units.clone(),
             memory: self.memory,
+            stop: self.stop.clone(),
         }
     }
 }
 
 impl Rollout<()> {
-    /// Checks the settings. `inputs` is the number of inputs of a step.
+    /// True if another thread asks the rollout to stop.
+    pub(super) fn is_stopped(&self) -> bool {
+        is_set(&self.stop)
+    }
+
+    /// Checks the settings. `inputs` is the number of inputs of a step, `state` the length of a state.
+    ///
+    /// # Panics
+    /// If a setting does not fit the model.
     #[track_caller]
-    pub(super) fn check(&self, inputs: usize) {
+    pub(super) fn check(&self, inputs: usize, state: usize) {
         assert!(
             self.observed.is_sorted(),
             "`observed` is {:?}; the steps must be in ascending order",
@@ -143,18 +163,45 @@ impl Rollout<()> {
             self.steps,
             self.inputs.len()
         );
-        if let Some(bound) = self.state_bound {
+        check_bounds(self.state_bound, self.cotangent_bound);
+        check_units(self.cotangent_units.as_deref(), state);
+        if let Some(entries) = &self.entries {
             assert!(
-                bound >= 0.0,
-                "`state_bound` is {bound}; it must be 0 or more"
+                entries.iter().all(|&entry| entry < state),
+                "the entries are {entries:?}; each must be less than {state}, the length of a state"
             );
         }
-        if let Some(CotangentBound { norm, every }) = self.cotangent_bound {
-            assert!(
-                norm >= 0.0 && every > 0,
-                "`cotangent_bound` has `norm` = {norm} and `every` = {every}; \
-                 `norm` must be 0 or more, and `every` 1 or more"
-            );
-        }
+    }
+}
+
+/// # Panics
+/// If a bound is negative or NaN, or [`CotangentBound::every`] is 0.
+#[track_caller]
+pub(crate) fn check_bounds(state: Option<f64>, cotangent: Option<CotangentBound>) {
+    if let Some(bound) = state {
+        assert!(
+            bound >= 0.0,
+            "`state_bound` is {bound}; it must be 0 or more"
+        );
+    }
+    if let Some(CotangentBound { norm, every }) = cotangent {
+        assert!(
+            norm >= 0.0 && every > 0,
+            "`cotangent_bound` has `norm` = {norm} and `every` = {every}; \
+             `norm` must be 0 or more, and `every` 1 or more"
+        );
+    }
+}
+
+/// # Panics
+/// If there are units, but not one for each number of the state.
+#[track_caller]
+pub(crate) fn check_units(units: Option<&[f64]>, state: usize) {
+    if let Some(units) = units {
+        let count = units.len();
+        assert!(
+            count == state,
+            "`cotangent_units` has {count} numbers; it must have {state}, one for each number of the state"
+        );
     }
 }

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::checkpoints::CheckpointSchedule;
 use super::program::Program;
 use super::progress::begin_step;
-use super::settings::{Recorder, Rollout};
+use super::settings::{Recorder, Rollout, is_set};
 use super::watch::Watch;
 use crate::arrays::Aligned;
 use crate::pool;
@@ -29,6 +30,8 @@ pub(super) struct Stepper<R: Real> {
     inputs: Arc<[f64]>,
     /// The check of all states except the start against the rollout's bound; `None` if the rollout has no bound.
     watch: Option<Watch<R>>,
+    /// The flag that stops the rollout: while it is set, no step is computed.
+    stop: Option<Arc<AtomicBool>>,
 }
 
 impl<R: Real> Stepper<R> {
@@ -39,7 +42,7 @@ impl<R: Real> Stepper<R> {
         let mut program = Program::side_by_side(starts.count);
         record(&mut program);
         let mut program = program.finish();
-        rollout.check(program.inputs_len);
+        rollout.check(program.inputs_len, program.state_len() / starts.count);
         let mut parameters = program.parameters();
         let (start, given) = inputs.split_first().expect("input 0 is the initial state");
         assert_eq!(
@@ -55,6 +58,7 @@ impl<R: Real> Stepper<R> {
             parameters,
             inputs: rollout.inputs.clone(),
             watch: rollout.state_bound.map(Watch::new),
+            stop: rollout.stop.clone(),
         }
     }
 
@@ -78,6 +82,9 @@ impl<R: Real> Stepper<R> {
 
     /// Runs a step and prefetches the row `soon`. The new state is written to the beginning of the next row.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
+        if is_set(&self.stop) {
+            return;
+        }
         begin_step(step);
         self.program.set_inputs(row, &self.inputs, step);
         self.program.step(&self.parameters, row, soon);
@@ -299,6 +306,9 @@ impl<R: Real> Recorded<R> {
         let stepper = &mut self.stepper;
         let (stride, len) = (stepper.program.stride(), stepper.program.row_len());
         for step in steps.clone().rev() {
+            if is_set(&stepper.stop) {
+                return;
+            }
             let place = (step - steps.start) * stride;
             let soon = self.rows[place.saturating_sub(stride)..].as_ptr();
             let row = &self.rows[place..][..len];

@@ -40,7 +40,7 @@
 //! let printed = print(&Pendulum, &Options::default())?;
 //! assert!(printed.source().contains("fn forward("));
 //! assert!(printed.source().contains("fn reverse("));
-//! assert_eq!(printed.state, 2);
+//! assert_eq!(printed.state(), 2);
 //! # Ok::<(), autodiff::wgsl::Refused>(())
 //! ```
 //!
@@ -80,7 +80,9 @@ pub use printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
 ///
 /// # Panics
 /// Like [`AnyProgram`](crate::AnyProgram) on kernels that cannot be recorded; if a part of the state is not advanced; and
-/// if an index of `options` is too large.
+/// if `options` do not fit the model: an index that is too large, an empty workgroup, no kept step, a negative bound, or
+/// not one unit for each number of the state.
+#[track_caller]
 pub fn print(model: &impl Model, options: &Options) -> Result<Printed, Refused> {
     let mut program = Program::<Symbol>::of_recordings();
     model.record(&mut program);

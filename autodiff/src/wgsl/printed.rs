@@ -5,7 +5,7 @@ use std::fmt::{self, Display};
 use std::sync::Arc;
 
 use super::memory::Placed;
-use crate::steps::CotangentBound;
+use crate::steps::{CotangentBound, check_bounds, check_units};
 
 /// The number of workgroups in a row of a dispatch: member `m` is the workgroup with `x + GROUPS_IN_A_ROW y = m`.
 pub const GROUPS_IN_A_ROW: usize = 32768;
@@ -50,6 +50,37 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Checks the options for a program with this many parameters and numbers in a state. A device would run the text
+    /// without these checks.
+    ///
+    /// # Panics
+    /// If an option does not fit the program.
+    #[track_caller]
+    pub(super) fn check(&self, parameters: usize, state: usize) {
+        for (name, list) in [("common", &self.common), ("wanted", &self.wanted)] {
+            assert!(
+                list.iter().all(|&parameter| parameter < parameters),
+                "`{name}` is {list:?}; each must be less than {parameters}, the number of parameters"
+            );
+        }
+        if let Some(entries) = &self.entries {
+            assert!(
+                entries.iter().all(|&entry| entry < state),
+                "`entries` is {entries:?}; each must be less than {state}, the length of a state"
+            );
+        }
+        assert!(
+            self.workgroup > 0 && self.kept > 0,
+            "`workgroup` is {} and `kept` is {}; both must be 1 or more",
+            self.workgroup,
+            self.kept
+        );
+        check_bounds(self.state_bound, self.cotangent_bound);
+        check_units(self.cotangent_units.as_deref(), state);
+    }
+}
+
 /// A program as text, and what a caller needs to know to run it.
 ///
 /// # Entry points
@@ -88,31 +119,68 @@ impl Default for Options {
 /// | 9 | `spilled` | numbers of a step that do not fit the memory of a workgroup: [`spilled`](Self::spilled) for each member |
 #[derive(Clone, Debug)]
 pub struct Printed {
+    // A device runs the text without checks of indices, in buffers of these lengths. So none of the fields is public.
     pub(super) source: String,
-    /// How many numbers a state has.
-    pub state: usize,
-    /// How many numbers of a state are observed.
-    pub entries: usize,
-    /// How many inputs a step has.
-    pub inputs: usize,
-    /// The parameters, in their order of declaration.
-    pub parameters: Vec<Placed>,
-    /// The lengths of a member's part of `own`, of `of_all`, and of a member's part of `bars`.
-    pub lengths: [usize; 3],
-    /// The whole numbers that the program reads.
-    pub table: Vec<u32>,
-    /// The memory of a workgroup that `forward` and `reverse` need, in bytes.
-    pub memory: [usize; 2],
-    /// How many numbers of a step each member has in the buffer `spilled`.
-    pub spilled: usize,
-    /// The number of barriers in a step of `forward`, and of `reverse`.
-    pub barriers: [usize; 2],
+    pub(super) state: usize,
+    pub(super) entries: usize,
+    pub(super) inputs: usize,
+    pub(super) parameters: Vec<Placed>,
+    pub(super) lengths: [usize; 3],
+    pub(super) table: Vec<u32>,
+    pub(super) memory: [usize; 2],
+    pub(super) spilled: usize,
+    pub(super) barriers: [usize; 2],
 }
 
 impl Printed {
     /// The text.
     pub fn source(&self) -> &str {
         &self.source
+    }
+
+    /// How many numbers a state has.
+    pub fn state(&self) -> usize {
+        self.state
+    }
+
+    /// How many numbers of a state are observed.
+    pub fn entries(&self) -> usize {
+        self.entries
+    }
+
+    /// How many inputs a step has.
+    pub fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// The parameters, in their order of declaration.
+    pub fn parameters(&self) -> &[Placed] {
+        &self.parameters
+    }
+
+    /// The lengths of a member's part of `own`, of `of_all`, and of a member's part of `bars`.
+    pub fn lengths(&self) -> [usize; 3] {
+        self.lengths
+    }
+
+    /// The whole numbers that the program reads.
+    pub fn table(&self) -> &[u32] {
+        &self.table
+    }
+
+    /// The memory of a workgroup that `forward` and `reverse` need, in bytes.
+    pub fn memory(&self) -> [usize; 2] {
+        self.memory
+    }
+
+    /// How many numbers of a step each member has in the buffer `spilled`.
+    pub fn spilled(&self) -> usize {
+        self.spilled
+    }
+
+    /// The number of barriers in a step of `forward`, and of `reverse`.
+    pub fn barriers(&self) -> [usize; 2] {
+        self.barriers
     }
 
     /// The program with another text.

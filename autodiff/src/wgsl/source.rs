@@ -42,7 +42,11 @@ struct Plan {
 @group(0) @binding(9) var<storage, read_write> spilled: array<f32>;
 ";
 
+#[track_caller]
 pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Printed, Refused> {
+    program.assert_advanced();
+    let state = program.states.iter().map(|part| part.len).sum();
+    options.check(program.parameters.len(), state);
     if !program.controls.is_empty() {
         return Err(Refused("it has a control".to_owned()));
     }
@@ -127,10 +131,6 @@ impl<'a> Step<'a> {
             .entries
             .clone()
             .unwrap_or_else(|| (0..state).collect());
-        assert!(
-            entries.iter().all(|&entry| entry < state),
-            "wgsl: an entry is larger than the state, which has {state} numbers"
-        );
         Self {
             program,
             state,
@@ -142,7 +142,8 @@ impl<'a> Step<'a> {
     /// The parts of the state, with the array of the next value and the first number in the state.
     fn parts(&self) -> impl Iterator<Item = (Array, Array, usize)> + '_ {
         let next = self.program.next.iter();
-        let next = next.map(|next| next.expect("every part of the state must be advanced"));
+        let next = next
+            .map(|next| next.expect("`print` checked that every part of the state is advanced"));
         let parts = self.program.states.iter().zip(next);
         parts.scan(0, |end, (&part, next)| {
             *end += part.len;

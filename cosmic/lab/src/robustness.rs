@@ -116,6 +116,8 @@ pub struct DrawnDomains {
     pub seed: u64,
     /// The scene in which all designs are simulated; if `None`, each design is simulated in its own scene.
     pub scene: Option<Scene>,
+    /// Settings that change the scenes, in the form of [`Scene::set`].
+    pub settings: Vec<String>,
     /// The laws and losses that the scenes of the designs may name.
     pub registry: Registry,
     /// The device that simulates the designs, in single precision; `None` for the processor.
@@ -143,6 +145,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         Some(scene) => scene.clone(),
         None => run::read_scene(folder, &trial.registry)?,
     };
+    let scene = scene.set(&trial.settings)?;
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
     let mut codesign = CoDesign::new(&scene)?;
     if let Some(device) = &trial.device {

@@ -13,6 +13,10 @@ use cosmic_lab::verify::check_gradients;
 ///
 /// The loss is that of the scene; a design uses the scene beside it. For a reference case the loss is the displacement
 /// of the payload after the last step.
+///
+/// A robot that stands still has no gradient, because its feet stick to the ground. Then the slopes are those of the
+/// same robot thrown up and forward, and the output says so. If a group of parameters has no gradient even then, nothing
+/// could be compared, and the check fails.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]

@@ -1,5 +1,6 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the first of these signals asks a run to stop, the second ends the process at once.
+//! Ctrl-C, SIGTERM, SIGHUP and SIGUSR1, which schedulers send before the time is up: the first of these signals asks a run to stop, the second ends the process at once.
 
+use crate::output::note;
 use cosmic::error::{Error, Result};
 use std::process;
 use std::sync::Arc;
@@ -10,11 +11,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Starts to listen for the signals.
+    /// Starts to listen for the signals. Unless `quiet` is true, the first signal is answered at once.
     ///
     /// # Errors
     /// [`Error::Usage`] if the signal handler cannot be installed.
-    pub(super) fn listen() -> Result<Self> {
+    pub(super) fn listen(quiet: bool) -> Result<Self> {
         let asked = Arc::new(AtomicBool::new(false));
         let heard = Arc::clone(&asked);
         let on_signal = move || {
@@ -22,14 +23,42 @@ impl Interrupt {
                 // Ending at once loses little: the run can be resumed from its last snapshot.
                 process::exit(75);
             }
+            if !quiet {
+                note(
+                    "stopping: what is running is saved after its current time step, so that it can be resumed; press \
+                     Ctrl-C again to end now",
+                );
+            }
         };
         ctrlc::set_handler(on_signal)
             .map_err(|error| Error::Usage(format!("cannot install the signal handler: {error}")))?;
+        #[cfg(unix)]
+        listen_for_usr1(&asked)?;
         Ok(Self(asked))
+    }
+
+    /// The flag that the first signal sets.
+    pub(super) fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
     }
 
     /// True after the first signal.
     pub(super) fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+}
+
+/// Lets SIGUSR1 do what the other signals do.
+///
+/// # Errors
+/// [`Error::Usage`] if the signal handler cannot be installed.
+#[cfg(unix)]
+fn listen_for_usr1(asked: &Arc<AtomicBool>) -> Result<()> {
+    use signal_hook::consts::SIGUSR1;
+    use signal_hook::flag;
+    // The first function ends the process if the flag is set already, so it must run first.
+    flag::register_conditional_shutdown(SIGUSR1, 75, Arc::clone(asked))
+        .and_then(|_| flag::register(SIGUSR1, Arc::clone(asked)))
+        .map(|_| ())
+        .map_err(|error| Error::Usage(format!("cannot install the signal handler: {error}")))
 }

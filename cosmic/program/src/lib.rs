@@ -8,6 +8,7 @@ mod interrupt;
 mod progress;
 mod runs;
 mod source;
+mod cost;
 mod device;
 mod optimize;
 mod resume;
@@ -28,7 +29,7 @@ mod completions;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use cosmic::Registry;
-use cosmic::error::Result;
+use cosmic::error::{Error, Result};
 use cosmic::lattice::Truss;
 use cosmic::laws::Choice;
 use cosmic::objective::Loss;
@@ -40,7 +41,7 @@ use std::ffi::OsString;
 use std::fmt::{self, Debug, Formatter};
 use std::process::ExitCode;
 
-/// Designs truss robots: optimises structure, material and neural control together.
+/// Design a walking robot: its bars, their materials and its controller together.
 #[derive(Debug, Parser)]
 #[command(name = "cosmic", version, arg_required_else_help = true)]
 struct Cli {
@@ -70,6 +71,11 @@ enum Command {
 
 impl Command {
     fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+        self.carry_out(registry, gpu)
+            .map_err(|error| or_scene(error, registry))
+    }
+
+    fn carry_out(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
         match self {
             Command::Optimize(arguments) => arguments.run(registry, gpu),
             Command::Resume(arguments) => arguments.run(registry, gpu),
@@ -88,6 +94,21 @@ impl Command {
             Command::Devices(arguments) => arguments.run(gpu),
             Command::Completions(arguments) => arguments.run(command(registry)),
         }
+    }
+}
+
+/// Explains an error about a folder that does not exist if its name is that of a scene: the command needs a run.
+fn or_scene(error: Error, registry: &Registry) -> Error {
+    let Error::Read { path, .. } = &error else {
+        return error;
+    };
+    let name = path.display().to_string();
+    match registry.scene(&name) {
+        Some(_) if !path.exists() => Error::Usage(format!(
+            "`{name}` is a scene, but this command needs a run; make one with: cosmic optimize {name}, then name its \
+             folder, runs/{name}-0"
+        )),
+        _ => error,
     }
 }
 

@@ -1,6 +1,7 @@
 //! `cosmic optimize`.
 
 use crate::arguments::{Settings, Work, count, seed};
+use crate::cost::Cost;
 use crate::device::{Gpu, On};
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
@@ -60,10 +61,12 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
-/// Returns the lines to print before a run: a description of the world in one line, and warnings about settings that
-/// are probably a mistake.
-fn introduction(plan: &RunPlan) -> Vec<String> {
+/// Returns the lines to print before a run: a description of the robot, of the world and of the cost, each in one line,
+/// and warnings about settings that are probably a mistake.
+fn introduction(plan: &RunPlan) -> Result<Vec<String>> {
+    let robot = format!("robot: {}", plan.scene.robot());
     let world = format!("world: {}", plan.scene.world());
+    let cost = format!("cost: {}", Cost::of_plan(plan)?);
     let doubts = plan.scene.doubts().into_iter();
     let doubts = doubts.map(|doubt| format!("warning: {doubt}"));
     let changed = plan.scene.changed().into_iter();
@@ -73,7 +76,8 @@ fn introduction(plan: &RunPlan) -> Vec<String> {
             "warning: this setting has no effect: it is read only with --search halving ({key} = {value})"
         )
     });
-    [world].into_iter().chain(doubts).chain(unread).collect()
+    let lines = [robot, world, cost].into_iter();
+    Ok(lines.chain(doubts).chain(unread).collect())
 }
 
 /// The scene in which the robot is optimised, and its source.
@@ -114,7 +118,7 @@ impl Arguments {
             &folder,
             registry,
             &self.work,
-            introduction(&plan),
+            introduction(&plan)?,
             |observer| match robot {
                 None => optimise_on(device, &folder, &plan, observer),
                 Some((design, controller)) => {

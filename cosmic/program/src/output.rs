@@ -64,7 +64,9 @@ pub(super) fn see_again(diverged: &Path) -> String {
 
 /// Converts an item of a verdict to text, in the colour of its level if standard output is a terminal.
 pub(super) fn in_colour(item: &Item) -> String {
-    let has_colours = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+    let is_plain = is_dumb || std::env::var_os("NO_COLOR").is_some();
+    let has_colours = io::stdout().is_terminal() && !is_plain;
     let colour = match item.level {
         _ if !has_colours => return item.text.clone(),
         Level::Good => 32,

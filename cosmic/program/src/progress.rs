@@ -3,7 +3,7 @@
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
 use crate::output::{counted, metres, note, unreliable};
-use cosmic::codesign::Record;
+use cosmic::codesign::{Phase, Record};
 use cosmic::record::{Observer, Run};
 use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
 use cosmic_lab::table::clock;
@@ -11,7 +11,8 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::mem;
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Without bars, a line is printed whenever this many iterations are done.
@@ -26,6 +27,8 @@ pub(super) struct Progress {
     interrupt: Interrupt,
     /// The lines to print when the first run begins.
     introduction: Vec<String>,
+    /// What was said [about](about) phases so far.
+    explained: Vec<&'static str>,
     /// The active runs, by their seeds.
     runs: BTreeMap<u64, Shown>,
 }
@@ -42,6 +45,22 @@ struct Shown {
     skipped: usize,
 }
 
+/// Says what a phase does, so that a distance that falls does not look like a failure.
+fn about(phase: Phase) -> &'static str {
+    match phase {
+        Phase::CoDesign => {
+            "co-design: bars, materials and controller change together; bars are still mixtures of materials, so the \
+             distances are not those of a robot that can be built"
+        }
+        Phase::Attraction => {
+            "attraction: every bar moves towards one material; the distance may fall meanwhile"
+        }
+        Phase::Snap | Phase::FineTuning => {
+            "fine-tuning: every bar has one material now, and the controller learns to walk with this robot"
+        }
+    }
+}
+
 impl Progress {
     pub(super) fn new(output: &Output, interrupt: Interrupt, introduction: Vec<String>) -> Self {
         let bars = MultiProgress::new();
@@ -53,6 +72,7 @@ impl Progress {
             bars,
             interrupt,
             introduction,
+            explained: Vec::new(),
             runs: BTreeMap::new(),
         }
     }
@@ -90,6 +110,7 @@ impl Shown {
         let displacement = match self.displacement {
             None => "- m".to_owned(),
             Some(x) if x.is_nan() => "diverged".to_owned(),
+            Some(x) if record.phase.is_undecided() => format!("{x:.3} m (undecided)"),
             Some(x) => format!("{x:.3} m"),
         };
         let (volume, actuators) = (record.volume, record.actuator_volume);
@@ -117,6 +138,11 @@ impl Observer for Progress {
     fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
         let shown = self.runs.get_mut(&run.plan().seed);
         let line = shown.and_then(|shown| shown.iteration(record));
+        let about = about(record.phase);
+        if !self.quiet && !self.explained.contains(&about) {
+            self.explained.push(about);
+            self.bars.suspend(|| note(about));
+        }
         if let Some(line) = line.filter(|_| !self.quiet && self.bars.is_hidden()) {
             note(&line);
         }
@@ -137,8 +163,8 @@ impl Observer for Progress {
         }
     }
 
-    fn is_stopped(&self) -> bool {
-        self.interrupt.is_asked()
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        Some(self.interrupt.flag())
     }
 }
 
@@ -193,6 +219,10 @@ impl Many {
 }
 
 impl Overseer for Many {
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        Some(self.interrupt.flag())
+    }
+
     fn is_stopped(&self) -> bool {
         self.interrupt.is_asked()
     }
@@ -225,7 +255,7 @@ pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
 pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {
-            let median = metres(summary.displacement_p50);
+            let median = metres(summary.displacement_robust_p50);
             let verdict = unreliable(summary.reliability.as_ref());
             format!("{median}{verdict}  {:.1} s", summary.seconds)
         }

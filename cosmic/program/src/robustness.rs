@@ -1,8 +1,9 @@
 //! `cosmic robustness`.
 
-use crate::arguments::{Settings, number, seed, whole};
+use crate::arguments::{Settings, Work, number, seed, whole};
 use crate::device::{Gpu, On};
-use crate::output::print_as;
+use crate::output::answer;
+use crate::runs;
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
@@ -46,9 +47,8 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
     #[command(flatten)]
     on: On,
-    /// Write JSON to standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: Work,
 }
 
 /// The largest relative change that the user may ask for. It is below 1, so that positive numbers stay positive.
@@ -71,22 +71,23 @@ impl Arguments {
             stiffness: self.stiffness,
             mass: self.mass,
         };
-        let reason = "there is no scene to change; name one with --scene";
         let domains = DrawnDomains {
             scatter,
             seed: self.seed,
             scene: match &self.scene {
-                Some(name) => Some(self.settings.load(name, registry)?),
-                None => self.settings.refuse(reason).map(|()| None)?,
+                Some(name) => Some(registry.load(name)?),
+                None => None,
             },
+            settings: self.settings.set.clone(),
             registry: registry.clone(),
-            device: self.on.open(gpu, None)?,
+            device: self.on.open(gpu, self.work.threads)?,
         };
-        let found = measure(&self.runs, &domains)?;
+        let pool = runs::pool(self.work.threads)?;
+        let found = pool.install(|| measure(&self.runs, &domains))?;
         if let Some(path) = &self.out {
             found.write(path)?;
         }
-        print_as(self.json, &found, &found.table().to_text())?;
+        answer(&self.work.output, &found, &found.table().to_text())?;
         judge(&found.runs)
     }
 }

@@ -8,17 +8,22 @@ use cosmic::Registry;
 use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::geometry::Range;
+use cosmic::record::run::read_scene;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
+use cosmic::scene::{Scene, SkeletonPart};
 use cosmic::simulator::Energy;
 use cosmic::verdict::Verdict;
-use cosmic_lab::report::{departures, verdict_of};
+use cosmic_lab::report::verdict_of;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
 use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
+
+/// The built-in scene of robots that consist of parts.
+const OF_PARTS: &str = "workshop";
 
 /// Calls `work`, which does the run in `folder`, and prints the run's summary. The lines of `introduction` are printed
 /// when the run begins.
@@ -33,7 +38,7 @@ pub(super) fn carry_out(
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
 ) -> Result<()> {
     let pool = pool(*threads)?;
-    let mut progress = Progress::new(output, Interrupt::listen()?, introduction);
+    let mut progress = Progress::new(output, Interrupt::listen(output.quiet)?, introduction);
     let done = pool.install(|| work(&mut progress));
     drop(progress);
     let diverged = folder.join(DIVERGED);
@@ -48,11 +53,11 @@ pub(super) fn carry_out(
     }
     let summary = done?;
     show(folder, &summary, registry, output)?;
-    match summary.displacement_p50 {
+    match summary.displacement_robust_p50 {
         Some(_) => Ok(()),
         None => Err(Error::NoFigure(format!(
-            "{}: there is no median displacement: the final robot walks from its unperturbed start but \
-             diverges from perturbed starts (displacement_p50 is null in {SUMMARY})",
+            "{}: there is no median displacement: the final robot walks as designed, but robots that vary a little \
+             diverge (displacement_robust_p50 is null in {SUMMARY})",
             folder.display()
         ))),
     }
@@ -87,7 +92,27 @@ fn show(folder: &Path, summary: &Summary, registry: &Registry, output: &Output) 
     }
     // The run is done, so a scene that somebody has removed since is not an error.
     let verdict = verdict_of(folder, summary, registry).ok();
-    print(&describe(folder, summary, verdict.as_ref()))
+    print(&describe(folder, summary, verdict.as_ref()))?;
+    note(&next(folder, registry));
+    Ok(())
+}
+
+/// The commands that a user probably runs next.
+fn next(folder: &Path, registry: &Registry) -> String {
+    let run = in_shell(folder);
+    let mut text = format!(
+        "next: cosmic report {run} writes a page on which the robot walks\n      cosmic robustness {run} tells how far \
+         it walks in other worlds"
+    );
+    // A robot of plain numbers shows what is possible; a robot of parts can be built.
+    let has_parts = |scene: Scene| scene.materials.parts.skeleton != SkeletonPart::Numbers;
+    let is_of_parts = read_scene(folder, registry).is_ok_and(has_parts);
+    if !is_of_parts && registry.scene(OF_PARTS).is_some() {
+        text += &format!(
+            "\n      cosmic optimize {OF_PARTS} designs a robot of tubes and cylinders that can be built"
+        );
+    }
+    text
 }
 
 /// Describes the robot in a few lines: how its bars are connected, how they are loaded, whether it moves, and how far
@@ -115,12 +140,12 @@ fn robot(summary: &Summary) -> String {
     if let Some(loads) = &summary.loads {
         let Range { low, high } = loads.strains;
         text += &format!(
-            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at \
-             most; bars cross each other {:.0} % of the time{}\n",
+            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N and {:.2} m/s at most, {:.3} W \
+             (99 %); bars cross each other {:.0} % of the time{}\n",
             loads.strain.p99,
             loads.force.peak,
             loads.speed.peak,
-            loads.power.peak,
+            loads.power.p99,
             100.0 * loads.tangled,
             match loads.most_tangles {
                 Some(pairs @ 1..) => format!(", up to {}", counted(pairs, "pair")),
@@ -131,9 +156,12 @@ fn robot(summary: &Summary) -> String {
             text += &format!("skeleton: Euler safety {safety:.2} at least\n");
         }
     }
-    text += &summary.energy.as_ref().map_or(String::new(), energy);
+    text += &summary
+        .quoted_energy()
+        .as_ref()
+        .map_or(String::new(), energy);
     // Such a displacement is printed as 0.000 m.
-    if let Some(moved) = summary.displacement_p50.filter(|x| x.abs() < 5e-4) {
+    if let Some(moved) = summary.displacement_robust_p50.filter(|x| x.abs() < 5e-4) {
         text +=
             &format!("the robot moves by only {moved:.1e} m; try other seeds with --starts 4\n");
     }
@@ -146,22 +174,22 @@ fn robot(summary: &Summary) -> String {
     text
 }
 
-/// Describes the energy that the robot needs, and what ten minutes take from a battery or an air tank.
+/// Describes the energy that the robot needs, and what ten minutes take from a battery and from a supply of air.
 fn energy(energy: &Energy) -> String {
     let per_distance = match (energy.per_metre, energy.cost_of_transport) {
         (Some(joule), Some(cost)) => format!(", {joule:.2} J/m, cost of transport {cost:.2}"),
         (Some(joule), None) => format!(", {joule:.2} J/m"),
         (None, _) => String::new(),
     };
-    let joule = 600.0 * energy.power;
-    // Air that expands from 6 bar to 1 bar at its temperature does this work.
-    let air = joule / (6e5 * 6.0_f64.ln());
+    let air = energy.air.map_or(String::new(), |air| {
+        format!(", and {:.0} normal litres of air", 1e3 * 600.0 * air)
+    });
     format!(
-        "energy: {:.3} kg, {:.3} W on average{per_distance}; ten minutes take {:.3} Wh, or {:.3} l of air at 6 bar, without losses\n",
+        "energy: {:.3} kg, {:.3} W on average (net {:.3} W){per_distance}; ten minutes take {:.3} Wh, without losses{air}\n",
         energy.mass,
         energy.power,
-        joule / 3600.0,
-        1e3 * air,
+        energy.net_power,
+        600.0 * energy.power / 3600.0,
     )
 }
 
@@ -172,13 +200,12 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     for start in &summary.starts {
         let end = match start.dropped_at {
             Some(iteration) => format!("dropped after iteration {iteration}"),
-            None => metres(start.displacement_p50) + unreliable(start.reliability.as_ref()),
+            None => metres(start.displacement_robust_p50) + unreliable(start.reliability.as_ref()),
         };
         text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
-        "{}, seed {}: {}, controller of iteration {}, {}, {} skipped\n\
-         departures from the paper: {}\n",
+        "{}, seed {}: {}, controller of iteration {}, {}, {} skipped\n",
         summary.scene,
         summary.seed,
         counted(summary.iterations, "iteration"),
@@ -188,7 +215,6 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
             false => counted(summary.flips, "flip"),
         },
         counted(summary.skipped_gradients, "gradient"),
-        departures(summary),
     );
     text += &robot(summary);
     if let Some(entered) = summary.entered {
@@ -208,16 +234,18 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     }
     if let Some(verdict) = verdict {
         text += &format!("verdict: {}\n", verdict.line(in_colour));
+        if !verdict.hints.is_empty() {
+            text += &format!("what to try: {}\n", verdict.hints.join("; "));
+        }
     }
     let together = match summary.starts[..] {
         [] => "",
         _ => ", all starts together",
     };
     text + &format!(
-        "displacement {} (10-90 %: {} to {}){}, V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
-        metres(summary.displacement_p50),
-        metres(summary.displacement_p10),
-        metres(summary.displacement_p90),
+        "displacement {} (median of robots that vary a little; 10 % quantile {}){}, V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
+        metres(summary.displacement_robust_p50),
+        metres(summary.displacement_robust_p10),
         unreliable(summary.reliability.as_ref()),
         summary.volume,
         summary.actuator_volume,

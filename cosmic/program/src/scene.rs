@@ -1,6 +1,7 @@
 //! `cosmic scene`.
 
 use crate::arguments::{Output, Settings};
+use crate::cost::Cost;
 use crate::output::{note, print, print_as, print_json};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
@@ -8,7 +9,6 @@ use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
 use cosmic::scene::{Builtin, Finding, Following, Scene};
 use serde_json::json;
-use std::path::{Path, PathBuf};
 
 /// The seed of the robot that `scene check` examines. It is also the default seed of `optimize`.
 const SEED: u64 = 0;
@@ -39,14 +39,14 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Check a scene file
+    /// Check a scene: errors, warnings, and what the robot and its world are
     ///
     /// Reports errors with line, column and the allowed values (exit code 2), including errors that only `optimize`
     /// would report. Warns about settings that are probably a mistake or have no effect.
     Check {
-        /// A TOML file
-        #[arg(value_name = "FILE")]
-        file: PathBuf,
+        /// A built-in scene or a TOML file
+        #[arg(value_name = "SCENE")]
+        scene: String,
         #[command(flatten)]
         settings: Settings,
         #[command(flatten)]
@@ -72,57 +72,62 @@ impl Arguments {
                 json,
             } => show(&settings.load(scene, registry)?, *json),
             Action::Check {
-                file,
+                scene,
                 settings,
                 output,
-            } => check(file, settings, output, registry),
+            } => check(scene, settings, output, registry),
             Action::Default { json } => show(&Scene::default(), *json),
         }
     }
 }
 
-fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry) -> Result<()> {
-    let scene = settings.apply(registry.read(file)?)?;
+fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) -> Result<()> {
+    let scene = settings.load(name, registry)?;
     let review = Review::new(&scene, SEED)?;
     if output.json {
         print_json(&json!({
             "ok": review.refusals.is_empty(),
             "departures": scene.departures(),
             "following": scene.following(),
+            "robot": scene.robot(),
+            "world": scene.world(),
             "refusals": review.refusals,
             "warnings": review.warnings,
         }))?;
+    }
+    if review.refusals.is_empty() && !output.json && !output.quiet {
+        print(&description(name, &scene)?)?;
     }
     if !output.quiet {
         for warning in &review.warnings {
             note(&format!("warning: {warning}"));
         }
     }
-    if let Some(refusal) = review.refusals.first() {
-        return Err(refused(file, settings, refusal, registry));
+    match review.refusals.first() {
+        Some(refusal) => Err(refused(name, settings, refusal, registry)),
+        None => Ok(()),
     }
-    if output.json || output.quiet {
-        return Ok(());
-    }
+}
+
+/// Describes a valid scene: the numbers that follow from others, the robot, the world, and the cost of a run. The rules
+/// of the numbers that follow are in the output of `scene show`.
+fn description(name: &str, scene: &Scene) -> Result<String> {
     let following = scene.following().into_iter();
-    let lines = following.map(|setting| {
-        let Following { key, value, rule } = setting;
-        format!("{key} = {value} (auto: {rule})\n")
-    });
-    print(&format!(
-        "world: {}\n{}{}: ok\n",
-        scene.world(),
+    let lines = following.map(|Following { key, value, .. }| format!("{key} = {value} (auto)\n"));
+    Ok(format!(
+        "{}robot: {}\nworld: {}\ncost: {}\n{name}: ok\n",
         lines.collect::<String>(),
-        file.display()
+        scene.robot(),
+        scene.world(),
+        Cost::of(scene)?,
     ))
 }
 
 /// Makes the error for a scene that is refused. The error shows where the file or `--set` sets a key that causes the
 /// refusal.
-fn refused(file: &Path, settings: &Settings, refusal: &Finding, registry: &Registry) -> Error {
-    let name = file.display().to_string();
+fn refused(name: &str, settings: &Settings, refusal: &Finding, registry: &Registry) -> Error {
     let mut keys = refusal.settings.iter().map(|setting| &*setting.key);
-    let shown = |key| registry.fault(&name, &settings.set, key, &refusal.says, &refusal.remedy);
+    let shown = |key| registry.fault(name, &settings.set, key, &refusal.says, &refusal.remedy);
     let unset = || Error::Usage(format!("{name}: {refusal}"));
     keys.find_map(shown).unwrap_or_else(unset)
 }

@@ -7,7 +7,7 @@ use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::policy::Controller;
-use cosmic::reading::{MARK, placed, read_whole};
+use cosmic::reading::{MARK, placed, read_whole, text_of};
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, design_file};
@@ -72,9 +72,10 @@ impl Source {
             }
             return Self::of_scene(settings.apply(registry.scene_of_bytes(path, bytes)?)?);
         }
+        let text = text_of(&path.display().to_string(), bytes)?;
         // The text is not parsed as JSON here. It may be a truncated design, for which the reader of designs has a
         // better error.
-        let format = format_of(&text).unwrap_or_default();
+        let format = format_of(text).unwrap_or_default();
         if format == design_file::FORMAT.name {
             return Self::of_design(path, bytes, settings, registry);
         }
@@ -85,7 +86,7 @@ impl Source {
         let name = path.display().to_string();
         settings.refuse(&format!("{name} is a reference case, which has no scene"))?;
         Ok(Self {
-            case: Case::parse_with(registry, &name, &text)?,
+            case: Case::parse_with(registry, &name, text)?,
             scene: None,
         })
     }
@@ -179,8 +180,11 @@ fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>
 pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Controller<f64>)> {
     let (path, bytes) = read_design(name)?;
     let design = DesignFile::parse(&path, &bytes)?;
-    let controller = fitted((&path, &bytes), |file| design.robot(scene, file))?;
-    Ok((design.design(), controller))
+    fitted((&path, &bytes), |file| {
+        let design = design.in_order(scene, file)?;
+        let controller = design.robot(scene, file)?;
+        Ok((design.design(), controller))
+    })
 }
 
 /// Reads a design file, or the design in a run's folder. Returns the path and the content.

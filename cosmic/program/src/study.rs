@@ -81,7 +81,12 @@ impl Arguments {
         }
         study.check_results()?;
         let plan = study.prepare()?;
-        let overseer = Many::new(output, Interrupt::listen()?, &plan, plan.over(&study.runs));
+        let overseer = Many::new(
+            output,
+            Interrupt::listen(self.work.output.quiet)?,
+            &plan,
+            plan.over(&study.runs),
+        );
         study.simulate(&plan, self.work.threads, &overseer)?;
         answer_written(output, &study.write()?)
     }

@@ -161,7 +161,7 @@ fn wrong_cases_and_designs_are_refused() {
             "design.json",
             "/edges/1",
             json!([0, 2]),
-            "`edges[1]`: expected [0, 3], as in the scene's lattice, found [0, 2]",
+            "`edges[1]`: [0, 2] is not an edge of the scene's lattice",
         ),
         (
             "design.json",

@@ -52,7 +52,7 @@ fn resume(bench: &Bench, run: &str) -> Told {
 #[test]
 fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
     let bench = slow();
-    for name in ["TERM", "INT"] {
+    for name in ["TERM", "INT", "USR1"] {
         let output = caught(&bench, name, 20, name);
         assert_eq!((output.status.code(), output.stdout.len()), (Some(75), 0));
         let snapshot = bench.json(&format!("{name}/snapshot.json"));
@@ -68,6 +68,22 @@ fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
         resume(&bench, name).ok();
         assert_eq!(bench.results(name), *WHOLE);
     }
+}
+
+/// A signal acts inside an iteration, which may take hours. The first signal is answered at once.
+#[test]
+fn a_signal_acts_inside_a_long_iteration() {
+    let bench = Bench::new(4, 200_000);
+    let child = bench.start("optimize tiny.toml --out a");
+    // The run has begun when its first snapshot is there.
+    bench.await_lines("a/snapshot.json", 1);
+    signal(&child, "INT");
+    let told = Told::of(child.wait_with_output().unwrap());
+    let says = "interrupted after iteration 0; continue with: cosmic resume a\n";
+    told.fails(75, &["press Ctrl-C again to end now\n", says]);
+    assert_eq!(bench.lines("a/history.jsonl"), 0);
+    let snapshot = bench.json("a/snapshot.json");
+    assert_eq!(snapshot["progress"]["iteration"], 0);
 }
 
 #[test]

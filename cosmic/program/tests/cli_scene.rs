@@ -99,30 +99,112 @@ fn check_warns_about_valid_but_senseless_settings() {
     }
 }
 
-/// `scene check` prints one line about the world, and one for each number that follows from it, except with `--json` or
-/// `--quiet`.
+/// `scene check` prints a short line for each number that follows from the robot and its world, and then a line about the
+/// robot, the world and the cost, except with `--json` or `--quiet`.
 #[test]
 fn the_world_is_described() {
-    let earth = "world: gravity 9.81 m/s2; contact coulomb, friction 1; no drag; damped bars \
-                 (damper.time = 0.00025); end stops (stops.at = 0.27, stops.stiffness = 1300.0)\n";
+    let earth = "world: gravity 9.81 m/s²; feet slip at friction 1 (contact coulomb); no drag; damped bars \
+                 (time 0.00025 s); end stops (at a strain of 0.27, stiffness 1300 N/m)\n";
     let told = check("").ok().out;
-    assert!(
-        told.starts_with(earth) && told.ends_with("\nmy.toml: ok\n"),
-        "{told}"
-    );
+    assert!(told.starts_with("physics.dt = 0.002 (auto)\n"), "{told}");
+    assert!(told.ends_with("\nmy.toml: ok\n"), "{told}");
+    let robot = "\nrobot: 6x6, 36 nodes, 110 edges; 0.5 m long, 0.5 m high; about ";
+    let cost = "cost: 8192 steps a rollout, about ";
     has(
         &told,
-        &["\ncontroller.omega = 10.0 (auto: 10 rad/s divided by the time scale, times"],
+        &["\ncontroller.omega = 10.0 (auto)\n", robot, earth, cost],
     );
     let moon =
         "base = \"rough\"\n[physics]\ngravity = 1.6\nincline_deg = 5\nforces = [\"stops\"]\n";
-    let says = "world: gravity 1.6 m/s2; contact infinite; incline 5 degrees; ground rough; drag 20 1/s; \
-                no damping in bars; end stops (stops.at = 0.35, stops.stiffness = 400.0)\n";
-    assert!(check(moon).ok().out.starts_with(says));
+    let says = "world: gravity 1.6 m/s²; feet never slip (contact infinite); incline 5 degrees; ground rough; \
+                drag 20 per second; no damping in bars; end stops (at a strain of 0.35, stiffness 400 N/m)\n";
+    has(&check(moon).ok().out, &[says]);
     let bench = Bench::new(2, 32);
     bench.write("moon.toml", moon);
     assert_eq!(bench.ok("scene check moon.toml --quiet").out, "");
     bench.cosmic("scene check moon.toml --json").json();
+}
+
+/// A scene has a name or a file, and `--set` changes both.
+#[test]
+fn a_scene_is_checked_by_its_name() {
+    let told = cosmic("scene check earth --set physics.gravity=1.62").ok();
+    has(&told.out, &["world: gravity 1.62 m/s2", "\nearth: ok\n"]);
+    let told = cosmic("scene check earth --set physics.gravity=-1");
+    has(&told.error, &["warning: gravity points up"]);
+    cosmic("scene check earht").fails(4, &["did you mean `earth`?"]);
+}
+
+/// Valid scenes that make no sense get warnings that name the numbers.
+#[test]
+fn nonsense_is_warned_about() {
+    let truss = |nodes: &str, edges: &str| {
+        format!(
+            "{{\"format\": \"cosmic-truss\", \"version\": 1, \"nodes\": {nodes}, \"edges\": {edges}, \"payload\": [{{\"node\": 0}}]}}"
+        )
+    };
+    let bench = Bench::default();
+    let square = "[[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]]";
+    let of_size = |s: f64, up: f64| {
+        let top = s + up;
+        truss(
+            &format!("[[0, {up}], [{s}, {up}], [{s}, {top}], [0, {top}]]"),
+            square,
+        )
+    };
+    bench.write("millimetres.json", of_size(600.0, 0.0));
+    bench.write("floating.json", of_size(0.3, 5.0));
+    bench.write("tiny.json", of_size(3e-4, 0.0));
+    let two = "[[0, 0], [0.1, 0], [0.1, 0.1], [0.3, 0], [0.4, 0], [0.4, 0.1]]";
+    let edges = "[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3]]";
+    bench.write("pieces.json", truss(two, edges));
+    for (set, says) in [
+        ("lattice.file=millimetres.json", "the robot measures 600 m"),
+        ("lattice.file=tiny.json", "the robot measures 0.0003 m"),
+        (
+            "lattice.file=floating.json",
+            "the robot starts 5 m above the ground",
+        ),
+        (
+            "lattice.file=pieces.json",
+            "the truss is in 2 pieces: no edges connect node 0 with node 3",
+        ),
+        ("lattice.spacing=10", "the robot measures 50 m"),
+        ("lattice.drop=3", "the robot starts 3 m above the ground"),
+        (
+            "physics.steps=1",
+            "a rollout lasts 0.002 s, which is less than a period of the clock (0.628 s)",
+        ),
+        (
+            "physics.gravity=0",
+            "without gravity the robot does not rest on the ground",
+        ),
+    ] {
+        let told = bench.cosmic(&format!("scene check earth --set {set}"));
+        has(&told.error, &["warning: ", says]);
+        // The robot is described although the scene is nonsense, so that its numbers are seen.
+        has(&told.out, &["robot: "]);
+    }
+}
+
+/// Stiff, light bars need many explicit steps. The cost is announced, and the implicit step is advised.
+#[test]
+fn many_mechanical_steps_are_announced() {
+    let stiff = "--set materials.stiffness=[1e-4,1e7,250]";
+    let told = cosmic(&format!("scene check earth {stiff}"));
+    has(&told.out, &[" substeps a rollout, about "]);
+    let advice = "; set physics.integrator = \"implicit\": a rollout then takes ";
+    has(
+        &told.error,
+        &[
+            "light or stiff bars make the simulation slow: a rollout takes ",
+            advice,
+        ],
+    );
+    let implicit = cosmic(&format!(
+        "scene check earth {stiff} --set physics.integrator=implicit"
+    ));
+    assert!(!implicit.error.contains("simulation slow"), "{implicit:?}");
 }
 
 /// `optimize` prints the same warnings as `scene check`.
@@ -134,7 +216,7 @@ fn optimize_describes_the_world_and_warns_as_check_does() {
         bench.read("tiny.toml") + "[search]\nwindow = 5\n",
     );
     let expected = [
-        "world: gravity -4.8 m/s2; contact infinite; drag 20 1/s; no damping in bars; no end stops",
+        "world: gravity -4.8 m/s²; feet never slip (contact infinite); drag 20 per second; no damping in bars; no end stops",
         "warning: gravity points up (physics.gravity = -4.8)",
         "warning: this setting has no effect: it is read only with a contact law that slips (physics.friction = 0.8)",
     ];
@@ -163,7 +245,7 @@ fn optimize_describes_the_world_and_warns_as_check_does() {
 fn missing_scenes_exit_with_4_and_a_hint() {
     let hint = "did you mean `stability`?";
     cosmic("scene show stabilty").fails(4, &[hint]);
-    let says = "cannot read no/such/file.toml";
+    let says = "no built-in scene and no file is named `no/such/file.toml`";
     cosmic("scene check no/such/file.toml").fails(4, &[says]);
     cosmic("scene check .").fails(4, &[]);
 }

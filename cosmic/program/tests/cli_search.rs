@@ -40,7 +40,7 @@ fn weak_starts_stop_at_a_rung_and_the_others_are_whole_runs() {
         assert_eq!(iterations(&bench, seed), done.unwrap_or(24));
         let told = format!("start {seed}: dropped after iteration");
         assert_eq!(said.out.contains(&told), done.is_some(), "{}", said.out);
-        assert_eq!(start["displacement_p50"].is_null(), done.is_some());
+        assert_eq!(start["displacement_robust_p50"].is_null(), done.is_some());
     }
     let dropped = |start: &&Value| start["dropped_at"].is_u64();
     assert_eq!(starts.iter().filter(dropped).count(), 3);

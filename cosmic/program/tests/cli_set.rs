@@ -57,7 +57,33 @@ fn every_command_that_takes_a_scene_takes_settings() {
     let robust = "robustness a --samples 1 --json";
     let [earth, mars] = on_earth_or_mars(&format!("{robust} --scene tiny.toml"));
     assert_ne!(earth["runs"], mars["runs"]);
-    with(robust, "physics.gravity=3.7").fails(2, &["--scene"]);
+    // Without a scene, the settings change the scene of each run.
+    let [earth, mars] = on_earth_or_mars(robust);
+    assert_ne!(earth["runs"], mars["runs"]);
+    assert_eq!(bench.ok("robustness a --samples 1 -q --threads 1").out, "");
+    // A command that needs a run says so if it is given a scene.
+    for line in [
+        "walk earth",
+        "report earth",
+        "robustness earth",
+        "resume earth",
+        "export earth --csv",
+        "compare a earth",
+    ] {
+        let says = "`earth` is a scene, but this command needs a run; make one with: cosmic optimize earth";
+        bench.fails(line, 2, &[says]);
+    }
+    // Only `optimize` reads the horizon, so a shorter rollout is not refused.
+    let evaluated = with("evaluate stability", "physics.steps=64").json();
+    assert!(
+        evaluated["results"]["trajectory"].is_object(),
+        "{evaluated}"
+    );
+    let warned = with("scene check stability", "physics.steps=1024");
+    has(
+        &warned.error,
+        &["the horizon is longer than the rollout and ends with it"],
+    );
     let plan = "sweep plan tiny.toml --seeds 1 --out s";
     with(plan, "physics.gravity=3.7").ok();
     let plan = bench.json("s/plan.json").to_string();

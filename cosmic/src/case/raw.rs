@@ -97,32 +97,44 @@ macro_rules! keys {
     };
 }
 
-/// What a truss has in addition to its nodes and edges: the payload, and which edges are kept, forbidden or tied.
+/// What a truss has in addition to its nodes, edges and rest lengths: the payload, which edges are restricted or tied,
+/// and the stiffnesses of bars.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMarks {
     pub(super) payload: Vec<Payload>,
     keep: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    skeleton: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    actuator: Vec<usize>,
     forbid: Vec<usize>,
     tie: Vec<Vec<usize>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) stiffness: Vec<f64>,
 }
 
 impl RawMarks {
     /// The payload and the edge rules of `lattice`; `None` if the lattice is generated.
     pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
         layout.file.truss()?;
-        let EdgeRules { keep, forbid, tie } = lattice.rules.clone();
+        let rules = lattice.rules.clone();
         Some(Self {
             payload: lattice.payload.clone(),
-            keep,
-            forbid,
-            tie,
+            keep: rules.keep,
+            skeleton: rules.skeleton,
+            actuator: rules.actuator,
+            forbid: rules.forbid,
+            tie: rules.tie,
+            stiffness: lattice.stiffness.clone(),
         })
     }
 
     pub(super) fn rules(&self) -> EdgeRules {
         EdgeRules {
             keep: self.keep.clone(),
+            skeleton: self.skeleton.clone(),
+            actuator: self.actuator.clone(),
             forbid: self.forbid.clone(),
             tie: self.tie.clone(),
         }

@@ -12,7 +12,7 @@ use crate::lattice::{Lattice, Payload, State, Truss};
 use crate::objective::AugmentedLagrangian;
 use crate::policy::{Controller, blocks_of};
 use crate::projection::Projection;
-use crate::reading::{from_json, placed, read_whole};
+use crate::reading::{from_json, placed, read_whole, text_of};
 use crate::registry::Registry;
 use crate::scene::places;
 use crate::scene::{
@@ -65,10 +65,8 @@ impl Case {
     /// # Errors
     /// If the file cannot be read, and the errors of [`parse`](Case::parse).
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = read_whole(path)?;
-        // The parser reports the place of bytes that are not text.
-        let text = String::from_utf8_lossy(&bytes);
-        Self::parse(&path.display().to_string(), &text)
+        let (file, bytes) = (path.display().to_string(), read_whole(path)?);
+        Self::parse(&file, text_of(&file, &bytes)?)
     }
 
     /// Reads a case from text; `file` names it in messages.
@@ -276,6 +274,7 @@ impl Shapes<'_> {
                 edges,
                 payload: truss.payload.clone(),
                 rules: truss.rules(),
+                stiffness: truss.stiffness.clone(),
                 ..Truss::default()
             };
             let marks = truss.check_marks();

@@ -1,6 +1,7 @@
 //! [`CoDesign`], an optimisation that is ready to begin, and its state before the first iteration ([`Progress`]).
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::evaluator::Evaluator;
 use super::on_device::{OnDevice, batch_of};
@@ -177,6 +178,12 @@ impl CoDesign {
             .map_err(refused_by(device))
     }
 
+    /// Sets the flag with which another thread stops all rollouts, so that an iteration ends soon. The result of an
+    /// iteration during which the flag was set is meaningless.
+    pub fn stop_by(&mut self, stop: Option<Arc<AtomicBool>>) {
+        self.evaluator.task.simulator.stop = stop;
+    }
+
     /// True if rollouts and gradients are computed on a [device](Self::on).
     pub fn is_on_device(&self) -> bool {
         self.evaluator.device.is_some()
@@ -265,10 +272,19 @@ impl CoDesign {
                 ));
             }
             let material = Material::dominant(z);
-            if material.one_hot() == *z && !rules.allow(edge, material.is_solid()) {
-                let (is, rule) = match material {
-                    Material::Void => ("void", "solid"),
-                    Material::Skeleton | Material::Actuator => ("solid", "void"),
+            let allowed = rules.allowed(edge);
+            if material.one_hot() == *z && !material.of(&allowed) {
+                let rule = match allowed {
+                    [true, ..] => "void",
+                    [_, true, true] => "solid",
+                    [_, true, _] => "skeleton",
+                    _ => "an actuator",
+                };
+                let is = match material {
+                    Material::Void => "void",
+                    _ if rule == "void" => "solid",
+                    Material::Skeleton => "skeleton",
+                    Material::Actuator => "an actuator",
                 };
                 return refuse(format!(
                     "edge {edge} is {is}, but the lattice requires it to be {rule}"

@@ -3,11 +3,14 @@
 
 use rayon::prelude::*;
 
+use super::domains::VARIED;
 use super::evaluator::Evaluator;
+use super::other_steps::OtherSteps;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
+use super::standstill::Standstill;
 use crate::design::{Design, Material, Mixture, Structure};
 use crate::domain::Domain;
 use crate::geometry::Vector;
@@ -38,18 +41,22 @@ pub struct Delivery {
     /// is the merit for the worse goal.
     pub selection: Quantiles,
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
-    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements.
+    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements. At most the
+    /// median merit of `other_steps` if that one is a reason not to trust the robot.
     pub selection_score: f64,
-    /// Quantiles of the displacement along the ground of robots that vary a little, in metres; see [`VARIED`](super::VARIED).
+    /// Quantiles of the displacement along the ground of robots that vary a little, in metres: the figures to quote; see
+    /// [`VARIED`](super::VARIED). If goals are given, these robots have the goal of the scene.
     pub robust: Quantiles,
     /// Whether the median of `robust` describes the robot well. For tasks other than distance: whether the median loss
     /// of these robots does.
     pub reliability: Reliability,
+    /// Medians with half the time step and with another integrator, over the starts of `spread`.
+    pub other_steps: OtherSteps,
     /// Only with two goals: quantiles of the displacement when the goal is behind the robot, over the starts of
     /// `spread`, in metres. A negative displacement is towards that goal.
     pub behind: Option<Quantiles>,
-    /// Quantiles of the displacement along the ground over perturbed starts, in metres: the figures to quote. These
-    /// starts are not the starts of `selection`.
+    /// Quantiles of the displacement along the ground over perturbed starts, in metres. These starts are not the starts
+    /// of `selection`. They flatter: a robot that is built is never so close to its design.
     pub spread: Quantiles,
     /// Quantiles of the displacement without feedback, over the starts of `spread`, in metres. Without feedback, the
     /// controller observes the clock and the robot's initial state, but not its current state.
@@ -69,8 +76,13 @@ pub struct Delivery {
     /// The loads of the bars of `materials` over all steps of the unperturbed rollout; `None` for
     /// an undecided design and for a diverged rollout.
     pub loads: Option<Loads>,
+    /// Where and since when the robot stands still in the unperturbed rollout; `None` if it walks on to the end.
+    pub standstill: Option<Standstill>,
     /// The energy that the robot needs in the unperturbed rollout; `None` if `loads` is `None`.
     pub energy: Option<Energy>,
+    /// The energy of the varied robot whose displacement is nearest to the median of `robust`, per distance of that median:
+    /// the figures to quote. `None` for an undecided design and if there is no median.
+    pub robust_energy: Option<Energy>,
     /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
     pub bars: Vec<Option<BarLoad>>,
     /// The states after every 16 steps of the unperturbed rollout, and its last state.
@@ -115,9 +127,11 @@ impl Evaluator {
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
-        let varied = self.varied(progress.seed, Purpose::Variation);
-        let varied = self.spreads(&design, &[controller], &varied).remove(0);
+        let ([robust, varied], robust_energy) = self.of_varied(&design, controller, progress.seed);
         go_on()?;
+        let other_steps = self.with_other_steps(&design, controller, &domains);
+        go_on()?;
+        let unsteady = self.unsteady(&spreads[0], &other_steps);
         Some(Delivery {
             design: progress.design.clone(),
             materials: design.materials(),
@@ -126,27 +140,71 @@ impl Evaluator {
             displacement: self.task.ground().vector_to_world(seen.moved),
             along: seen.moved.forward(),
             selection,
-            selection_score: self.score(&selection, merit),
-            robust: varied.displacement,
-            reliability: self.merit().reliability(&varied.merit, merit),
+            selection_score: self.steady_score(&selection, merit, &unsteady, &other_steps),
+            robust: robust.displacement,
+            reliability: self.reliability(&varied, merit, unsteady, seen.standstill),
+            other_steps,
             behind: spreads[0].behind,
             spread: spreads[0].displacement,
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
-            merit: match (self.loss.is_far(), self.scene.controller.goals) {
-                (true, _) => None,
-                (false, GoalKind::Fixed | GoalKind::Two) => Some(spreads[0].merit),
-                (false, GoalKind::Given) => Some(varied.merit),
-            },
+            merit: self.quoted_merit(&spreads[0], &varied),
             volume: seen.volume,
             actuator_volume: seen.actuator_volume,
             structure: seen.structure,
             loads: seen.loads,
+            standstill: seen.standstill,
             energy: seen.energy,
+            robust_energy,
             bars: seen.bars,
             trajectory: seen.trajectory,
             divergence: seen.divergence,
         })
+    }
+
+    /// The reasons not to trust a robot that walks differently with other time steps. `own` has its results with the
+    /// scene's.
+    fn unsteady(&self, own: &Reaches, other: &OtherSteps) -> Vec<String> {
+        let integrator = self.scene.physics.integrator;
+        self.merit().unsteady(own.merit.p50, other, integrator)
+    }
+
+    /// The [score](Self::score) of a robot, at most its median merit with other time steps if it depends on them.
+    fn steady_score(
+        &self,
+        selection: &Quantiles,
+        unperturbed: f64,
+        unsteady: &[String],
+        other: &OtherSteps,
+    ) -> f64 {
+        let score = self.score(selection, unperturbed);
+        match unsteady.is_empty() {
+            true => score,
+            false => score.min(other.least_merit()),
+        }
+    }
+
+    /// Whether a robot is reliable. `unsteady` has the reasons that follow from other time steps.
+    fn reliability(
+        &self,
+        varied: &Reaches,
+        unperturbed: f64,
+        unsteady: Vec<String>,
+        standstill: Option<Standstill>,
+    ) -> Reliability {
+        // A robot with another task may have reached its goal.
+        let stops = standstill.filter(|_| self.loss.is_far());
+        let reliability = self.merit().reliability(&varied.merit, unperturbed);
+        reliability.and(unsteady).and(stops.map(Standstill::reason))
+    }
+
+    /// The quantiles of the merit to quote: `None` if robots are ranked by distance.
+    fn quoted_merit(&self, own: &Reaches, varied: &Reaches) -> Option<Quantiles> {
+        match (self.loss.is_far(), self.scene.controller.goals) {
+            (true, _) => None,
+            (false, GoalKind::Fixed | GoalKind::Two) => Some(own.merit),
+            (false, GoalKind::Given) => Some(varied.merit),
+        }
     }
 
     /// The merit of a robot (the number by which robots are ranked) in the rollout from the unperturbed start. If this
@@ -176,6 +234,32 @@ impl Evaluator {
     /// breaks ties.
     pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
         [self.score(spread, candidate.merit), spread.p50]
+    }
+
+    /// Measures robots that vary a little. Returns their displacements towards the goal of the scene, and their merits with
+    /// given goals; both are the same without given goals. Also returns the energy of the robot whose displacement is
+    /// nearest to the median.
+    fn of_varied(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        seed: u64,
+    ) -> ([Reaches; 2], Option<Energy>) {
+        let reach = |domains: &[Domain]| self.spreads(design, &[controller], domains).remove(0);
+        let purpose = Purpose::Variation;
+        let mut domains = self.varied(seed, purpose);
+        let varied = reach(&domains);
+        let robust = match self.scene.controller.goals {
+            GoalKind::Fixed | GoalKind::Two => varied,
+            GoalKind::Given => {
+                domains = self.drawn(&VARIED, seed, purpose);
+                reach(&domains)
+            }
+        };
+        let energy = robust
+            .typical
+            .and_then(|k| self.energy_in(design, controller, &domains[k], robust.displacement.p50));
+        ([robust, varied], energy)
     }
 
     /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `domains`, in
@@ -252,7 +336,7 @@ impl Evaluator {
 
     /// Measures controllers over the same domains, in parallel rollouts. Returns the quantiles of each controller's
     /// results, in the order of the controllers.
-    fn spreads(
+    pub(super) fn spreads(
         &self,
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
@@ -272,16 +356,28 @@ impl Evaluator {
             displacement: spread(reached, |r| r.moved[0]),
             merit: spread(reached, |r| r.merit),
             behind: (reached[0].behind).map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
+            typical: typical(reached),
         };
         reached.chunks_exact(domains.len()).map(of).collect()
     }
 }
 
 /// The quantiles of one controller's results over several domains.
-struct Reaches {
-    displacement: Quantiles,
-    merit: Quantiles,
+#[derive(Clone, Copy)]
+pub(super) struct Reaches {
+    pub(super) displacement: Quantiles,
+    pub(super) merit: Quantiles,
     behind: Option<Quantiles>,
+    /// The number of the rollout whose displacement is nearest to the median; `None` if there is no median.
+    typical: Option<usize>,
+}
+
+/// The number of the rollout whose displacement is nearest to the median of all; `None` if there is no median.
+fn typical(reached: &[Reached]) -> Option<usize> {
+    let median = spread(reached, |r| r.moved[0]).p50;
+    let off = |k: &usize| (reached[*k].moved[0] - median).abs();
+    let there = (0..reached.len()).filter(|k| off(k).is_finite());
+    there.min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Quantiles {

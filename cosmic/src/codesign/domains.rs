@@ -153,7 +153,12 @@ impl Evaluator {
         }
     }
 
-    fn drawn(&self, settings: &RobustSettings, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+    pub(super) fn drawn(
+        &self,
+        settings: &RobustSettings,
+        seed: u64,
+        purpose: Purpose,
+    ) -> Vec<Domain<'_>> {
         let count = self.scene.selection.perturbed_rollouts;
         draw_many(&self.task, settings, count, stream(seed, purpose))
     }

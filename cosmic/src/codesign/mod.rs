@@ -29,7 +29,7 @@
 //! })?;
 //! assert_eq!(design_gradients.len(), 3); // The cycle begins d c d c d, and 6 is the snap.
 //! assert_eq!(delivery.materials.len(), 11);
-//! println!("{:.3} m", delivery.spread.p50);
+//! println!("{:.3} m", delivery.robust.p50);
 //! # Ok::<(), cosmic::Error>(())
 //! ```
 
@@ -45,7 +45,9 @@ mod slope;
 mod slopes;
 mod slopes_on_device;
 mod constraints;
+mod standstill;
 mod observed;
+mod other_steps;
 mod delivery;
 mod begin;
 mod review;
@@ -59,14 +61,16 @@ pub use delivery::Delivery;
 pub use domains::VARIED;
 pub use evaluator::Evaluator;
 pub use observed::Observed;
+pub use other_steps::{Medians, OtherSteps};
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::{Quantiles, quantile};
 #[cfg(feature = "files")]
 pub(crate) use reach::is_ranked_by_distance;
 pub use reach::{Reached, first_best};
-pub use reliability::{Merit, Reliability};
+pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
 pub use review::Review;
 pub use schedule::{Phase, Schedule};
 pub use settle::settle;
 pub use slope::{At, Slope};
 pub use slopes::Sought;
+pub use standstill::Standstill;

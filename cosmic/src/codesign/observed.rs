@@ -1,7 +1,11 @@
 //! What one rollout tells about a robot: how far it gets, how its bars are loaded and the energy that it needs.
 
+use std::f64::consts::TAU;
+
 use super::evaluator::Evaluator;
+use super::standstill::Standstill;
 use crate::design::{Design, Mixture, Structure, volumes};
+use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::Controller;
 use crate::simulator::{BarLoad, Divergence, Energy, Guarded, Loads, Span, Trajectory};
@@ -18,6 +22,8 @@ pub struct Observed {
     pub divergence: Option<Divergence>,
     /// The displacement of the payload along the axes of the ground, in metres; NaN for a diverged rollout.
     pub moved: Vector<f64>,
+    /// Where and since when the robot stands still; `None` if it walks on to the end, or diverges.
+    pub standstill: Option<Standstill>,
     /// How the bars are connected; `None` for an undecided design, which has no bars.
     pub structure: Option<Structure>,
     /// The loads of each edge over all steps, `None` for a void edge. Empty if `loads` is `None`.
@@ -47,6 +53,10 @@ impl Evaluator {
             Some(_) => Vector::NAN,
             None => self.between(&self.start, &trajectory),
         };
+        let standstill = match divergence {
+            Some(_) => None,
+            None => self.standstill(&trajectory),
+        };
         let structure = design.layout();
         let structure = structure.map(|layout| Structure::new(&task.lattice, layout));
         let layout = design.layout().filter(|_| divergence.is_none());
@@ -58,15 +68,57 @@ impl Evaluator {
         Observed {
             loads: layout
                 .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &task.materials)),
-            energy: layout
-                .map(|layout| simulator.energy_of(layout, &bars, &body, steps, moved.forward())),
+            energy: layout.map(|layout| {
+                simulator.energy_of(
+                    layout,
+                    &bars,
+                    &body,
+                    &task.materials,
+                    steps,
+                    moved.forward(),
+                )
+            }),
             trajectory,
             divergence,
             moved,
+            standstill,
             structure,
             bars,
             volume,
             actuator_volume,
         }
+    }
+
+    /// The energy that a robot needs in another domain, per distance of `displacement` (m). `None` for an undecided design.
+    pub(super) fn energy_in(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        Domain { task, start }: &Domain,
+        displacement: f64,
+    ) -> Option<Energy> {
+        let (layout, steps) = (design.layout()?, task.physics.steps);
+        let (simulator, body) = (&task.simulator, task.body(design));
+        let bars = simulator.loads(layout, &body, controller, start, steps);
+        Some(simulator.energy_of(layout, &bars, &body, &task.materials, steps, displacement))
+    }
+
+    /// Where and since when the robot of a full rollout stands still.
+    fn standstill(&self, seen: &Trajectory<f64>) -> Option<Standstill> {
+        let ground = self.task.ground();
+        let times = seen
+            .steps
+            .iter()
+            .map(|&step| step as f64 * self.scene.physics.dt);
+        let places = seen
+            .steps
+            .iter()
+            .map(|&step| ground.along(seen.position(step)));
+        let period = TAU / self.scene.controller.omega;
+        Standstill::of(
+            &times.collect::<Vec<_>>(),
+            &places.collect::<Vec<_>>(),
+            period,
+        )
     }
 }

@@ -69,7 +69,8 @@ fn finalists(
     let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
     let tried = flipped(layout, &bounds, rules, trials, cost);
     let mut short = task.clone();
-    short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
+    let [first, last] = schedule.horizon;
+    short.physics.steps = first.min(last).min(task.physics.steps);
     let designs: Vec<_> = tried.iter().cloned().map(Design::Layout).collect();
     let reached = evaluator.reached(&designs, &progress.controller, &short);
     let merits = reached.iter().map(|r| r.merit);

@@ -215,7 +215,7 @@ impl Evaluator {
 
     /// Simulates robots in full rollouts in several domains, side by side, and returns their results. `designs` has one
     /// design for all domains, or one for each. With two goals, every robot is also simulated towards the goal behind
-    /// it.
+    /// it. Domains may have shorter time steps than the scene, in whose steps the loss counts.
     pub(super) fn reach_many(
         &self,
         designs: &[impl Borrow<Design<Mixture<f64>>>],
@@ -223,11 +223,14 @@ impl Evaluator {
         domains: &[Domain],
         precision: GradientPrecision,
     ) -> Vec<Reached> {
-        let steps = domains[0].task.physics.steps;
+        let physics = &domains[0].task.physics;
+        let finer = (self.scene.physics.dt / physics.dt).round() as usize;
+        let steps = physics.steps / finer;
         let observed = match self.loss.is_far() {
             true => vec![steps],
             false => self.loss.observed(steps),
         };
+        let observed = observed.iter().map(|step| step * finer).collect();
         let span = Span {
             metered: self.loss.reads_efforts(),
             ..Span::from_start(observed)
@@ -239,7 +242,11 @@ impl Evaluator {
             };
             let seen = self.watched(designs, controller, &domains, span.clone(), precision);
             let pairs = domains.iter().zip(seen);
-            (pairs.map(|(domain, seen)| self.reached_in(&domain.start, seen.as_ref()))).collect()
+            let reached = pairs.map(|(domain, seen)| {
+                let seen = seen.map(|seen| seen.in_longer_steps(finer));
+                self.reached_in(&domain.start, seen.as_ref())
+            });
+            reached.collect()
         };
         self.towards_goals(towards, Reached::with_behind)
     }

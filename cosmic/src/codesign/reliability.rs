@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::other_steps::OtherSteps;
 use super::quantiles::Quantiles;
+use crate::scene::Integrator;
 
 /// The verdict whether the median over robots that [vary](super::VARIED) a little describes a robot.
 ///
@@ -16,6 +18,9 @@ use super::quantiles::Quantiles;
 ///
 /// Robots that are told where to go have different goals in each rollout, and another one in the unperturbed rollout. So
 /// only the first and the third case count, and the tolerance is at least a quarter of the way to a goal.
+///
+/// A delivered robot is also unreliable if its median over perturbed starts changes by more than [`STEADY`] with half the
+/// time step or with [another integrator](super::OtherSteps).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
@@ -23,10 +28,14 @@ pub enum Reliability {
     Reliable,
     /// The median is misleading.
     Unreliable {
-        /// The number that differs too much from the median, and the difference, as text.
+        /// The numbers that differ too much from the median, and the differences, as text.
         reason: String,
     },
 }
+
+/// The share of a median up to which another median counts as equal. Medians over perturbed starts of a chaotic robot
+/// differ by a few per cent even if nothing else changes.
+pub const STEADY: f64 = 0.2;
 
 /// The smallest tolerance is half of this share of the lattice's scale: a smaller median distance counts as this
 /// distance. It is 1 cm in the paper's scenes.
@@ -34,6 +43,10 @@ const LEAST_DISTANCE: f64 = 0.01;
 
 /// The least median of the losses of robots with given goals that counts: half of the way to a goal.
 const LEAST_SHARE: f64 = 0.5;
+
+/// A median distance that is shorter than this share of the lattice's scale counts as this distance when medians are
+/// compared: a robot that stays in place does not depend on the time step.
+pub const LEAST_WALK: f64 = 0.05;
 
 /// The kind of number that robots are ranked by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,9 +118,66 @@ impl Merit {
             ),
         })
     }
+
+    /// The reasons not to trust a robot whose median merit over perturbed starts is `own`, and `other` if time is cut into
+    /// other steps; empty if these medians are close. `integrator` is that of the scene.
+    pub fn unsteady(self, own: f64, other: &OtherSteps, integrator: Integrator) -> Vec<String> {
+        let least = match self {
+            Self::Distance { scale } | Self::ShorterWay { scale } => LEAST_WALK * scale,
+            Self::MinusLoss => 0.0,
+            Self::MinusShare => LEAST_SHARE,
+        };
+        let shown = |merit: f64| match self {
+            Self::MinusLoss | Self::MinusShare => format!("{:.4}", -merit),
+            Self::Distance { .. } | Self::ShorterWay { .. } => format!("{merit:.2} m"),
+        };
+        let name = |integrator: Integrator| match integrator {
+            Integrator::SymplecticEuler => "symplectic Euler",
+            Integrator::Leapfrog => "leapfrog",
+            Integrator::Implicit => "implicit steps",
+        };
+        let half = (
+            other.half.merit,
+            "at half the time step".to_owned(),
+            "at the scene's".to_owned(),
+        );
+        let by_other = other.integrator.map(|(by, medians)| {
+            let here = format!("with the scene's {}", name(integrator));
+            (medians.merit, format!("with {}", name(by)), here)
+        });
+        let compared = std::iter::once(half).chain(by_other);
+        let is_far = |&(merit, ..): &(f64, String, String)| {
+            // The medians of diverged rollouts are infinite.
+            own.is_finite() && !((merit - own).abs() <= STEADY * own.abs().max(least))
+        };
+        let says = |(merit, there, here): (f64, String, String)| {
+            let walks = match self {
+                Self::Distance { .. } => "it walks",
+                Self::ShorterWay { .. } => "its shorter displacement is",
+                Self::MinusLoss | Self::MinusShare => "its loss is",
+            };
+            match merit.is_finite() {
+                true => format!("{walks} {} {there}, {} {here}", shown(merit), shown(own)),
+                false => format!("it diverges {there}"),
+            }
+        };
+        compared.filter(is_far).map(says).collect()
+    }
 }
 
 impl Reliability {
+    /// This verdict with more reasons not to trust the robot.
+    pub(super) fn and(self, reasons: impl IntoIterator<Item = String>) -> Self {
+        let own = self.reason().map(str::to_owned);
+        let all: Vec<String> = own.into_iter().chain(reasons).collect();
+        match all.is_empty() {
+            true => Self::Reliable,
+            false => Self::Unreliable {
+                reason: all.join("; "),
+            },
+        }
+    }
+
     /// Why the robot is unreliable, or `None`.
     pub fn reason(&self) -> Option<&str> {
         match self {

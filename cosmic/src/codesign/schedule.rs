@@ -22,6 +22,11 @@ pub enum Phase {
 }
 
 impl Phase {
+    /// True if edges may be mixtures of materials in this phase, so that the robot cannot be built.
+    pub fn is_undecided(self) -> bool {
+        matches!(self, Self::CoDesign | Self::Attraction)
+    }
+
     /// The name of the phase in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -76,11 +81,13 @@ impl<'a> Schedule<'a> {
         cycle[(self.iteration - 1) % cycle.len()]
     }
 
-    /// The number of simulated steps that the gradient is computed over.
+    /// The number of simulated steps that the gradient is computed over. A horizon that is longer than the rollout ends
+    /// with the rollout.
     pub fn horizon(&self) -> usize {
         let schedule = &self.scene.schedule;
         let ends = schedule.horizon.map(|steps| steps as f64);
-        ramp(self.iteration, ends, schedule.horizon_over).round() as usize
+        let horizon = ramp(self.iteration, ends, schedule.horizon_over).round() as usize;
+        horizon.min(self.scene.physics.steps)
     }
 
     /// The volume bounds, widened for this iteration.

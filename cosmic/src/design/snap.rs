@@ -111,7 +111,7 @@ fn flips_of<'g>(
 ) -> Vec<Flip<'g>> {
     let flip = |group: &'g [usize], to: Material| {
         let from = layout[group[0]];
-        let may = from != to && rules.allow(group[0], to.is_solid());
+        let may = from != to && to.of(&rules.allowed(group[0]));
         let costs = || group.iter().map(|&edge| cost(edge, from, to));
         let cost = costs().reduce(|a, b| Some(a? + b?)).flatten();
         let cost = cost.filter(|_| may)?;

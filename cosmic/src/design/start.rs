@@ -76,20 +76,20 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
 /// The share of actuators in the filled layout. It is the largest share of actuators in the paper's table 2.
 const FILLED_ACTUATORS: f64 = 0.22;
 
-/// Changes a layout so that it obeys the rules of the lattice. Tied edges get the material of the first of them. Edges
-/// that must be solid but are void become skeleton. Edges that must be void become void.
+/// Changes a layout so that it obeys the rules of the lattice. Tied edges get the material of the first of them. An edge
+/// whose material is not allowed becomes skeleton, if that is allowed; otherwise it gets its only allowed material.
 fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
     for tie in &rules.tie {
         tie.iter()
             .for_each(|&edge| materials[edge] = materials[tie[0]]);
     }
-    for &edge in &rules.keep {
-        if !materials[edge].is_solid() {
-            materials[edge] = Material::Skeleton;
+    for (edge, material) in materials.iter_mut().enumerate() {
+        let allowed = rules.allowed(edge);
+        if !material.of(&allowed) {
+            let others = [Material::Skeleton, Material::Actuator, Material::Void];
+            let other = others.into_iter().find(|other| other.of(&allowed));
+            *material = other.unwrap_or(*material);
         }
-    }
-    for &edge in &rules.forbid {
-        materials[edge] = Material::Void;
     }
     materials
 }

@@ -34,6 +34,7 @@ pub use ground::Ground;
 pub use matrix::Matrix;
 pub use plane::Plane;
 pub use points::{Bounds, columns, fill, flat, from_columns, from_flat, mean, weighted_mean};
+pub(crate) use profile::Wall;
 pub use profile::{MOST_POINTS, Profile};
 pub use range::Range;
 pub use rotation::Rotation;

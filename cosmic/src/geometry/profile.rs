@@ -11,9 +11,10 @@ use super::vector::Vector;
 /// number of nodes.
 pub const MOST_POINTS: usize = 64;
 
-/// The height of the terrain above the ground line, as a function of the position along the line, both in metres in the
-/// ground's frame. The terrain is straight between the points of the profile, and level before the first and after the
-/// last point. Without points, the terrain is the ground line itself.
+/// The height of the terrain above the ground line at each position along the line, both in metres in the ground's frame.
+/// The terrain is straight between the points of the profile, and level before the first and after the last point. Two
+/// points at one position are the foot and the edge of a vertical wall. Without points, the terrain is the ground line
+/// itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Vector<f64>>", into = "Vec<Vector<f64>>")]
 pub struct Profile {
@@ -24,9 +25,9 @@ impl Profile {
     /// The profile through points `[along, height]`.
     ///
     /// # Errors
-    /// If there are more than [`MOST_POINTS`] points, if a point is not finite, or if a point is not ahead of the point
-    /// before it. The text of the error continues a sentence that begins with the name of the profile, such as "has a
-    /// point that is not finite".
+    /// If there are more than [`MOST_POINTS`] points, if a point is not finite, or if a point is behind the point before
+    /// it (an overhang), equals it, or turns back on a wall. The text of the error continues a sentence that begins with
+    /// the name of the profile, such as "has a point that is not finite".
     pub fn new(points: Vec<Vector<f64>>) -> Result<Self, String> {
         if points.len() > MOST_POINTS {
             return Err(format!(
@@ -37,21 +38,36 @@ impl Profile {
         if points.iter().any(|point| !point.is_finite()) {
             return Err("has a point that is not finite".to_owned());
         }
-        match Self::not_ahead(&points) {
+        match Self::misplaced(&points) {
             None => Ok(Self { points }),
-            Some(at) => Err(format!(
-                "has the point {:?} that is not ahead of {:?}",
-                points[at],
-                points[at - 1]
-            )),
+            Some((at, says)) => Err(format!("{says}: {:?}", points[at])),
         }
     }
 
-    /// The index of the first point that is not ahead of the point before it.
-    pub(crate) fn not_ahead(points: &[Vector<f64>]) -> Option<usize> {
-        // Comparisons with NaN are false, so a NaN is not ahead.
-        let is_ahead = |at: &usize| points[at - 1].forward() < points[*at].forward();
-        (1..points.len()).find(|at| !is_ahead(at))
+    /// The index of the first point that cannot follow the points before it, and a reason that continues a sentence like
+    /// that of [`new`](Self::new).
+    pub(crate) fn misplaced(points: &[Vector<f64>]) -> Option<(usize, &'static str)> {
+        let fault = |at: usize| {
+            let (before, point) = (points[at - 1], points[at]);
+            // Comparisons with NaN are false, so a NaN is misplaced.
+            if before.forward() < point.forward() {
+                return None;
+            }
+            let turns = |earlier: &Vector<f64>| {
+                let [first, second] = [before.up() - earlier.up(), point.up() - before.up()];
+                earlier.forward() == point.forward() && first * second < 0.0
+            };
+            if before.forward() != point.forward() {
+                Some("has a point behind the point before it, but must not overhang")
+            } else if before.up() == point.up() {
+                Some("has the same point twice")
+            } else if points[..at - 1].last().is_some_and(turns) {
+                Some("turns back on a vertical wall")
+            } else {
+                None
+            }
+        };
+        (1..points.len()).find_map(|at| Some((at, fault(at)?)))
     }
 
     /// The points, ascending along the ground.
@@ -64,25 +80,43 @@ impl Profile {
         self.points.is_empty()
     }
 
-    /// The height of the terrain at a position along the ground line, in metres.
+    /// The height of the terrain at a position along the ground line, in metres; at a wall, the height of its foot.
     pub fn height(&self, along: f64) -> f64 {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
             return 0.0;
         };
-        match self
-            .points
-            .partition_point(|point| point.forward() <= along)
-        {
-            0 => first.up(),
-            ahead if ahead == self.points.len() => last.up(),
-            ahead => Segment::new(self.points[ahead - 1], self.points[ahead]).height(along),
+        let is_behind = |point: &Vector<f64>| point.forward() < along;
+        let at = self.points.partition_point(is_behind);
+        let here = self.points[at..].iter();
+        let here = here.take_while(|point| point.forward() == along);
+        match here.map(|point| point.up()).reduce(f64::min) {
+            Some(height) => height,
+            None if at == 0 => first.up(),
+            None if at == self.points.len() => last.up(),
+            None => Segment::new(self.points[at - 1], self.points[at]).height(along),
         }
     }
 
     /// The height of a point above the terrain in metres, measured along the normal of the ground line. It is negative
-    /// below the terrain. The point is in the ground's frame.
+    /// below the terrain. Behind a wall, it is minus the distance from the wall if that is smaller. The point is in the
+    /// ground's frame.
     pub fn above(&self, point: Vector<f64>) -> f64 {
-        point.up() - self.height(point.forward())
+        let above = point.up() - self.height(point.forward());
+        let behind = self.walls().filter_map(|wall| wall.behind(point));
+        behind.fold(above, |above, behind| above.max(-behind))
+    }
+
+    /// The vertical walls in ascending order along the ground.
+    pub(crate) fn walls(&self) -> impl Iterator<Item = Wall> {
+        let places = self.points.chunk_by(|a, b| a.forward() == b.forward());
+        places.filter_map(|points| match points {
+            [first, .., last] => Some(Wall {
+                place: first.forward(),
+                heights: Range::of([first.up(), last.up()]),
+                rises: first.up() < last.up(),
+            }),
+            _ => None,
+        })
     }
 
     /// The points of the terrain over a range of positions along the ground line: both ends and the corners between
@@ -91,10 +125,15 @@ impl Profile {
         let Range { low, high } = along;
         let end = |along: f64| Vector::new([along, self.height(along)]);
         let corners = self.points.iter().copied();
-        let corners = corners.filter(|corner| low < corner.forward() && corner.forward() < high);
-        let mut line = vec![end(low)];
+        // A wall at an end of the range belongs to the terrain over the range.
+        let corners = corners.filter(|corner| low <= corner.forward() && corner.forward() <= high);
+        let corners: Vec<_> = corners.collect();
+        let starts = corners.first().is_none_or(|corner| corner.forward() != low);
+        let ends = corners.last().is_none_or(|corner| corner.forward() != high);
+        let mut line = Vec::new();
+        line.extend(starts.then(|| end(low)));
         line.extend(corners);
-        line.push(end(high));
+        line.extend(ends.then(|| end(high)));
         line
     }
 
@@ -128,11 +167,44 @@ impl Profile {
         let bar = Segment::new(from, to);
         // Between two corners the distance from bar to terrain is linear, so it is largest at a corner or at an end.
         let ends = [from, to].map(|end| -self.above(end));
-        let corners = self.points.iter();
-        let corners = corners
-            .filter(|corner| from.forward() < corner.forward() && corner.forward() < to.forward());
+        // A bar that touches a wall may be behind it by a rounding error, and is not below its edge then.
+        let margin_at = |place: f64| {
+            let wall = self.walls().find(|wall| wall.place == place);
+            wall.map_or(0.0, |wall| wall.tolerance())
+        };
+        let inside = |corner: &&Vector<f64>| {
+            let (place, margin) = (corner.forward(), margin_at(corner.forward()));
+            from.forward() + margin < place && place < to.forward() - margin
+        };
+        let corners = self.points.iter().filter(inside);
         let depths = corners.map(|corner| corner.up() - bar.height(corner.forward()));
         depths.chain(ends).fold(0.0, f64::max)
+    }
+}
+
+/// A vertical wall of the terrain.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wall {
+    /// The position along the ground, m.
+    pub(crate) place: f64,
+    /// The heights of its foot and of its edge, m.
+    pub(crate) heights: Range,
+    /// True if the edge is ahead of the foot, so that the ground is on the side of `+x`.
+    pub(crate) rises: bool,
+}
+
+impl Wall {
+    /// A node that is below the edge and behind the wall by less than this distance, in m, got there by rounding: it
+    /// touches the wall. The distance is eight units in the last place of the position in single precision.
+    pub(crate) fn tolerance(&self) -> f64 {
+        1e-6 * self.place.abs().max(1e-3)
+    }
+
+    /// The distance of a point behind the wall, in m; `None` if the point is in front of the wall, above it or below it.
+    fn behind(&self, point: Vector<f64>) -> Option<f64> {
+        let ahead = point.forward() - self.place;
+        let behind = if self.rises { ahead } else { -ahead };
+        (behind >= 0.0 && self.heights.contains(point.up())).then_some(behind)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Checks trusses and renumbers their nodes.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::own::{Payload, Truss, median};
 use crate::geometry::Bounds;
@@ -13,6 +13,8 @@ const SHORTEST: f64 = 1e-3;
 /// The length of the shortest allowed edge, as a share of the median length, in a truss whose median length is below
 /// 0.1 m.
 const SHORTEST_SHARE: f64 = 0.01;
+/// The largest stiffness of a bar, in N/m. Scenes have the same limit.
+const STIFFEST: f64 = 1e9;
 /// The largest mass of a payload, in kg. Scenes have the same limit.
 const HEAVIEST: f64 = 1e3;
 
@@ -27,7 +29,8 @@ impl Truss {
     /// - an edge has an unknown node, is shorter than a millimetre (in a truss whose median
     ///   length is below 0.1 m, than 1 % of that length) or is listed twice;
     /// - a payload has an unknown node or an impossible mass, or two payloads have the same node;
-    /// - a rule names an unknown edge, or an edge is both kept and forbidden;
+    /// - a rule names an unknown edge, or an edge is under two rules;
+    /// - there are rest lengths or stiffnesses, but not one for every edge, or they are impossible;
     /// - a tied group has fewer than two edges, or edges under different rules, or an edge is tied twice.
     pub fn checked(mut self) -> Result<Self, String> {
         self.check_nodes()?;
@@ -138,7 +141,31 @@ impl Truss {
     /// The errors of [`checked`](Self::checked).
     pub(crate) fn check_marks(&self) -> Result<(), String> {
         self.check_payload()?;
-        self.check_rules()
+        self.check_rules()?;
+        self.check_bars()
+    }
+
+    fn check_bars(&self) -> Result<(), String> {
+        let edges = self.edges.len();
+        for (name, list, most, unit) in [
+            ("rest", &self.rest, FARTHEST, "m"),
+            ("stiffness", &self.stiffness, STIFFEST, "N/m"),
+        ] {
+            if !list.is_empty() && list.len() != edges {
+                return Err(format!(
+                    "`{name}`: expected {edges} numbers, one for every edge, found {}",
+                    list.len()
+                ));
+            }
+            let wrong = |&&(_, &x): &&(usize, &f64)| !(x > 0.0 && x <= most);
+            let numbers: Vec<_> = list.iter().enumerate().collect();
+            if let Some((edge, x)) = numbers.iter().find(wrong) {
+                return Err(format!(
+                    "`{name}[{edge}]`: expected a number above 0 {unit} and at most {most} {unit}, found {x}"
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn check_payload(&self) -> Result<(), String> {
@@ -171,16 +198,17 @@ impl Truss {
             let says = || format!("`{what}`: expected an edge below {edges}, found {edge}");
             if edge < edges { Ok(()) } else { Err(says()) }
         };
-        for (name, list) in [("keep", &rules.keep), ("forbid", &rules.forbid)] {
+        let mut ruled = HashMap::new();
+        for (name, list) in rules.lists() {
             for (k, &edge) in list.iter().enumerate() {
                 known(format!("{name}[{k}]"), edge)?;
+                let other = *ruled.entry(edge).or_insert(name);
+                if other != name {
+                    return Err(format!(
+                        "`{name}`: edge {edge} is also in `{other}`; remove it from one of the two"
+                    ));
+                }
             }
-        }
-        let both = |edge: &&usize| rules.keep.contains(*edge);
-        if let Some(edge) = rules.forbid.iter().find(both) {
-            return Err(format!(
-                "`forbid`: edge {edge} is also in `keep`; remove it from one of the two"
-            ));
         }
         let mut seen = HashSet::new();
         for (k, tie) in rules.tie.iter().enumerate() {
@@ -190,16 +218,15 @@ impl Truss {
                     tie.len()
                 ));
             }
-            let rule = |edge: usize| [true, false].map(|solid| rules.allow(edge, solid));
             for &edge in tie {
                 known(format!("tie[{k}]"), edge)?;
                 if !seen.insert(edge) {
                     return Err(format!("`tie[{k}]`: edge {edge} is tied twice"));
                 }
-                if rule(edge) != rule(tie[0]) {
+                if rules.allowed(edge) != rules.allowed(tie[0]) {
                     return Err(format!(
                         "`tie[{k}]`: edges {} and {edge} are under different rules; tied edges must all \
-                         be in `keep`, all in `forbid` or all in neither",
+                         be in the same one of `keep`, `skeleton`, `actuator` and `forbid`, or all in none",
                         tie[0]
                     ));
                 }

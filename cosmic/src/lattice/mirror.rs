@@ -29,12 +29,17 @@ impl<const D: usize> Lattice<D> {
             .edges
             .iter()
             .map(|ends| edge_between(ends.map(|node| nodes[node])));
-        let edges = edges.collect::<Option<_>>()?;
+        let edges: Vec<usize> = edges.collect::<Option<_>>()?;
         let stays = self.payload.iter().all(|payload| {
             let node = nodes.get(payload.node).copied();
             node.is_some_and(|node| self.payload.contains(&Payload { node, ..*payload }))
         });
-        stays.then_some(Mirror { nodes, edges })
+        let numbers = [&self.rest_length, &self.stiffness];
+        let alike = numbers.into_iter().all(|numbers| {
+            let mut pairs = numbers.iter().zip(&edges);
+            pairs.all(|(own, &image): (&f64, &usize)| (own - numbers[image]).abs() <= SAME * own)
+        });
+        (stays && alike).then_some(Mirror { nodes, edges })
     }
 
     /// This lattice as a robot that stays its own mirror image: edges that mirror one another are tied. Without an image

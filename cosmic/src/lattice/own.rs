@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{Error, Result};
 use crate::geometry::Vector;
-use crate::reading::{from_json, placed, read_at_most};
+use crate::reading::{from_json, placed, read_at_most, text_of};
 use crate::registry::Registry;
 
 /// The value of the key `format` in a truss file.
@@ -31,6 +31,11 @@ pub struct Truss {
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
+    /// The rest length of each edge, in metres. Empty if they are the distances of the nodes.
+    pub rest: Vec<f64>,
+    /// The stiffness of the bar of each edge, in N/m, whether it is skeleton or actuator. Empty if the stiffnesses are
+    /// those of the scene's materials.
+    pub stiffness: Vec<f64>,
     /// The number that each node had in the original file or program. Empty if no node was renumbered.
     pub given_numbers: Vec<usize>,
 }
@@ -40,6 +45,7 @@ impl PartialEq for Truss {
     fn eq(&self, other: &Self) -> bool {
         (&self.nodes, &self.edges) == (&other.nodes, &other.edges)
             && (&self.payload, &self.rules) == (&other.payload, &other.rules)
+            && (&self.rest, &self.stiffness) == (&other.rest, &other.stiffness)
     }
 }
 
@@ -71,6 +77,10 @@ impl Payload {
 pub struct EdgeRules {
     /// Edges that are always solid: either skeleton or actuator.
     pub keep: Vec<usize>,
+    /// Edges that are always skeleton.
+    pub skeleton: Vec<usize>,
+    /// Edges that are always actuators.
+    pub actuator: Vec<usize>,
     /// Edges that are always void.
     pub forbid: Vec<usize>,
     /// Groups of edges that share one design vector. Each group is in ascending order.
@@ -78,10 +88,33 @@ pub struct EdgeRules {
 }
 
 impl EdgeRules {
-    /// True if the rules allow that `edge` is solid (for `solid = true`) or void (for `solid = false`).
-    pub fn allow(&self, edge: usize, solid: bool) -> bool {
-        let against = if solid { &self.forbid } else { &self.keep };
-        !against.contains(&edge)
+    /// True for each material that the rules allow for `edge`: void, skeleton and actuator.
+    pub fn allowed(&self, edge: usize) -> [bool; 3] {
+        let is_in = |list: &[usize]| list.contains(&edge);
+        if is_in(&self.forbid) {
+            [true, false, false]
+        } else if is_in(&self.skeleton) {
+            [false, true, false]
+        } else if is_in(&self.actuator) {
+            [false, false, true]
+        } else {
+            [!is_in(&self.keep), true, true]
+        }
+    }
+
+    /// True if the rules allow every material for every edge.
+    pub fn allow_all(&self) -> bool {
+        self.lists().iter().all(|(_, list)| list.is_empty())
+    }
+
+    /// The lists of edges whose materials are restricted, with their keys in a truss file.
+    pub(super) fn lists(&self) -> [(&'static str, &[usize]); 4] {
+        [
+            ("keep", &self.keep),
+            ("skeleton", &self.skeleton),
+            ("actuator", &self.actuator),
+            ("forbid", &self.forbid),
+        ]
     }
 
     /// All edges in groups. The edges of a group share a design vector. An edge that is not tied forms a group by
@@ -111,16 +144,25 @@ pub struct Mirror {
 struct RawTruss {
     format: String,
     version: u32,
-    nodes: Vec<Vector<f64>>,
+    // Read as lists of any length, so that the error for three coordinates can say what to do.
+    nodes: Vec<Vec<f64>>,
     edges: Vec<[usize; 2]>,
     #[serde(default = "Payload::first_node", deserialize_with = "payload")]
     payload: Vec<Payload>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     keep: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    skeleton: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    actuator: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     forbid: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     tie: Vec<Vec<usize>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    rest: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    stiffness: Vec<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     given_numbers: Vec<usize>,
 }
@@ -144,16 +186,20 @@ fn payload<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<Payloa
 
 impl From<Truss> for RawTruss {
     fn from(truss: Truss) -> Self {
-        let EdgeRules { keep, forbid, tie } = truss.rules;
+        let rules = truss.rules;
         Self {
             format: FORMAT.to_owned(),
             version: VERSION,
-            nodes: truss.nodes,
+            nodes: truss.nodes.iter().map(|x| x.array().to_vec()).collect(),
             edges: truss.edges,
             payload: truss.payload,
-            keep,
-            forbid,
-            tie,
+            keep: rules.keep,
+            skeleton: rules.skeleton,
+            actuator: rules.actuator,
+            forbid: rules.forbid,
+            tie: rules.tie,
+            rest: truss.rest,
+            stiffness: truss.stiffness,
             given_numbers: truss.given_numbers,
         }
     }
@@ -169,15 +215,30 @@ impl TryFrom<RawTruss> for Truss {
                 raw.format, raw.version
             ));
         }
+        let place = |(node, x): (usize, Vec<f64>)| match *x {
+            [along, above] => Ok(Vector::new([along, above])),
+            [_, _, _] => Err(format!(
+                "`nodes[{node}]` has three coordinates: {x:?}; trusses are planar so far, so write [along, above] and \
+                 leave out the coordinate across"
+            )),
+            _ => Err(format!(
+                "`nodes[{node}]`: expected two coordinates, [along, above], found {x:?}"
+            )),
+        };
+        let nodes = raw.nodes.into_iter().enumerate().map(place);
         let truss = Truss {
-            nodes: raw.nodes,
+            nodes: nodes.collect::<std::result::Result<_, _>>()?,
             edges: raw.edges,
             payload: raw.payload,
             rules: EdgeRules {
                 keep: raw.keep,
+                skeleton: raw.skeleton,
+                actuator: raw.actuator,
                 forbid: raw.forbid,
                 tie: raw.tie,
             },
+            rest: raw.rest,
+            stiffness: raw.stiffness,
             given_numbers: raw.given_numbers,
         };
         truss.checked()
@@ -192,6 +253,8 @@ impl Default for Truss {
             edges: Vec::new(),
             payload: Payload::first_node(),
             rules: EdgeRules::default(),
+            rest: Vec::new(),
+            stiffness: Vec::new(),
             given_numbers: Vec::new(),
         }
     }
@@ -201,7 +264,7 @@ impl Truss {
     /// Reads a truss file.
     ///
     /// # Errors
-    /// [`Error::Read`] for a missing file or a folder, [`Error::Usage`] for a file that is too long,
+    /// [`Error::Read`] for a missing file or a folder, [`Error::Usage`] for a file that is too long or not UTF-8,
     /// [`Error::Malformed`] with the place for a malformed truss.
     pub fn read(path: &Path) -> Result<Self> {
         let about = path.metadata().map_err(Error::reading(path))?;
@@ -210,10 +273,9 @@ impl Truss {
             return Err(Error::reading(path)(source));
         }
         let bytes = read_at_most(path, LARGEST)?;
-        Self::parse(
-            &path.display().to_string(),
-            &String::from_utf8_lossy(&bytes),
-        )
+        let file = path.display().to_string();
+        let text = text_of(&file, &bytes)?;
+        Self::parse(&file, text)
     }
 
     /// Reads a truss from the text of a file; messages name `file`.

@@ -30,6 +30,9 @@ pub struct Lattice<const D: usize = 2> {
     pub payload: Vec<Payload>,
     /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
+    /// The stiffness of the bar of each edge, in N/m, whether it is skeleton or actuator. Empty if the stiffnesses are
+    /// those of the materials.
+    pub stiffness: Vec<f64>,
     /// The mirror image of the lattice, for a robot that stays its own mirror image (`lattice.mirror`).
     pub mirror: Option<Mirror>,
 }
@@ -55,8 +58,8 @@ impl Lattice {
     /// Converts a truss to a lattice. `positions` are the positions of its nodes in the world's frame.
     pub(crate) fn of_truss(truss: &Truss, positions: Vec<Vector<f64>>) -> Self {
         let distance = |&[i, j]: &[usize; 2]| positions[i].distance(positions[j]);
-        let rest_length: Vec<f64> = truss.edges.iter().map(distance).collect();
-        let spacing = median(&rest_length)
+        let distances: Vec<f64> = truss.edges.iter().map(distance).collect();
+        let spacing = median(&distances)
             .filter(|length| *length > 0.0)
             .unwrap_or(1.0);
         let corner = Bounds::of(truss.nodes.iter().copied()).low;
@@ -68,22 +71,29 @@ impl Lattice {
                 .collect(),
             positions,
             edges: truss.edges.clone(),
-            rest_length,
+            rest_length: if truss.rest.is_empty() {
+                distances
+            } else {
+                truss.rest.clone()
+            },
             spacing,
             scale: Self::SPACINGS * spacing,
             payload: truss.payload.clone(),
             rules: truss.rules.clone(),
+            stiffness: truss.stiffness.clone(),
             mirror: None,
         }
     }
 
-    /// Converts this lattice to a truss. The node positions of the truss are the `places` of this lattice.
+    /// Converts this lattice to a truss. The node positions of the truss are the `places` of this lattice, so its edges
+    /// have the lengths of their places.
     pub fn truss(&self) -> Truss {
         Truss {
             nodes: self.places.clone(),
             edges: self.edges.clone(),
             payload: self.payload.clone(),
             rules: self.rules.clone(),
+            stiffness: self.stiffness.clone(),
             ..Truss::default()
         }
     }

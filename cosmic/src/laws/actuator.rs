@@ -28,7 +28,7 @@ impl BarForce for Actuator {
     const REPLACES_SPRING: bool = true;
 
     /// An actuator pulls its length towards the target like a spring, but with at most `force` times `1 - rate / speed`
-    /// in the direction in which it does work (SPEC section 11). While it is driven backwards it holds `force`. At its
+    /// in the direction in which it does work. While it is driven backwards it holds `force`. At its
     /// limits, the derivative is that of the limit, and at rate 0 that of an actuator which is driven backwards.
     #[inline(always)]
     fn tension<R: Real>(actuator: &Actuator<R>, bar: Bar<R>) -> R {

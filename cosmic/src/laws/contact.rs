@@ -71,11 +71,13 @@ pub trait Contact: Law {
         but: R,
     ) -> Particle<R, D> {
         let left = R::lit(drift.dt);
+        let node = terrain.beside_walls(node, R::lit(NONE));
         let mut way = Way { node, left };
         let mut met = but;
         for _ in 0..2 {
             let meeting = terrain.meet(&way, met);
             let Way { node, left } = meeting.reached(&way);
+            let node = terrain.beside_walls(node, meeting.segment);
             let impact = Impact {
                 velocity: node.v,
                 rest: left,
@@ -282,8 +284,9 @@ impl Underfoot for Terrain {
 
     #[inline(always)]
     fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
-        let left = R::lit(dt);
-        let meeting = self.meet(&Way { node, left }, R::lit(NONE));
+        let (none, left) = (R::lit(NONE), R::lit(dt));
+        let node = self.beside_walls(node, none);
+        let meeting = self.meet(&Way { node, left }, none);
         (meeting.touches, meeting.segment)
     }
 

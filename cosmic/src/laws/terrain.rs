@@ -1,21 +1,27 @@
 //! Terrain: the segments of a ground's profile, and the search for the first segment that a node meets.
 //!
-//! The profile is a function of the position along the ground, so a node is over exactly one segment at any time. The
-//! path of a node over the corners of the profile consists of stays: during each stay, the node is over one segment.
-//! The node meets the first segment whose line it crosses during the stay over that segment. Each stay begins exactly
-//! when the previous stay ends, so that no node slips through a corner because of rounding.
+//! A node is over exactly one segment at any time. The path of a node over the corners of the profile consists of stays:
+//! during each stay, the node is over one segment. The node meets the first segment whose line it crosses during the stay
+//! over that segment. Each stay begins exactly when the previous stay ends, so that no node slips through a corner because
+//! of rounding.
+//!
+//! A vertical wall is a segment without a stay. A node meets it at the moment between two stays, if it passes the wall
+//! below the edge. Then it is placed exactly at the wall, because a node behind the wall would be below the ground there.
+//! A node exactly at a wall is in front of it, over the ground at its foot.
 
 use std::sync::Arc;
 
 use autodiff::{Mask, Real};
 
 use super::motion::Particle;
-use crate::geometry::{Plane, Profile, Rotation, Vector};
+use crate::geometry::{Plane, Profile, Rotation, Vector, Wall};
 
 /// The profile of the ground as a list of segments, for use in kernels.
 #[derive(Clone, Debug)]
 pub struct Terrain {
     segments: Arc<[Segment]>,
+    /// The numbers of the segments that are walls.
+    walls: Arc<[usize]>,
 }
 
 /// A straight part of the terrain, in the ground's frame.
@@ -24,6 +30,10 @@ struct Segment {
     plane: Plane<f64>,
     /// The position along the ground at which this segment ends and the next one begins, m.
     end: f64,
+    /// The wall, if this segment is one.
+    wall: Option<Wall>,
+    /// The number of the wall at the end of this segment: this segment itself, or the next one.
+    wall_at_end: Option<usize>,
 }
 
 /// A point counts as on a line if its distance from the line is at most this share of its distance from the corner
@@ -41,22 +51,31 @@ impl Terrain {
             let (from, to) = (ends[0], ends[1]);
             match segments.last_mut() {
                 // Points on one line do not form a corner, so a node slides across them without an impact.
-                Some(last) if last.plane.height(to).abs() < ON_LINE * from.distance(to) => {
-                    last.end = to.forward();
+                Some(last) if last.continues_to(from, to) => last.end = to.forward(),
+                _ => {
+                    let axes = Rotation::towards(from, to);
+                    let wall = profile.walls().find(|wall| wall.place == to.forward());
+                    segments.push(Segment {
+                        wall: wall.filter(|wall| wall.place == from.forward()),
+                        ..Segment::new(from, axes, to.forward())
+                    });
                 }
-                _ => segments.push(Segment::new(
-                    from,
-                    Rotation::towards(from, to),
-                    to.forward(),
-                )),
             }
         }
         match segments.last_mut() {
             Some(segment) if segment.plane.axes == level => segment.end = f64::INFINITY,
             _ => segments.push(Segment::new(last, level, f64::INFINITY)),
         }
+        let is_wall = |k: &usize| segments[*k].wall.is_some();
+        let walls: Arc<[usize]> = (0..segments.len()).filter(is_wall).collect();
+        for &wall in &*walls {
+            // The first segment is level, so there is one before the wall.
+            for k in [wall - 1, wall] {
+                segments[k].wall_at_end = Some(wall);
+            }
+        }
         let segments = segments.into();
-        Some(Self { segments })
+        Some(Self { segments, walls })
     }
 
     /// The plane of segment number `segment`; of the first segment for other numbers. It has no derivative.
@@ -68,6 +87,57 @@ impl Terrain {
             plane = Plane::select(is_next, self.segments[k].plane.lit(), plane);
         }
         plane
+    }
+
+    /// A node that touches the wall with segment number `touched`, or is behind a wall by a rounding error, is placed
+    /// exactly at the wall. Its derivatives do not change.
+    #[inline(always)]
+    pub(super) fn beside_walls<R: Real, const D: usize>(
+        &self,
+        node: Particle<R, D>,
+        touched: R,
+    ) -> Particle<R, D> {
+        let (zero, mut x) = (R::zero(), node.x);
+        for &k in &*self.walls {
+            let segment = &self.segments[k];
+            let Some(wall) = &segment.wall else { continue };
+            let touches = is_number(k, touched);
+            let behind = -segment.plane.lit().height(x);
+            let below = R::lit(wall.heights.high) - x.up();
+            // A node that stands on the edge is nearer to the top than to the wall.
+            let is_behind =
+                zero.less(behind) & behind.less(R::lit(wall.tolerance())) & behind.less(below);
+            let way = (R::lit(wall.place) - x.forward()).detach();
+            let way = R::select(touches | is_behind, way, zero);
+            x = x.moved_along(Vector::upright(way, zero));
+        }
+        Particle { x, ..node }
+    }
+
+    /// The position along the ground at which a node leaves segment number `k`, forward. A node that moves along a wall,
+    /// or touches the wall with segment number `but`, stays in front of it.
+    #[inline(always)]
+    fn end_of<R: Real, const D: usize>(&self, k: usize, way: &Way<R, D>, but: R) -> R {
+        let Segment {
+            end, wall_at_end, ..
+        } = self.segments[k];
+        let end = R::lit(end);
+        let Some(number) = wall_at_end else {
+            return end;
+        };
+        let segment = &self.segments[number];
+        let Some(wall) = &segment.wall else {
+            return end;
+        };
+        let touches = is_number(number, but);
+        let moves_along = way.node.v.forward().abs().less(R::lit(LEAST_SPEED));
+        let is_in_front = !segment.plane.lit().height(way.node.x).less(R::zero());
+        let never = R::lit(if wall.rises {
+            f64::INFINITY
+        } else {
+            f64::NEG_INFINITY
+        });
+        R::select((touches | moves_along) & is_in_front, never, end)
     }
 
     /// Finds the first segment of the terrain that a node meets on its way. Ignores segment number `but`. The result
@@ -87,14 +157,29 @@ impl Terrain {
             let (number, plane) = (R::lit(k as f64), segment.plane.lit());
             // The first and the last moment at which the node is over this segment. A node that moves backwards leaves
             // a segment where the segment begins.
-            let leaves = (R::lit(segment.end) - x.forward()) * per_way;
+            let leaves = (self.end_of(k, way, but) - x.forward()) * per_way;
             let first = enters.min(leaves).max(zero);
             let last = enters.max(leaves).min(way.left);
             enters = leaves;
             let (height, out) = (plane.height(x), plane.axes.out(v));
-            let sinks = last.fma(out, height).less(zero) & out.less(zero);
             let is_other = number.less(but) | but.less(number);
-            let is_met = sinks & is_other & first.less(last) & first.less(earliest);
+            let Encounter {
+                is_met,
+                first,
+                last,
+            } = match &segment.wall {
+                None => {
+                    let sinks = last.fma(out, height).less(zero) & out.less(zero);
+                    let is_met = sinks & first.less(last) & first.less(earliest);
+                    Encounter {
+                        is_met,
+                        first,
+                        last,
+                    }
+                }
+                Some(wall) => segment.pass(wall, way, per_way, earliest),
+            };
+            let is_met = is_met & is_other;
             earliest = R::select(is_met, first, earliest);
             last_met = R::select(is_met, last, last_met);
             met.touches = met.touches | is_met;
@@ -106,6 +191,13 @@ impl Terrain {
         met.latest = last_met;
         met.detached()
     }
+}
+
+/// How a node passes a segment: whether it meets the segment, and the earliest and the latest time of impact, s.
+struct Encounter<R: Real> {
+    is_met: R::Mask,
+    first: R,
+    last: R,
 }
 
 /// The time of impact may be earlier than the node's stay over the segment, by at most this fraction of the remaining
@@ -123,7 +215,48 @@ const LEAST_SPEED: f64 = 1e-30;
 impl Segment {
     fn new(point: Vector<f64>, axes: Rotation<f64>, end: f64) -> Self {
         let plane = Plane::through(point, axes);
-        Self { plane, end }
+        Self {
+            plane,
+            end,
+            wall: None,
+            wall_at_end: None,
+        }
+    }
+
+    /// True if the line from the corner `from`, where this segment ends, to the corner `to` is a part of this segment.
+    fn continues_to(&self, from: Vector<f64>, to: Vector<f64>) -> bool {
+        match self.wall {
+            None => self.plane.height(to).abs() < ON_LINE * from.distance(to),
+            Some(wall) => to.forward() == wall.place,
+        }
+    }
+
+    /// Whether a node passes this segment, which is a wall, from the front to the back and below the edge. `per_way` is
+    /// the reciprocal of the speed along the ground. A wall is met before the ground behind it, which the node reaches at
+    /// the same moment.
+    #[inline(always)]
+    fn pass<R: Real, const D: usize>(
+        &self,
+        wall: &Wall,
+        way: &Way<R, D>,
+        per_way: R,
+        earliest: R,
+    ) -> Encounter<R> {
+        let (node, plane, zero) = (way.node, self.plane.lit(), R::zero());
+        let is_in_front = !plane.height(node.x).less(zero);
+        // Computes the end of the drift exactly as the drift does, so that no node slips through by rounding.
+        let ends_behind = plane.height(node.after(way.left).x).less(zero);
+        let moves_in = plane.axes.out(node.v).less(zero);
+        let first = (R::lit(wall.place) - node.x.forward()) * per_way;
+        let first = first.min(way.left).max(zero);
+        let edge = R::lit(wall.heights.high);
+        let is_below = node.after(first).x.up().less(edge);
+        Encounter {
+            is_met: is_in_front & ends_behind & moves_in & is_below & !earliest.less(first),
+            first,
+            // The bounds serve other segments. Here, the time of impact is within the drift anyway.
+            last: way.left,
+        }
     }
 }
 
@@ -198,6 +331,13 @@ impl<R: Real> Meeting<R> {
     pub(super) fn in_ground<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         self.plane.axes.out_of_rotated(vector)
     }
+}
+
+/// True if a segment number is `k`.
+#[inline(always)]
+fn is_number<R: Real>(k: usize, number: R) -> R::Mask {
+    let k = R::lit(k as f64);
+    !(k.less(number) | number.less(k))
 }
 
 /// The segment number for "no segment".

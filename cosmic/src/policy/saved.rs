@@ -95,6 +95,37 @@ impl Weights {
         Ok(Controller::new(blocks, numbers))
     }
 
+    /// Sorts the rows of a block that has one row or number for each edge: row `k` becomes the former row `order[k]`.
+    /// `fewer` is the same block for a lattice with one edge less. Returns false, and changes nothing, if the block does
+    /// not have one row or number for each edge.
+    pub(crate) fn sort(&mut self, block: &Block, fewer: &Block, order: &[usize]) -> bool {
+        let of_edges = match (block.shape, fewer.shape) {
+            (Shape::Vector(len), Shape::Vector(less)) => {
+                (len, less) == (order.len(), order.len() - 1)
+            }
+            (
+                Shape::Matrix { rows, columns },
+                Shape::Matrix {
+                    rows: less,
+                    columns: same,
+                },
+            ) => (rows, less, columns) == (order.len(), order.len() - 1, same),
+            _ => false,
+        };
+        let own = self.0.iter_mut().find(|(name, _)| *name == block.name);
+        match own.map(|(_, numbers)| numbers) {
+            Some(Numbers::Vector(numbers)) if of_edges && numbers.len() == order.len() => {
+                *numbers = order.iter().map(|&edge| numbers[edge]).collect();
+            }
+            Some(Numbers::Rows(rows)) if of_edges && rows.len() == order.len() => {
+                *rows = order.iter().map(|&edge| rows[edge].clone()).collect();
+            }
+            // Another check refuses a block that is missing or has the wrong shape.
+            _ => return of_edges,
+        }
+        true
+    }
+
     /// The number of hidden units; `None` if the parameters do not belong to a network.
     fn hidden(&self) -> Option<usize> {
         let found = self.0.iter().find(|(name, _)| *name == HIDDEN);

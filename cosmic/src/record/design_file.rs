@@ -13,6 +13,7 @@ use crate::reading::read_whole;
 use crate::scene::Scene;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// The format of a design file.
@@ -25,7 +26,7 @@ pub const DESIGN: &str = "design.json";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignFile {
-    /// The two nodes `[i, j]` of each edge. They show whether the design was made for another lattice.
+    /// The two nodes of each edge, in any order. They show whether the design was made for another lattice.
     pub edges: Vec<[usize; 2]>,
     /// The design vectors, one per edge.
     pub z: Vec<[f64; 3]>,
@@ -94,7 +95,64 @@ impl DesignFile {
         Design::of_vectors(self.z.clone())
     }
 
-    /// Checks that the design fits the scene, and returns its controller. Errors name `file`.
+    /// Sorts the edges of this file, which may be listed in any order, as the scene's lattice does, and with them the
+    /// design vectors, the materials and the controller's numbers for edges. Errors name `file`.
+    ///
+    /// # Errors
+    /// [`Error::Misfit`] for another number of edges; [`Error::Usage`] for an edge that the lattice does not have, and for
+    /// a policy whose numbers cannot be sorted.
+    pub fn in_order(mut self, scene: &Scene, file: &str) -> Result<Self> {
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let edges = lattice.edges.len();
+        if self.edges == lattice.edges || self.edges.len() != edges {
+            // `robot` refuses another number of edges.
+            return Ok(self);
+        }
+        let sorted = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
+        let places: HashMap<[usize; 2], usize> =
+            lattice.edges.iter().map(sorted).zip(0..).collect();
+        let mut order = vec![None; edges];
+        for (e, ends) in self.edges.iter().enumerate() {
+            let says = match places.get(&sorted(ends)) {
+                None => "is not an edge of the scene's lattice",
+                Some(&place) if order[place].is_some() => "is given twice",
+                Some(&place) => {
+                    order[place] = Some(e);
+                    continue;
+                }
+            };
+            return Err(Error::Usage(format!(
+                "{file}: `edges[{e}]`: {ends:?} {says}"
+            )));
+        }
+        let order: Vec<usize> = order.into_iter().flatten().collect();
+        for (what, rows) in [
+            ("rows of `z`", self.z.len()),
+            ("entries in `materials`", self.materials.len()),
+        ] {
+            fits(file, what, rows, edges)?;
+        }
+        self.z = order.iter().map(|&e| self.z[e]).collect();
+        self.materials = order.iter().map(|&e| self.materials[e]).collect();
+        let blocks = blocks_of(&scene.controller, &lattice);
+        let mut smaller = lattice.clone();
+        smaller.edges.pop();
+        let fewer = blocks_of(&scene.controller, &smaller);
+        for (block, fewer) in blocks.iter().zip(&fewer) {
+            if block.shape != fewer.shape && !self.controller.sort(block, fewer, &order) {
+                return Err(Error::Usage(format!(
+                    "{file}: `edges`: the edges are not in the order of the scene's lattice, in which `controller.{}` has \
+                     its numbers; list them in the order of {:?}",
+                    block.name, lattice.edges
+                )));
+            }
+        }
+        self.edges = lattice.edges;
+        Ok(self)
+    }
+
+    /// Checks that the design fits the scene, with its edges [in order](Self::in_order), and returns its controller.
+    /// Errors name `file`.
     ///
     /// # Errors
     /// [`Error::Misfit`] for another number of edges, nodes or hidden units; [`Error::Usage`] for edges between other
@@ -128,9 +186,10 @@ impl DesignFile {
     /// Puts the robot of this file into its scene, and returns a case that can be simulated. Errors name `file`.
     ///
     /// # Errors
-    /// Like [`robot`](Self::robot).
+    /// Like [`in_order`](Self::in_order) and [`robot`](Self::robot).
     pub fn case(&self, scene: &Scene, file: &str) -> Result<Case> {
-        let controller = self.robot(scene, file)?;
-        Ok(Case::of_robot(scene, self.design(), controller))
+        let sorted = self.clone().in_order(scene, file)?;
+        let controller = sorted.robot(scene, file)?;
+        Ok(Case::of_robot(scene, sorted.design(), controller))
     }
 }

@@ -23,7 +23,15 @@ pub fn write_atomic(
     path: &Path,
     mut fill: impl FnMut(&mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
-    replace(path, &mut fill).map_err(Error::writing(path))
+    replace(path, &mut fill).map_err(|error| Error::writing(path)(without_place(error)))
+}
+
+/// The error of the operating system within an error that names a temporary file. The user knows only the file that was to
+/// be written.
+fn without_place(error: io::Error) -> io::Error {
+    let source = error.get_ref().and_then(|inner| inner.source());
+    let code = source.and_then(|source| source.downcast_ref::<io::Error>()?.raw_os_error());
+    code.map_or(error, io::Error::from_raw_os_error)
 }
 
 type Fill<'a> = &'a mut dyn FnMut(&mut dyn Write) -> io::Result<()>;

@@ -4,7 +4,7 @@ use super::RunPlan;
 use super::files::{no_run, read_json};
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
-use crate::codesign::{Delivery, Progress, Reliability};
+use crate::codesign::{Delivery, Progress, Reliability, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
@@ -35,19 +35,25 @@ keys! {
         scene: String, "text";
         /// The seed; of several starts, the seed of the best one.
         seed: u64, "whole number";
-        /// Median of the displacements along the ground from perturbed starts: the figure to quote.
+        /// Median of the displacements along the ground from perturbed starts, which differ by about a nanometre.
         displacement_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_p50"];
         /// 10 % quantile of the displacements of `displacement_p50`.
         displacement_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_p10"];
         /// 90 % quantile of the displacements of `displacement_p50`.
         displacement_p90: Option<f64>, "number or `null`", unit "m", columns ["displacement_p90"];
-        /// Median of the displacements along the ground of robots that vary a little: their starts vary by 1 % of a
-        /// spacing, their friction and the stiffness of their edges by 5 %. `null` in files of earlier versions.
+        /// Median of the displacements along the ground of robots that vary a little: the figure to quote. Their starts
+        /// vary by 1 % of a spacing, their friction and the stiffness of their edges by 5 %. They have the goal of the
+        /// scene.
         #[serde(default)]
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
         #[serde(default)]
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
+        /// Median displacement from the starts of `displacement_p50` with half the time step.
+        displacement_half_step_p50: Option<f64>, "number or `null`", unit "m";
+        /// Median displacement from the starts of `displacement_p50` with another integrator: leapfrog if the scene's is
+        /// symplectic Euler, otherwise symplectic Euler. `null` also if that needs more than 64 substeps.
+        displacement_integrator_p50: Option<f64>, "number or `null`", unit "m";
         /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
         /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
@@ -67,14 +73,20 @@ keys! {
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
         /// The score by which the best of several runs is chosen: `displacement_selection_p50`, or the 10 % quantile
         /// over the same perturbed starts if the robot is unreliable there. With `selection.kind = "robust"`, both are
-        /// robust displacements, and the score is the 10 % quantile. `null` in files of earlier versions.
+        /// robust displacements, and the score is the 10 % quantile. If the robot is unreliable because of the time step
+        /// or the integrator, the score is at most the median with those. `null` in files of earlier versions.
         #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
         /// Whether `displacement_robust_p50` describes the robot well; for tasks other than `far`, whether the median
-        /// loss of the same varied robots does. `verdict` is `reliable` or `unreliable`; an unreliable robot has a
-        /// `reason`. Absent in files of earlier versions.
+        /// loss of the same varied robots does. A robot is also unreliable if its displacement, or its loss, changes by more
+        /// than 20 % with half the time step or with another integrator, and a robot that should walk far if it stands
+        /// still. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`. Absent in files of earlier
+        /// versions.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
+        /// Only if the robot stopped in the unperturbed rollout before its last quarter: since when and where it stands still.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        standstill: Option<Standstill>, "object", parts Standstill;
         /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; if goals are given,
         /// over robots that vary a little and have sequences of goals. Absent if too many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -98,6 +110,10 @@ keys! {
         /// versions.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         energy: Option<Energy>, "object", parts Energy;
+        /// The energy of the varied robot whose displacement is nearest to `displacement_robust_p50`, per distance of this
+        /// median: the figures to quote. Absent if there is no median.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        energy_robust: Option<Energy>, "object", parts Energy;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
             columns ["flips"] of |s: &Summary| (!s.is_undecided()).then_some(s.flips);
@@ -149,7 +165,7 @@ keys! {
         #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
         /// The number with this name in the summary of the start.
-        displacement_p50: Option<f64>, "number or `null`", unit "m";
+        displacement_robust_p50: Option<f64>, "number or `null`", unit "m";
         /// The verdict in the summary of the start.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
@@ -166,7 +182,7 @@ impl Start {
             seed,
             displacement_selection_p50: summary.and_then(|s| s.displacement_selection_p50),
             displacement_selection_score: summary.and_then(Summary::score),
-            displacement_p50: summary.and_then(|s| s.displacement_p50),
+            displacement_robust_p50: summary.and_then(|s| s.displacement_robust_p50),
             reliability: summary.and_then(|s| s.reliability.clone()),
             dropped_at,
         }
@@ -207,16 +223,29 @@ impl Summary {
     /// The numbers of the summary that a verdict judges. `scene` is the scene of the run.
     pub fn measured(&self, scene: &Scene, lattice: &Lattice) -> Measured<'_> {
         Measured {
-            displacement: self.displacement_p50,
+            displacement: self.displacement_robust_p50,
             reliability: self.reliability.as_ref(),
+            standstill: self.standstill,
             is_far: self.loss_p50.is_none(),
             is_undecided: self.is_undecided(),
+            volumes: Some([self.volume, self.actuator_volume]),
             structure: self.structure,
             loads: self.loads.as_ref(),
-            energy: self.energy,
+            energy: self.quoted_energy(),
             bars: bars(self.volume, lattice),
             ..Measured::unmeasured(scene, lattice)
         }
+    }
+
+    /// The mass and the energy to quote: those of the walk of `displacement_robust_p50`, or of the unperturbed walk.
+    pub fn quoted_energy(&self) -> Option<Energy> {
+        self.energy_robust.or(self.energy)
+    }
+
+    /// The time in which the robot walks, s, in a rollout of `seconds`: until it stands still.
+    pub fn seconds_of_walk(&self, seconds: f64) -> f64 {
+        let still = self.standstill.filter(|_| self.loss_p50.is_none());
+        still.map_or(seconds, |still| still.since)
     }
 
     /// Whether the robot is reliable, in one word; `None` in files of earlier versions.
@@ -262,12 +291,16 @@ impl Summary {
             displacement_p90: finite(delivery.spread.p90),
             displacement_robust_p50: finite(delivery.robust.p50),
             displacement_robust_p10: finite(delivery.robust.p10),
+            displacement_half_step_p50: finite(delivery.other_steps.half.displacement),
+            displacement_integrator_p50: (delivery.other_steps.integrator)
+                .and_then(|(_, medians)| finite(medians.displacement)),
             displacement_last_p50: finite(delivery.last.p50),
             displacement_clock_p50: finite(delivery.clock_alone.p50),
             displacement_behind_p50: delivery.behind.and_then(|behind| finite(behind.p50)),
             displacement_selection_p50: finite(delivery.selection.p50),
             displacement_selection_score: finite(delivery.selection_score),
             reliability: Some(delivery.reliability.clone()),
+            standstill: delivery.standstill,
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volume,
             actuator_volume: delivery.actuator_volume,
@@ -275,6 +308,7 @@ impl Summary {
             structure: delivery.structure,
             loads: delivery.loads.clone(),
             energy: delivery.energy,
+            energy_robust: delivery.robust_energy,
             flips: progress.flips,
             skipped_gradients: progress.skipped,
             entered: progress.entered,
@@ -316,8 +350,16 @@ pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }
 
-/// Text that says why the run in a folder has no result, and what the user can do.
+/// Text that says why the run in a folder lacks a file of its result, and what the user can do.
 fn unfinished(folder: &Path) -> String {
+    let summary = folder.join(SUMMARY);
+    if summary.exists() {
+        let (summary, run) = (in_shell(&summary), in_shell(folder));
+        return format!(
+            "the run is finished, but this file is missing; to write it again, delete {summary} and continue with: \
+             cosmic resume {run}"
+        );
+    }
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
         let command = format!("cosmic evaluate {}", in_shell(&diverged));

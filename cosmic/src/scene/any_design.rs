@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::materials::MaterialSettings;
+use super::materials::{BarNumbers, MaterialSettings};
 use super::robot::PhysicsSettings;
 use super::stable_step::{stable_step, stable_step_off_bars};
 use crate::lattice::{Body, Lattice, Marker};
@@ -125,10 +125,12 @@ fn per_mass_of_nodes(
     let mut edges_of = vec![(0.0_f64, 0.0); lattice.nodes()];
     // The edges of a generated lattice have only a few lengths.
     let mut of_length = HashMap::new();
-    for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
-        let Most { stiffness, ratio } = *of_length
-            .entry(length.to_bits())
-            .or_insert_with(|| most_of_any_mixture(materials, of_bar, length));
+    let edges = lattice.edges.iter().zip(&lattice.rest_length);
+    for (edge, (ends, &length)) in edges.enumerate() {
+        let bar = materials.of_edge(lattice, edge);
+        let key = (length.to_bits(), bar.stiffness.map(f64::to_bits));
+        let most = || most_of_any_mixture(materials, &bar, of_bar, length);
+        let Most { stiffness, ratio } = *of_length.entry(key).or_insert_with(most);
         for &node in ends {
             let (largest, sum) = edges_of[node];
             edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
@@ -180,11 +182,15 @@ struct Most {
     ratio: f64,
 }
 
-/// Computes bounds on the stiffness of an edge of this length, and on its stiffness divided by its density. The bounds
+/// Computes bounds on the stiffness of an edge with this `bar` and this length, and on its stiffness divided by its density. The bounds
 /// hold for every mixture.
-fn most_of_any_mixture(materials: &MaterialSettings, of_bar: &OfBar, length: f64) -> Most {
+fn most_of_any_mixture(
+    materials: &MaterialSettings,
+    bar: &BarNumbers,
+    of_bar: &OfBar,
+    length: f64,
+) -> Most {
     let stroke = materials.max_strain[ACTUATOR] * length;
-    let bar = materials.of_length(length);
     let mut most = Most::default();
     for other in 0..bar.stiffness.len() {
         // If the share of actuator is between two values, the ratio of stiffness and density is between the ratios at

@@ -8,7 +8,7 @@ use super::keys::sections;
 use super::read::{options, pointed};
 use crate::error::{Error, Result};
 use crate::laws::{self, Choice};
-use crate::reading::{read_at_most, too_long};
+use crate::reading::{self, read_at_most, too_long};
 use crate::registry::Registry;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -271,5 +271,5 @@ fn text_of<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str> {
     if bytes.len() as u64 > LARGEST {
         return Err(too_long(path, LARGEST));
     }
-    std::str::from_utf8(bytes).map_err(|_| not_text(&path.display().to_string(), bytes))
+    reading::text_of(&path.display().to_string(), bytes).map_err(not_text)
 }

@@ -92,17 +92,12 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The horizon is the part of a rollout that carries the gradient. It must not be longer than the rollout, and the
-/// window of a mean loss must fit into it.
+/// The horizon is the part of a rollout that carries the gradient. The window of a mean loss must fit into it. A horizon
+/// may be longer than the rollout, with which it then ends: most commands do not read the horizon, so they must not refuse
+/// a short rollout.
 fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
-    let (shortest, longest) = (first.min(last), first.max(last));
-    let steps = scene.physics.steps;
-    found.require(
-        longest <= steps,
-        ["schedule.horizon", "physics.steps"],
-        format!("the horizon ({longest} steps) is longer than the rollout ({steps} steps)"),
-    );
+    let shortest = first.min(last);
     if scene.loss.kind == LossKind::Final {
         return;
     }
@@ -190,10 +185,33 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
     let volume = &scene.volume;
     let [least, most] = volume.solid;
     let edges = truss.edges.len() as f64;
-    let [kept, forbidden] = [&truss.rules.keep, &truss.rules.forbid].map(|list| {
-        let distinct: HashSet<_> = list.iter().collect();
+    let rules = &truss.rules;
+    let share = |lists: &[&Vec<usize>]| {
+        let distinct: HashSet<_> = lists.iter().copied().flatten().collect();
         distinct.len() as f64 / edges
-    });
+    };
+    let kept = share(&[&rules.keep, &rules.skeleton, &rules.actuator]);
+    let forbidden = share(&[&rules.forbid]);
+    let [actuators, passive] = [
+        share(&[&rules.actuator]),
+        share(&[&rules.skeleton, &rules.forbid]),
+    ];
+    let [fewest, greatest] = volume.actuator;
+    found.require(
+        actuators <= greatest + volume.widening,
+        ["volume.actuator", "lattice.file"],
+        format!(
+            "the truss makes a share of {actuators:.3} of its edges actuators, but at most {greatest} may be actuators"
+        ),
+    );
+    found.require(
+        1.0 - passive >= fewest - volume.widening,
+        ["volume.actuator", "lattice.file"],
+        format!(
+            "the truss excludes a share of {passive:.3} of its edges from being actuators, but at least {fewest} must \
+             be actuators"
+        ),
+    );
     found.require(
         kept <= most + volume.widening,
         ["volume.solid", "lattice.file"],

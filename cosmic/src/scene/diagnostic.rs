@@ -1,7 +1,7 @@
 //! Errors in the text of a scene, shown with line, column and caret.
 
 use crate::error::Error;
-use crate::reading::{self, Position};
+use crate::reading::Position;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -94,6 +94,7 @@ pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error 
         line,
         column,
         message: first.message,
+        allowed: first.allowed,
         report: report.join("\n\n"),
     }
 }
@@ -115,13 +116,13 @@ fn show(source: &SceneText, fault: &Fault) -> String {
     Renderer::plain().render(&report)
 }
 
-/// The error for a file that is not text. It points at the first byte that is not UTF-8.
-pub(super) fn not_text(file: &str, bytes: &[u8]) -> Error {
-    let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-    let byte = bytes.get(valid.len()).copied().unwrap_or_default();
-    let message = format!("the byte 0x{byte:02x} is not UTF-8 text");
-    let mut error = reading::malformed(file, Position::after(valid), &message);
-    if let Error::Malformed { report, .. } = &mut error {
+/// Adds to the error for a file that is not text what is allowed.
+pub(super) fn not_text(mut error: Error) -> Error {
+    if let Error::Malformed {
+        allowed, report, ..
+    } = &mut error
+    {
+        *allowed = "a scene is UTF-8 text".to_owned();
         report.push_str("\n  = allowed: a scene is UTF-8 text");
     }
     error

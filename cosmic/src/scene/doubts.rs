@@ -1,9 +1,12 @@
 //! Warnings about settings that can be simulated but are probably a mistake.
 
-use super::{BarNumbers, ProfileKind, Scene, Setting, StartKind};
+use super::world::rounded;
+use super::{BarNumbers, Integrator, ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
+use crate::lattice::Lattice;
 use crate::laws::{Actuator, Buckle, Stops};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -95,6 +98,10 @@ const DOUBTS: &[Doubt] = &doubts! {
         if |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout;
     ["physics.gravity"]: "gravity points up"
         if |s| s.physics.gravity < 0.0;
+    ["physics.gravity", "physics.contact"]: "without gravity the robot does not rest on the ground"
+        if |s| s.physics.contact.has_ground() && s.physics.gravity == 0.0;
+    ["schedule.horizon", "physics.steps"]: "the horizon is longer than the rollout and ends with it"
+        if |s| s.schedule.horizon.iter().any(|&steps| steps > s.physics.steps);
     ["physics.contact", "physics.gravity"]: "the robot falls forever: there is no ground"
         if |s| !s.physics.contact.has_ground() && s.physics.gravity > 0.0;
     ["physics.friction", "physics.contact"]: "nothing holds the robot's feet: the ground has no friction"
@@ -175,10 +182,120 @@ impl Scene {
         let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
         in_doubt
             .map(|doubt| Finding::new(self, doubt.keys, doubt.says.into(), String::new()))
+            .chain(of_truss_in_pieces(self))
+            .chain(nonsense(self))
+            .chain(many_substeps(self))
             .chain(other_bending(self))
+            .chain(misfits(self))
+            .chain(slides(self))
+            .chain(too_heavy(self))
             .chain(self.unread())
             .collect()
     }
+}
+
+/// Warnings about parts that do not fit the edges of the lattice.
+fn misfits(scene: &Scene) -> Vec<Finding> {
+    let of = |(keys, says): (&[&str], String)| Finding::new(scene, keys, says, String::new());
+    scene.misfits().into_iter().map(of).collect()
+}
+
+/// The largest and the smallest plausible size of a robot, m. Other sizes are probably in other units.
+const SIZES: Range = Range {
+    low: 0.005,
+    high: 20.0,
+};
+
+/// Warnings about a robot of an implausible size, a robot far above the ground, and a rollout that is too short for a
+/// stride.
+fn nonsense(scene: &Scene) -> Vec<Finding> {
+    let (lattice, physics) = (&scene.lattice, &scene.physics);
+    let size = scene.extent().largest();
+    let of_robot = match lattice.is_truss() {
+        true => "lattice.file",
+        false => "lattice.spacing",
+    };
+    let warn = |keys: &[&str], says: String, remedy: &str| {
+        Finding::new(scene, keys, says, remedy.to_owned())
+    };
+    let mut found = Vec::new();
+    if size > SIZES.high || size < SIZES.low {
+        let says = format!("the robot measures {} m", rounded(size));
+        let remedy = "lengths are in metres; divide lengths in millimetres by 1000";
+        found.push(warn(&[of_robot], says, remedy));
+    }
+    let above = lattice.lowest();
+    if physics.contact.has_ground() && above > (0.5 * size).min(1.0) {
+        let key = match lattice.is_truss() {
+            true => "lattice.file",
+            false => "lattice.drop",
+        };
+        let says = format!("the robot starts {} m above the ground", rounded(above));
+        found.push(warn(&[key], says, "move its lowest node to the ground"));
+    }
+    let (lasts, stride) = (
+        physics.steps as f64 * physics.dt,
+        2.0 * PI / scene.controller.omega,
+    );
+    if lasts < stride && stride.is_finite() {
+        let says = format!(
+            "a rollout lasts {} s, which is less than a period of the clock ({} s)",
+            rounded(lasts),
+            rounded(stride)
+        );
+        let keys = ["physics.steps", "physics.dt", "controller.omega"];
+        found.push(warn(&keys, says, "raise physics.steps"));
+    }
+    found
+}
+
+/// A warning about a truss whose edges do not connect all of its nodes.
+fn of_truss_in_pieces(scene: &Scene) -> Option<Finding> {
+    let truss = scene.lattice.file.truss()?;
+    let mut piece: Vec<usize> = (0..truss.nodes.len()).collect();
+    let forbidden: HashSet<usize> = truss.rules.forbid.iter().copied().collect();
+    let edges = (truss.edges.iter().enumerate()).filter(|(edge, _)| !forbidden.contains(edge));
+    for (_, &[i, j]) in edges {
+        let (from, to) = (piece[i], piece[j]);
+        (piece.iter_mut().filter(|of| **of == from)).for_each(|of| *of = to);
+    }
+    let pieces: HashSet<usize> = piece.iter().copied().collect();
+    let other = piece.iter().position(|of| *of != piece[0])?;
+    let says = format!(
+        "the truss is in {} pieces: no edges connect node 0 with node {other}",
+        pieces.len()
+    );
+    let remedy = "add edges between the pieces, or merge nodes at the same place".to_owned();
+    Some(Finding::new(scene, &["lattice.file"], says, remedy))
+}
+
+/// Explicit steps with more substeps than this are slower than implicit steps by far.
+const MANY_SUBSTEPS: usize = 64;
+
+/// A warning about a scene that needs many short mechanical steps. The implicit step needs few, because it is stable for
+/// stiff bars.
+fn many_substeps(scene: &Scene) -> Option<Finding> {
+    let physics = &scene.physics;
+    let (steps, substeps) = (physics.steps, physics.substeps);
+    if physics.integrator == Integrator::Implicit || substeps <= MANY_SUBSTEPS {
+        return None;
+    }
+    let mut implicit = scene.clone();
+    implicit.physics.integrator = Integrator::Implicit;
+    implicit.follow();
+    let fewer = implicit.physics.steps * implicit.physics.substeps;
+    let remedy = match fewer < steps * substeps {
+        true => format!(
+            "set physics.integrator = \"implicit\": a rollout then takes {fewer} mechanical steps"
+        ),
+        false => "set physics.integrator = \"implicit\" and physics.substeps = 1".to_owned(),
+    };
+    let says = format!(
+        "light or stiff bars make the simulation slow: a rollout takes {} mechanical steps",
+        steps * substeps
+    );
+    let keys = ["physics.integrator", "physics.steps", "physics.substeps"];
+    Some(Finding::new(scene, &keys, says, remedy))
 }
 
 /// A warning if the law `buckle` lets bars buckle under another load than the part that they are made of.
@@ -190,5 +307,38 @@ fn other_bending(scene: &Scene) -> Option<Finding> {
         let remedy = format!("set buckle.bending to {bending:.3e}");
         let keys = ["buckle.bending", "parts.skeleton"];
         Finding::new(scene, &keys, says.to_owned(), remedy)
+    })
+}
+
+/// The margin of friction below which a scene is doubtful. A foot that pushes the robot up the slope needs more friction
+/// than one that only holds it.
+const FRICTION_MARGIN: f64 = 1.2;
+
+/// A warning if a robot at rest slides down the slope, or nearly so.
+fn slides(scene: &Scene) -> Option<Finding> {
+    let margin = scene.friction_margin()?;
+    let says = match margin {
+        ..1.0 => "the robot slides down the slope",
+        ..FRICTION_MARGIN => "the robot barely holds on the slope",
+        _ => return None,
+    };
+    let least = scene.physics.friction / margin;
+    let keys = ["physics.incline_deg", "physics.friction"];
+    let remedy = format!("a friction of {least:.2} holds it at rest; walking needs more");
+    Some(Finding::new(scene, &keys, says.to_owned(), remedy))
+}
+
+/// A warning if the payload is heavier than what the actuators can lift.
+fn too_heavy(scene: &Scene) -> Option<Finding> {
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let load = scene.share_of_lift(&lattice);
+    (load > 1.0).then(|| {
+        let lift = scene.lift(&lattice);
+        let says = format!(
+            "the payload weighs {:.3} N, but the actuators can lift {lift:.3} N at most",
+            load * lift
+        );
+        let remedy = "choose a lighter payload or stronger actuators".to_owned();
+        Finding::new(scene, &["physics.payload_mass"], says, remedy)
     })
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Scene;
+use crate::lattice::Lattice;
 use crate::settings;
 use crate::settings::{above, within};
 
@@ -78,6 +79,30 @@ settings! {
         stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m", since 7,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
+        /// Smallest length of a device, from joint to joint, or "off" if it is not known. A device is longer than its
+        /// stroke, because its rod slides into its body. The verdict compares it with the bars.
+        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Largest force of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
+        /// compares it with the forces in the walk.
+        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Largest speed of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
+        /// compares it with the speeds in the walk.
+        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Bore of a pneumatic cylinder, or "off" for a device that needs no air. With a bore, reports say how much air
+        /// the robot needs: every movement fills a chamber of the cylinder.
+        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Pressure of the air in a cylinder, above that of the atmosphere.
+        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa",
+            read "with a bore" if |s: &Scene| s.materials.parts.cylinder().is_some(),
+            source "beyond the paper: that of a usual compressed-air line";
     }
 }
 
@@ -126,6 +151,9 @@ settings! {
         Device = "device",
     }
 }
+
+/// The pressure of the atmosphere at which a volume of air is stated, Pa.
+const ATMOSPHERE: f64 = 1e5;
 
 /// The section of a bar.
 #[derive(Clone, Copy)]
@@ -187,6 +215,19 @@ impl PartsSettings {
         }
     }
 
+    /// The bore of the cylinders (m); `None` if actuators need no air.
+    fn cylinder(&self) -> Option<f64> {
+        let is_device = self.actuator == ActuatorPart::Device;
+        self.bore.filter(|_| is_device)
+    }
+
+    /// The air that cylinders take from the supply while their lengths change by `travel` (m) in total, as a volume at 1
+    /// bar (m^3): each movement fills a chamber at the absolute pressure. `None` if actuators need no air.
+    pub fn air(&self, travel: f64) -> Option<f64> {
+        let area = Section::disc(self.cylinder()?).area;
+        Some(travel * area * (self.pressure + ATMOSPHERE) / ATMOSPHERE)
+    }
+
     /// True if bars of skeleton or of actuator are parts.
     fn are_used(&self) -> bool {
         self.skeleton != SkeletonPart::Numbers || self.actuator != ActuatorPart::Numbers
@@ -243,6 +284,17 @@ impl MaterialSettings {
             *of_actuator = parts.actuator_mass / length + ends;
         }
         BarNumbers { stiffness, density }
+    }
+
+    /// The stiffness and the mass per length of the bar of an edge. A truss may give its stiffness, for both solid
+    /// materials.
+    pub fn of_edge(&self, lattice: &Lattice, edge: usize) -> BarNumbers {
+        let mut bar = self.of_length(lattice.rest_length[edge]);
+        if let Some(&given) = lattice.stiffness.get(edge) {
+            let [_, solid @ ..] = &mut bar.stiffness;
+            solid.fill(given);
+        }
+        bar
     }
 
     /// The force (N) under which a skeleton bar with this rest length (m) buckles: `pi^2 E I / l^2`, Euler's load of a bar

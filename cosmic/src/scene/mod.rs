@@ -29,6 +29,8 @@ mod follow;
 mod departures;
 mod unread;
 mod world;
+mod data_sheet;
+mod margins;
 mod doubts;
 mod check;
 mod fit;
@@ -51,6 +53,7 @@ pub use departures::Departure;
 pub use doubts::Finding;
 
 pub use crate::settings::Named;
+pub use data_sheet::{DataSheet, DeviceLength, SLENDERNESS};
 pub use design::{
     BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
     StartKind, StartSettings, VolumeSettings,
@@ -61,6 +64,7 @@ pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;
 pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
+pub use margins::Riser;
 pub use materials::{
     ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
 };

@@ -17,7 +17,8 @@ settings! {
         profile: ProfileKind = ProfileKind::Flat, since 1,
             read "with a contact law that has a ground" if |s: &Scene| s.physics.contact.has_ground(),
             source "paper: flat";
-        /// For "points": the corners of the profile, each as its place along the ground and its height.
+        /// For "points": the corners of the profile, each as its place along the ground and its height. Two corners at
+        /// the same place are a vertical wall.
         points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
@@ -149,7 +150,8 @@ impl From<Profile> for GroundSettings {
 impl SettingValue for Profile {
     fn allowed(&self, limits: &Limits) -> String {
         format!(
-            "up to {MOST_POINTS} pairs [along, height] in ascending order of along, each number {limits}"
+            "up to {MOST_POINTS} pairs [along, height] in ascending order of along, each number {limits}; two pairs with \
+             the same along are a vertical wall"
         )
     }
 
@@ -172,8 +174,8 @@ impl SettingValue for Profile {
             let mut point = [0.0; 2];
             point.read(entry, limits)?;
             points.push(Vector::new(point));
-            if Profile::not_ahead(&points).is_some() {
-                return Err(misfit(entry, "is not ahead of the point before it:"));
+            if let Some((_, says)) = Profile::misplaced(&points) {
+                return Err(misfit(entry, &format!("{says}:")));
             }
         }
         *self = Profile::new(points).map_err(|says| misfit(value, &says))?;

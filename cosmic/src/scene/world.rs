@@ -1,17 +1,54 @@
-//! Describes the world of a scene in one line.
+//! Describes the robot and the world of a scene, each in one line.
 
+use super::keys::Setting;
 use super::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
+use crate::geometry::Vector;
+use crate::lattice::Lattice;
 use crate::settings::Named;
 
 impl Scene {
+    /// A description of the robot in one line: its lattice, its size, its mass, and its payload. The mass is that of a
+    /// robot whose volume is in the middle of the bounds on the volume.
+    pub fn robot(&self) -> String {
+        let lattice = Lattice::new(&self.lattice, &self.physics);
+        let [long, high] = self.extent().map(rounded).array();
+        let solid = 0.5 * self.volume.solid.iter().sum::<f64>();
+        let of_bar = |&length: &f64| {
+            let [_, skeleton, actuator] = self.materials.of_length(length).density;
+            0.5 * (skeleton + actuator) * length
+        };
+        let bars: f64 = lattice.rest_length.iter().map(of_bar).sum();
+        let nodes = lattice.nodes() as f64 * self.physics.node_mass;
+        let payload = lattice.payload.iter();
+        let payload: f64 = (payload.map(|p| p.mass.unwrap_or(self.physics.payload_mass))).sum();
+        format!(
+            "{}, {} nodes, {} edges; {long} m long, {high} m high; about {} kg and a payload of {} kg",
+            self.lattice.name(),
+            lattice.nodes(),
+            lattice.edges.len(),
+            rounded(nodes + solid * bars),
+            rounded(payload),
+        )
+    }
+
+    /// The length and the height of the robot at rest, m.
+    pub(super) fn extent(&self) -> Vector<f64> {
+        let lattice = Lattice::new(&self.lattice, &self.physics);
+        lattice.extent() * lattice.spacing
+    }
+
     /// A description of the world in one line: gravity, contact and friction, drag, damping of the bars, and end stops.
     /// Other forces, an incline, a ground profile and parts are named if the scene has them.
     pub fn world(&self) -> String {
         let physics = &self.physics;
-        let mut parts = vec![format!("gravity {} m/s2", physics.gravity)];
+        let mut parts = vec![format!("gravity {} m/s\u{b2}", physics.gravity)];
         parts.push(match physics.contact.name() {
             "none" => "no ground".to_owned(),
-            name if self.slips() => format!("contact {name}, friction {}", physics.friction),
+            "infinite" => "feet never slip (contact infinite)".to_owned(),
+            name if self.slips() => {
+                let friction = physics.friction;
+                format!("feet slip at friction {friction} (contact {name})")
+            }
             name => format!("contact {name}"),
         });
         if physics.incline_deg != 0.0 {
@@ -22,7 +59,7 @@ impl Scene {
         }
         parts.push(match physics.damping {
             0.0 => "no drag".to_owned(),
-            rate => format!("drag {rate} 1/s"),
+            rate => format!("drag {rate} per second"),
         });
         let bars = &self.materials.parts;
         if bars.skeleton != SkeletonPart::Numbers {
@@ -32,36 +69,46 @@ impl Scene {
         if bars.actuator == ActuatorPart::Device {
             parts.push(format!("actuators of {} kg", bars.actuator_mass));
         }
-        let settings = self.settings();
-        let law = |name: &str| {
-            let of_law = |key: &str| {
-                key.strip_prefix(name)
-                    .is_some_and(|rest| rest.starts_with('.'))
-            };
-            let of_law = settings.iter().filter(|setting| of_law(&setting.key));
-            let values = of_law.map(|setting| format!("{} = {}", setting.key, setting.value));
-            values.collect::<Vec<_>>().join(", ")
-        };
-        let laws: Vec<_> = physics
-            .forces
-            .about()
-            .into_iter()
-            .map(|(name, _)| name)
-            .collect();
-        for (name, says, missing) in [
-            ("damper", "damped bars", "no damping in bars"),
-            ("stops", "end stops", "no end stops"),
-        ] {
-            parts.push(if laws.contains(&name) {
-                format!("{says} ({})", law(name))
-            } else {
-                missing.to_owned()
-            });
-        }
-        let others = laws
-            .iter()
-            .filter(|name| !["damper", "stops"].contains(name));
-        parts.extend(others.map(|name| format!("force {name}")));
+        parts.extend(self.forces());
         parts.join("; ")
     }
+
+    /// Descriptions of the forces: the damping of bars, end stops, and the names of all others.
+    fn forces(&self) -> Vec<String> {
+        let laws = self.physics.forces.about().into_iter();
+        let laws: Vec<_> = laws.map(|(name, _)| name).collect();
+        let known = [
+            ("damper", "damped bars", "no damping in bars"),
+            ("stops", "end stops", "no end stops"),
+        ];
+        let described = known.map(|(name, says, missing)| match laws.contains(&name) {
+            true => format!("{says} ({})", self.numbers_of(name)),
+            false => missing.to_owned(),
+        });
+        let others = laws.into_iter();
+        let others = others.filter(|law| known.iter().all(|(name, ..)| name != law));
+        let others = others.map(|name| format!("force {name}"));
+        described.into_iter().chain(others).collect()
+    }
+
+    /// The numbers of a law, each with its name and unit.
+    fn numbers_of(&self, law: &str) -> String {
+        let number = |setting: Setting| {
+            let (section, key) = setting.key.split_once('.')?;
+            let key = match key {
+                "at" => "at a strain of",
+                key => key,
+            };
+            let value = setting.value.strip_suffix(".0").unwrap_or(&setting.value);
+            let says = format!("{} {value} {}", key.replace('_', " "), setting.unit);
+            (section == law).then(|| says.trim_end().to_owned())
+        };
+        let numbers: Vec<String> = self.settings().into_iter().filter_map(number).collect();
+        numbers.join(", ")
+    }
+}
+
+/// The number, rounded to three significant digits.
+pub(super) fn rounded(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
 }

@@ -164,7 +164,12 @@ impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
         let entries = value.get_ref().as_array();
         let entries = entries.ok_or_else(|| wrong_kind(value))?;
         if entries.len() != N {
-            return Err(misfit(value, &format!("has {} entries:", entries.len())));
+            let noun = if entries.len() == 1 {
+                "entry"
+            } else {
+                "entries"
+            };
+            return Err(misfit(value, &format!("has {} {noun}:", entries.len())));
         }
         let mut pairs = self.iter_mut().zip(entries.iter());
         pairs.try_for_each(|(x, entry)| x.read(entry, limits))

@@ -43,6 +43,7 @@ impl Simulator {
             cotangent_bound: span.cotangent_bound,
             cotangent_units: self.cotangent_units(meters),
             memory: self.memory,
+            stop: self.stop.clone(),
         }
     }
 

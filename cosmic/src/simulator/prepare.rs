@@ -3,6 +3,7 @@
 use std::fmt::Debug;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use autodiff::{CotangentBound, Memory, Real};
 
@@ -68,6 +69,8 @@ pub struct Simulator {
     pub(super) identity: u64,
     /// The memory that a rollout may use to store states for its reverse sweep.
     pub memory: Memory,
+    /// A flag that another thread may set to stop all rollouts. Their states and gradients are then NaN.
+    pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl Simulator {
@@ -87,6 +90,7 @@ impl Simulator {
             speed_bound: physics.speed_bound,
             identity: identity_of(0, &(lattice, physics, controller)),
             memory: Memory::All,
+            stop: None,
         }
     }
 

@@ -101,6 +101,18 @@ impl<R> Trajectory<R> {
 }
 
 impl<R: Copy> Trajectory<R> {
+    /// This trajectory if `finer` of its steps count as one. All its states must lie at the end of such a longer step.
+    pub(crate) fn in_longer_steps(mut self, finer: usize) -> Self {
+        self.steps.iter_mut().for_each(|step| *step /= finer);
+        if let Some(goals) = &mut self.goals {
+            goals.later.iter_mut().for_each(|(step, _)| *step /= finer);
+        }
+        if let Some(efforts) = &mut self.efforts {
+            efforts.dt *= finer as f64;
+        }
+        self
+    }
+
     /// This trajectory with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Trajectory<S> {
         Trajectory {

@@ -1,7 +1,8 @@
 use crate::small::{LIVELY, after, begun, tiny};
-use cosmic::codesign::{Candidate, CoDesign, Quantiles, Schedule, settle};
+use cosmic::codesign::{Candidate, CoDesign, Evaluator, Progress, Quantiles, Schedule, settle};
 use cosmic::design::Material;
-use cosmic::scene::Scene;
+use cosmic::objective::of_scene;
+use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, TaskKind};
 use cosmic::simulator::{BarLoad, Span};
 use std::cell::Cell;
 
@@ -26,7 +27,7 @@ fn a_delivery_stops_between_its_parts() {
     }
 }
 
-/// The delivered loads are equal to those of a rollout that is observed at every step.
+/// The delivered strains and speeds are equal to those of a rollout that is observed at every step.
 #[test]
 fn delivered_loads_cover_every_step() {
     let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
@@ -48,7 +49,14 @@ fn delivered_loads_cover_every_step() {
         let materials = delivery.materials.iter().enumerate();
         materials.map(bar).collect::<Vec<_>>()
     };
-    assert_eq!(delivery.bars, loads(1));
+    for (bar, other) in delivery.bars.iter().zip(loads(1)) {
+        assert_eq!(bar.is_some(), other.is_some());
+        let (Some(bar), Some(other)) = (bar, other) else {
+            continue;
+        };
+        let motion = |bar: &BarLoad| (bar.strains, bar.strain, bar.speed);
+        assert_eq!(motion(bar), motion(&other));
+    }
     let peak = |bars: &[Option<BarLoad>]| {
         let actuators = bars.iter().zip(&delivery.materials);
         let actuators = actuators.filter(|(_, m)| **m == Material::Actuator);
@@ -141,4 +149,89 @@ fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
     assert!(!chosen(rival(3.0, of(1.4, 3.0))));
     assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
     assert!(chosen(rival(5.0, of(2.4, 5.0))));
+}
+
+/// The median of a robot in its scene with other physics, from the starts of the delivery.
+fn median(scene: &Scene, progress: &Progress, change: impl Fn(&mut PhysicsSettings)) -> f64 {
+    let mut scene = scene.clone();
+    change(&mut scene.physics);
+    let evaluator = Evaluator::new(&scene, of_scene(&scene)).unwrap();
+    let design = evaluator.design(progress);
+    evaluator
+        .judge(&design, &progress.controller, progress.seed)
+        .p50
+}
+
+/// A robot's other medians are those of scenes with half the step and with another integrator. A robot is unreliable if one
+/// of them differs by more than a fifth.
+#[test]
+fn a_delivery_tells_whether_the_robot_depends_on_the_time_step() {
+    let mut unsteady = 0;
+    for seed in 1..=6 {
+        let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
+        let (codesign, progress) = after(&scene, 9, seed);
+        let delivery = codesign.evaluator().deliver(&progress);
+        let progress = Progress {
+            controller: delivery.controller.clone(),
+            ..progress
+        };
+        let half = median(&scene, &progress, |physics| {
+            physics.dt *= 0.5;
+            physics.steps *= 2;
+        });
+        let leapfrog = median(&scene, &progress, |physics| {
+            physics.integrator = Integrator::Leapfrog;
+        });
+        let (integrator, medians) = delivery.other_steps.integrator.unwrap();
+        assert_eq!(integrator, Integrator::Leapfrog);
+        assert_eq!(delivery.other_steps.half.displacement, half);
+        assert_eq!(medians.displacement, leapfrog);
+        let own = delivery.spread.p50;
+        // In this lattice of 0.1 m, 5 cm is the shortest distance that counts.
+        let differs = |other: f64| (other - own).abs() > 0.2 * own.abs().max(0.05);
+        let reason = delivery.reliability.reason().unwrap_or_default();
+        assert_eq!(reason.contains("half the time step"), differs(half));
+        assert_eq!(reason.contains("with leapfrog"), differs(leapfrog));
+        unsteady += usize::from(differs(half) || differs(leapfrog));
+    }
+    assert!(unsteady > 0, "no robot of this test depends on its step");
+}
+
+/// Stiff robots are compared with explicit steps only where these need few substeps.
+#[test]
+fn implicit_scenes_are_compared_with_explicit_steps_if_these_are_affordable() {
+    let found = |stiffness: &str| {
+        let text = format!("{stiffness}\n[physics]\nintegrator = 'implicit'\n");
+        let scene = tiny().with("implicit", &text).unwrap();
+        let (evaluator, progress) = begun(&scene);
+        let other = evaluator.deliver(&progress).other_steps.integrator;
+        (scene, progress, other)
+    };
+    let (scene, progress, other) = found("");
+    let (integrator, medians) = other.unwrap();
+    assert_eq!(integrator, Integrator::SymplecticEuler);
+    let explicit = median(&scene, &progress, |physics| physics.integrator = integrator);
+    assert_eq!(medians.displacement, explicit);
+    // A bar that is a million times as stiff needs a thousand substeps.
+    let stiff = "materials.stiffness = [1.0, 4e8, 3e1]";
+    assert_eq!(found(stiff).2, None);
+}
+
+/// A loss counts in steps of the scene; the rollouts at half the step have twice as many.
+#[test]
+fn a_loss_sees_the_same_times_at_half_the_step() {
+    let mut scene = tiny();
+    scene.objective.task = TaskKind::Climb;
+    scene.loss.kind = LossKind::Mean;
+    (scene.loss.window, scene.loss.every) = (12, 4);
+    let (evaluator, progress) = begun(&scene);
+    let half = evaluator.deliver(&progress).other_steps.half;
+    let mut finer = scene.clone();
+    finer.physics.dt *= 0.5;
+    finer.physics.steps *= 2;
+    finer.loss.window *= 2;
+    finer.loss.every *= 2;
+    let (finer, progress) = begun(&finer);
+    let merit = finer.deliver(&progress).merit.unwrap();
+    assert_eq!(half.merit, merit.p50);
 }

@@ -1,4 +1,6 @@
-use cosmic::codesign::{Merit, Quantiles, Reliability};
+use cosmic::codesign::{Medians, Merit, OtherSteps, Quantiles, Reliability, Standstill};
+use cosmic::scene::Integrator;
+use std::f64::consts::TAU;
 
 const FAR: Merit = Merit::Distance { scale: 1.0 };
 
@@ -70,4 +72,68 @@ fn files_have_the_verdict_and_the_reason() {
         "{text}"
     );
     assert_eq!(serde_json::from_str::<Reliability>(&text).unwrap(), found);
+}
+
+/// The reasons not to trust a robot with these medians: its own, with half the time step, and with leapfrog.
+fn unsteady(merit: Merit, [own, half, leapfrog]: [f64; 3]) -> Vec<String> {
+    let medians = |merit: f64| Medians {
+        displacement: merit,
+        merit,
+    };
+    let other = OtherSteps {
+        half: medians(half),
+        integrator: Some((Integrator::Leapfrog, medians(leapfrog))),
+    };
+    merit.unsteady(own, &other, Integrator::SymplecticEuler)
+}
+
+#[test]
+fn a_median_that_changes_by_a_fifth_with_other_steps_is_a_reason() {
+    assert_eq!(
+        unsteady(FAR, [4.66, 2.34, 2.2]),
+        [
+            "it walks 2.34 m at half the time step, 4.66 m at the scene's",
+            "it walks 2.20 m with leapfrog, 4.66 m with the scene's symplectic Euler"
+        ]
+    );
+    // Both directions count, and a fifth is allowed.
+    let [inside, outside] = [0.199, 0.201];
+    for sign in [-1.0, 1.0] {
+        assert!(unsteady(FAR, [2.0, 2.0 * (1.0 + sign * inside), 2.0]).is_empty());
+        assert_eq!(
+            unsteady(FAR, [2.0, 2.0, 2.0 * (1.0 + sign * outside)]).len(),
+            1
+        );
+    }
+    // A robot that stays in place does not depend on the time step: 5 cm is the shortest distance that counts.
+    assert!(unsteady(FAR, [0.001, -0.008, 0.009]).is_empty());
+    let diverged = unsteady(FAR, [2.0, f64::NEG_INFINITY, 2.0]);
+    assert_eq!(diverged, ["it diverges at half the time step"]);
+    let loss = unsteady(Merit::MinusLoss, [-0.3, -0.43, -0.3]);
+    assert_eq!(
+        loss,
+        ["its loss is 0.4300 at half the time step, 0.3000 at the scene's"]
+    );
+}
+
+/// A robot that stays at its place for the last quarter stands still. The sway of its gait, 3 cm here, does not count.
+#[test]
+fn a_standstill_has_a_place_and_a_time() {
+    let times: Vec<f64> = (0..=512).map(|k| 0.032 * f64::from(k)).collect();
+    let walk = |stops: f64| -> Vec<f64> {
+        let place = |time: &f64| 0.25 * time.min(stops) + 0.03 * (10.0 * time).sin();
+        times.iter().map(place).collect()
+    };
+    let found = |stops: f64| Standstill::of(&times, &walk(stops), TAU / 10.0);
+    assert_eq!(found(99.0), None);
+    assert_eq!(found(13.0), None);
+    let still = found(8.0).unwrap();
+    // A place within 5 % of the way is the last place, and a mean over samples leaves some of the sway.
+    assert!((still.at - 2.0).abs() < 0.01, "{still:?}");
+    assert!(
+        still.since < 8.1 && still.since > 8.0 * 0.95 - 0.2,
+        "{still:?}"
+    );
+    // It never moves: it stays in place, and does not stop.
+    assert_eq!(found(0.0), None);
 }

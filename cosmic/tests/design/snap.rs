@@ -118,6 +118,7 @@ fn flips_obey_the_rules_of_edges() {
         keep: vec![0],
         forbid: vec![1],
         tie: vec![vec![2, 3]],
+        ..EdgeRules::default()
     };
     let mixture = [
         [0.49, 0.51, 0.0],

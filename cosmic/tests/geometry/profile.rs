@@ -50,10 +50,11 @@ fn bars_cut_corners() {
 }
 
 #[test]
-fn points_must_be_finite_ascending_and_few() {
+fn points_must_be_finite_in_order_and_few() {
     for (points, says) in [
-        (vec![[0.0, 0.0], [1.0, 0.1], [1.0, 0.2]], "not ahead"),
-        (vec![[0.0, 0.0], [-1.0, 0.1]], "not ahead"),
+        (vec![[1.0, 0.1], [1.0, 0.1]], "same point twice"),
+        (vec![[1.0, 0.1], [1.0, 0.2], [1.0, 0.1]], "turns back"),
+        (vec![[0.0, 0.0], [-1.0, 0.1]], "must not overhang"),
         (vec![[0.0, f64::NAN]], "not finite"),
         (vec![[f64::INFINITY, 0.0]], "not finite"),
     ] {
@@ -62,4 +63,82 @@ fn points_must_be_finite_ascending_and_few() {
     }
     let many = |n: usize| Profile::new((0..n).map(|k| Vector::new([k as f64, 0.0])).collect());
     assert!(many(MOST_POINTS).is_ok() && many(MOST_POINTS + 1).is_err());
+}
+
+/// Two steps up and one down, with vertical walls. The first wall has a point between its ends.
+fn stairs() -> Profile {
+    let points = [
+        [1.0, 0.0],
+        [1.0, 0.25],
+        [1.0, 0.5],
+        [2.0, 0.5],
+        [2.0, 0.75],
+        [3.0, 0.75],
+        [3.0, -0.5],
+    ];
+    of(&points).unwrap()
+}
+
+#[test]
+fn walls_have_a_foot_and_an_edge() {
+    let stairs = stairs();
+    for (along, height) in [
+        (0.5, 0.0),
+        (1.0, 0.0),
+        (1.5, 0.5),
+        (2.0, 0.5),
+        (2.5, 0.75),
+        (3.0, -0.5),
+        (9.0, -0.5),
+    ] {
+        assert_eq!(stairs.height(along), height, "at {along}");
+    }
+    // Behind a wall, the depth is the distance from the wall or from the ground above, whichever is smaller.
+    for (point, above) in [
+        ([1.0, 0.25], 0.25),
+        ([1.0 + 1e-15, 0.25], -1.1102230246251565e-15),
+        ([1.125, 0.25], -0.125),
+        ([1.375, 0.25], -0.25),
+        ([2.9375, -0.25], -0.0625),
+        ([1.125, -0.25], -0.75),
+    ] {
+        assert_eq!(stairs.above(Vector::new(point)), above, "{point:?}");
+    }
+}
+
+#[test]
+fn walls_are_drawn_whole() {
+    let stairs = stairs();
+    let between = |low, high| stairs.between(Range::new(low, high));
+    assert_eq!(
+        between(1.0, 2.5),
+        [
+            [1.0, 0.0],
+            [1.0, 0.25],
+            [1.0, 0.5],
+            [2.0, 0.5],
+            [2.0, 0.75],
+            [2.5, 0.75]
+        ]
+    );
+    assert_eq!(between(2.5, 3.0), [[2.5, 0.75], [3.0, 0.75], [3.0, -0.5]]);
+}
+
+/// A bar that leans on a wall does not cut the corner, also if its end is behind the wall by a rounding error.
+#[test]
+fn bars_lean_on_walls() {
+    let stairs = stairs();
+    for (bar, depth) in [
+        ([[0.5, 0.0], [1.0, 0.25]], 0.0),
+        ([[0.5, 0.0], [1.0 + 1e-15, 0.25]], 0.0),
+        ([[1.0, 0.25], [1.0, 0.0]], 0.0),
+        ([[0.5, 0.25], [1.5, 0.5]], 0.125),
+    ] {
+        let [from, to] = bar.map(Vector::new);
+        // The tolerance covers the distance behind the wall.
+        assert!(
+            (stairs.depth(Segment::new(from, to)) - depth).abs() < 1e-14,
+            "{bar:?}"
+        );
+    }
 }

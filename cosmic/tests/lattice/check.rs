@@ -224,10 +224,10 @@ proptest! {
         let edges = path.chain(more.into_iter().map(|(i, j)| [j, i])).collect();
         let truss = Truss {
             payload: payload.map(|node| Payload { node, mass: None }).collect(),
-            rules: EdgeRules { keep, forbid, tie },
+            rules: EdgeRules { keep, forbid, tie, ..EdgeRules::default() },
             nodes: nodes.into_iter().map(Vector::new).collect(),
             edges,
-            given_numbers: Vec::new(),
+            ..Truss::default()
         };
         let Ok(numbered) = truss.clone().checked() else { return Ok(()) };
         let ends = |truss: &Truss| -> Vec<Segment> {

@@ -1,7 +1,7 @@
 use crate::small::{StopAfter, tiny};
 use autodiff::Real;
 use cosmic::Registry;
-use cosmic::codesign::CoDesign;
+use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
 use cosmic::record::{
     Observer, Run, RunPlan, deliver_so_far, history, optimise, optimise_with, resume_of,
@@ -10,7 +10,10 @@ use cosmic::record::{
 use cosmic::simulator::Trajectory;
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A loss that is always NaN, with a finite gradient.
 struct Lost;
@@ -103,6 +106,54 @@ fn a_delivery_overwrites_no_other_run_and_no_other_files() {
     let before = files(&into);
     deliver_so_far(&other, &into, None, &Registry::default()).unwrap_err();
     assert_eq!(files(&into), before);
+}
+
+/// Asks the run to stop while the iteration after `after` is computed: the flag is set when iteration `after` has ended.
+struct StopsInside {
+    after: usize,
+    flag: Arc<AtomicBool>,
+}
+
+impl Observer for StopsInside {
+    fn iteration(&mut self, _: &Run, record: &Record) -> ControlFlow<()> {
+        assert!(
+            record.iteration <= self.after,
+            "an abandoned iteration is shown"
+        );
+        self.flag
+            .store(record.iteration == self.after, Ordering::Relaxed);
+        ControlFlow::Continue(())
+    }
+
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        Some(Arc::clone(&self.flag))
+    }
+}
+
+/// An iteration that is interrupted inside its rollouts is abandoned. The run is saved as it was before the iteration, and
+/// a resumed run ends with the same results.
+#[test]
+fn an_iteration_that_is_interrupted_inside_is_abandoned() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = RunPlan::new("tiny", tiny(), 1);
+    let whole = folder.path().join("whole");
+    optimise(&whole, &plan, &mut ()).unwrap();
+    // Iteration 12 is the last one, so the flag stops the delivery.
+    for after in 1..=12 {
+        let run = folder.path().join(after.to_string());
+        let flag = Arc::default();
+        let error = optimise(&run, &plan, &mut StopsInside { after, flag }).unwrap_err();
+        assert_eq!(error.exit_code(), 75, "{error}");
+        let says = format!("after iteration {after}");
+        assert!(error.to_string().contains(&says), "{error}");
+        assert_eq!(history::read(&run, usize::MAX).unwrap().len(), after);
+        resume_of(&run, &plan, &mut ()).unwrap();
+        for file in ["design.json", "trajectory.json"] {
+            let [resumed, whole] =
+                [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
+            assert!(resumed == whole, "{file} after {after}");
+        }
+    }
 }
 
 #[test]

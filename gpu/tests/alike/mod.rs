@@ -223,10 +223,10 @@ pub fn assert_alike_in(gpu: &Gpu, name: &str, scene: &Scene, memory: usize) {
     let begun = Begun::new(scene);
     for (steps, most) in [(64, 1e-5), (256, f64::INFINITY)] {
         let printed = begun.printed(steps, memory);
-        if printed.program.spilled > 0 {
+        if printed.program.spilled() > 0 {
             println!(
                 "{name}: {} numbers lie in a buffer",
-                printed.program.spilled
+                printed.program.spilled()
             );
         }
         let compared = begun.compare(gpu, printed);

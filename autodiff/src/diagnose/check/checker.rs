@@ -151,6 +151,7 @@ impl<'a> Claim<'a> {
 ///
 /// # Panics
 /// Like [`check_directions`].
+#[track_caller]
 pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) -> Report {
     let gradient = drivers::gradient(|x| function.eval(x), x);
     let forward = |direction: &[f64]| function.eval(&drivers::along(x, direction)).tangent[0];
@@ -182,12 +183,14 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 /// # Panics
 /// If there is no component or no direction, if the gradient and `x` differ in length, if there are names but not
 /// one per component, or if the steps are not positive, finite and a decade apart.
+#[track_caller]
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     checked(&value, claim, options)
 }
 
 /// The body of [`check_directions`]. It takes the function as a trait object, so that it is compiled only once and not
 /// for each closure.
+#[track_caller]
 fn checked(value: &dyn Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     refuse_misuse(claim, options);
     let n = claim.x.len();
@@ -214,6 +217,7 @@ fn checked(value: &dyn Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> R
     Report::new(directions, component)
 }
 
+#[track_caller]
 fn refuse_misuse(claim: &Claim, options: &Options) {
     let (n, names) = (claim.x.len(), options.names.len());
     assert!(n > 0, "a gradient without components cannot be checked");

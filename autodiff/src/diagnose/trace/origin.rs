@@ -79,3 +79,20 @@ pub(super) fn note(
         trace.found.len() as Origin - 1
     })
 }
+
+/// How many origins the running trace has found.
+pub(super) fn noted() -> usize {
+    RUNNING.with_borrow(|trace| trace.as_ref().map_or(0, |trace| trace.found.len()))
+}
+
+/// Gives the place of the caller to the origins from number `first` on whose place is in this crate.
+pub(super) fn name_callers(first: usize, caller: &'static Location<'static>) {
+    // The folder of this crate's source files, as the compiler writes it.
+    let own = file!().len() - "diagnose/trace/origin.rs".len();
+    RUNNING.with_borrow_mut(|trace| {
+        let found = trace.iter_mut().flat_map(|trace| &mut trace.found[first..]);
+        for origin in found.filter(|origin| origin.place.file().starts_with(&file!()[..own])) {
+            origin.place = caller;
+        }
+    });
+}

@@ -11,6 +11,9 @@ use crate::restored::Restored;
 /// Returns the first operation whose value or partial is infinite or NaN and reaches a result of `function`
 /// at `x`. If an argument itself is infinite or NaN, returns the first such argument.
 ///
+/// The place is the line of your code that calls the operation. Inside functions of other crates, such as nalgebra's
+/// `norm` or the standard library's `Iterator::sum`, it is a line of that crate.
+///
 /// A partial is reported even if it is multiplied by zero later. Whether the gradient survives that depends
 /// on the mode; see the table in [`real`](crate::real).
 ///

@@ -4,7 +4,7 @@ use std::panic::Location;
 
 use num_traits::Zero;
 
-use super::origin::{CLEAN, Origin, count, note};
+use super::origin::{CLEAN, Origin, count, name_callers, note, noted};
 use crate::constant::printed;
 use crate::dual::Dual;
 use crate::operators::{closure_operators, literal_operators, operators};
@@ -133,7 +133,7 @@ impl<R: Real> Real for Traced<R> {
     type Mask = R::Mask;
 
     by_rule! {
-        #[track_caller]
+        #[inline]
         |x, operation, rule| x.apply(operation, rule),
         |x, y, operation, rule| x.apply2(operation, y, rule),
     }
@@ -219,7 +219,10 @@ impl<R: Real> Real for Traced<R> {
     /// function is reported.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        let before = noted();
         let mut outputs = function.eval(inputs);
+        // Operations of this crate's own functions, such as a dense layer, are in the line of the call.
+        name_callers(before, Location::caller());
         depend(&mut outputs, inputs);
         if inputs.iter().any(|slice| !clean(slice)) {
             return outputs;
@@ -239,7 +242,6 @@ impl<R: Real> Real for Traced<R> {
 }
 
 operators! {
-    #[track_caller]
     impl[R: Real] Traced<R>:
     a + b => a.apply2("sum", b, (a.value + b.value, [R::one(), R::one()])),
     a - b => a.apply2("difference", b, (a.value - b.value, [R::one(), -R::one()])),

@@ -25,6 +25,7 @@ type Nested<R> = DVector<Element<Var<Dual<R, CHUNK>>>>;
 /// let (value, gradient) = value_and_gradient(|x| 0.5 * x.norm_squared(), &x);
 /// assert_eq!((value, gradient), (12.5, x));
 /// ```
+#[track_caller]
 pub fn value_and_gradient<R: Real + Scalar>(
     function: impl FnOnce(DVector<Element<Var<R>>>) -> Element<Var<R>>,
     x: &DVector<R>,
@@ -44,6 +45,7 @@ pub fn value_and_gradient<R: Real + Scalar>(
 /// assert_eq!(values, DVector::from(vec![9.0, 16.0]));
 /// assert_eq!(jacobian, DMatrix::from_row_slice(2, 2, &[6.0, 0.0, 0.0, 8.0]));
 /// ```
+#[track_caller]
 pub fn value_and_jacobian<R: Real + Scalar>(
     function: impl Fn(Forward<R>) -> Forward<R>,
     x: &DVector<R>,
@@ -64,6 +66,7 @@ pub fn value_and_jacobian<R: Real + Scalar>(
 /// assert_eq!((value, gradient), (2.0, DVector::from(vec![4.0, 1.0])));
 /// assert_eq!(hessian.as_slice(), [4.0, 2.0, 2.0, 0.0]);
 /// ```
+#[track_caller]
 pub fn value_gradient_hessian<R: Real + Scalar>(
     function: impl Fn(Nested<R>) -> Element<Var<Dual<R, CHUNK>>>,
     x: &DVector<R>,

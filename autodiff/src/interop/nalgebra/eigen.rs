@@ -92,6 +92,7 @@ pub struct EigenPair<R> {
 ///
 /// # Panics
 /// If the matrix is not square, or if the SIMD lanes of an entry differ.
+#[track_caller]
 pub fn symmetric_eigen<R: Real>(matrix: &DMatrix<Element<R>>) -> Result<Vec<EigenPair<R>>, NoRoot> {
     let size = matrix.nrows();
     let (lower, sorted) = decomposed(matrix);
@@ -149,6 +150,7 @@ pub struct EigenGroup<R> {
 
 impl<R: Real> EigenGroup<R> {
     /// Returns the mean of the eigenvalues.
+    #[track_caller]
     pub fn mean(&self) -> Element<R> {
         self.block.trace() / Element::lit(self.block.nrows() as f64)
     }
@@ -178,6 +180,7 @@ impl<R: Real> EigenGroup<R> {
 ///
 /// # Panics
 /// If the matrix is not square, or if the SIMD lanes of an entry differ.
+#[track_caller]
 pub fn symmetric_eigen_groups<R: Real>(
     matrix: &DMatrix<Element<R>>,
     distance: f64,

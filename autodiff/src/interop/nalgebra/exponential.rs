@@ -42,6 +42,7 @@ const PADE: [f64; 14] = [
 ///
 /// # Panics
 /// If the matrix is not square, has an infinite or NaN entry, or if the SIMD lanes of its norm differ.
+#[track_caller]
 pub fn exp<R: Real>(matrix: &DMatrix<Element<R>>) -> DMatrix<Element<R>> {
     let (n, columns) = matrix.shape();
     assert!(
@@ -68,6 +69,7 @@ pub fn exp<R: Real>(matrix: &DMatrix<Element<R>>) -> DMatrix<Element<R>> {
 }
 
 /// Returns the polynomial in `square` whose coefficients are every second number of [`PADE`], from `first` on.
+#[track_caller]
 fn polynomial<R: Real>(square: &DMatrix<Element<R>>, first: usize) -> DMatrix<Element<R>> {
     let n = square.nrows();
     let mut sum = DMatrix::zeros(n, n);

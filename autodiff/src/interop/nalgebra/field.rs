@@ -60,9 +60,11 @@ macro_rules! constants_from {
                 fn to_superset(&self) -> Element<R> {
                     Element::lit((*self).into())
                 }
+                #[track_caller]
                 fn from_superset_unchecked(_: &Element<R>) -> Self {
                     no_float()
                 }
+                #[track_caller]
                 fn from_superset(_: &Element<R>) -> Option<Self> {
                     no_float()
                 }
@@ -75,6 +77,7 @@ macro_rules! constants_from {
 }
 constants_from! { f64 f32 }
 
+#[track_caller]
 fn no_float() -> ! {
     panic!(
         "an `Element` cannot be converted to a float, because its derivative would be lost; to get only the \
@@ -87,6 +90,7 @@ impl<R: Real> AbsDiffEq for Element<R> {
     fn default_epsilon() -> Self {
         Self(rounding::epsilon())
     }
+    #[track_caller]
     fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
         decided::<R>((self.0 - other.0).abs().less_equal(epsilon.0)) || self == other
     }
@@ -96,6 +100,7 @@ impl<R: Real> RelativeEq for Element<R> {
     fn default_max_relative() -> Self {
         Self::default_epsilon()
     }
+    #[track_caller]
     fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
         let largest = self.0.abs().max(other.0.abs());
         // An infinite number must equal only itself. Every number would be within a multiple of infinity, so the
@@ -111,6 +116,7 @@ impl<R: Real> UlpsEq for Element<R> {
     }
     /// Compares with a tolerance in ulps. One ulp is taken to be the larger of the two numbers times the type's
     /// epsilon.
+    #[track_caller]
     fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
         let ulps = Self::lit(max_ulps.into()) * Self::default_epsilon();
         self.relative_eq(other, epsilon, ulps)
@@ -131,12 +137,15 @@ impl<R: Real> ComplexField for Element<R> {
     fn imaginary(self) -> Self {
         Self::zero()
     }
+    #[track_caller]
     fn modulus(self) -> Self {
         Self(self.0.abs())
     }
+    #[track_caller]
     fn modulus_squared(self) -> Self {
         self * self
     }
+    #[track_caller]
     fn argument(self) -> Self {
         if self < Self::zero() {
             Self::pi()
@@ -144,16 +153,20 @@ impl<R: Real> ComplexField for Element<R> {
             Self::zero()
         }
     }
+    #[track_caller]
     fn norm1(self) -> Self {
         self.modulus()
     }
+    #[track_caller]
     fn scale(self, factor: Self) -> Self {
         self * factor
     }
+    #[track_caller]
     fn unscale(self, factor: Self) -> Self {
         self / factor
     }
     /// Returns the magnitude and the sign. The sign is a constant, and is 1 for zero.
+    #[track_caller]
     fn to_exp(self) -> (Self, Self) {
         if self < Self::zero() {
             (-self, -Self::one())
@@ -164,21 +177,30 @@ impl<R: Real> ComplexField for Element<R> {
     fn conjugate(self) -> Self {
         self
     }
+    #[track_caller]
     fn sinc(self) -> Self {
         Self(self.0.sinc())
     }
+    #[track_caller]
     fn sinhc(self) -> Self {
         Self(self.0.sinhc())
     }
+    #[track_caller]
     fn powc(self, exponent: Self) -> Self {
         self.powf(exponent)
     }
+    #[track_caller]
     fn is_finite(&self) -> bool {
         decided::<R>(self.0.finite())
     }
     /// Returns the square root, or `None` for zero and for negative numbers. At zero the root has no finite derivative.
+    #[track_caller]
     fn try_sqrt(self) -> Option<Self> {
-        (self > Self::zero()).then(|| self.sqrt())
+        if self > Self::zero() {
+            Some(self.sqrt())
+        } else {
+            None
+        }
     }
 }
 
@@ -195,12 +217,15 @@ macro_rules! constants {
 
 impl<R: Real> RealField for Element<R> {
     functions! { of_reals }
+    #[track_caller]
     fn is_sign_positive(&self) -> bool {
         !self.is_sign_negative()
     }
+    #[track_caller]
     fn is_sign_negative(&self) -> bool {
         decided::<R>(rounding::sign_bit(self.0))
     }
+    #[track_caller]
     fn copysign(self, sign: Self) -> Self {
         num_traits::Float::copysign(self, sign)
     }

@@ -25,6 +25,7 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
 /// }
 /// assert_eq!(gradient(height, &[0.0; 3]), [2.0, -1.0, 0.0]);
 /// ```
+#[track_caller]
 pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element<R>> {
     let half = [0, 1, 2].map(|axis| vector[axis].0 * R::lit(0.5));
     let square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
@@ -39,6 +40,7 @@ pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element
 
 /// Returns `cos(x)` if `odd` is 0, or `sin(x) / x` if `odd` is 1. `square` is `x^2`. The result is the sum of the first
 /// terms of the power series.
+#[track_caller]
 fn series<R: Real>(square: R, odd: u8) -> R {
     (1..=12).rev().fold(R::one(), |rest, term| {
         let factor = f64::from(2 * term + odd);
@@ -57,6 +59,7 @@ fn series<R: Real>(square: R, odd: u8) -> R {
 /// let vector = Vector3::new(0.0, 0.5, 0.0).map(Element);
 /// assert_eq!(rotation_vector(&rotation(&vector))[1].0, 0.5);
 /// ```
+#[track_caller]
 pub fn rotation_vector<R: Real>(rotation: &UnitQuaternion<Element<R>>) -> Vector3<Element<R>> {
     let one = R::one();
     let coordinates = [0, 1, 2, 3].map(|k| rotation.coords[k].0);
@@ -92,6 +95,7 @@ pub fn rotation_vector<R: Real>(rotation: &UnitQuaternion<Element<R>>) -> Vector
 ///
 /// # Panics
 /// If the vectors differ in length.
+#[track_caller]
 pub fn angle<R: Real, D: Dim>(
     a: &Matrix<Element<R>, D, U1, impl RawStorage<Element<R>, D, U1>>,
     b: &Matrix<Element<R>, D, U1, impl RawStorage<Element<R>, D, U1>>,

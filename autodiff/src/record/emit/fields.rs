@@ -55,28 +55,19 @@ impl Course {
         let ops = recording.ops;
         Self { ops, results }
     }
-}
 
-/// Checks that a kernel does the same operations for all values of its fields, and that each literal is plus or minus a
-/// field or does not depend on the fields.
-///
-/// # Panics
-/// If either check fails.
-pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
-    name: &str,
-    fields: &[&str],
-    build: &impl Fn(&[f64]) -> K,
-) {
-    let usual: Vec<f64> = stand_ins(E, fields.len()).collect();
-    let expected = Course::of(&build(&usual));
-    let compare = |values: &[f64], of: &str| {
-        let course = Course::of(&build(values));
+    /// Compares with the course for other field values. `of` names the fields that differ.
+    ///
+    /// # Panics
+    /// If the operations differ, or a literal that is not plus or minus a field.
+    #[track_caller]
+    fn compare(&self, other: &Self, [usual, values]: [&[f64]; 2], [name, of]: [&str; 2]) {
         let kind = |op: &Op| match op {
             Op::Constant(_) => Op::Constant(0),
             _ => *op,
         };
-        let same = expected.results == course.results
-            && (expected.ops.iter().map(kind)).eq(course.ops.iter().map(kind));
+        let same = self.results == other.results
+            && (self.ops.iter().map(kind)).eq(other.ops.iter().map(kind));
         assert!(
             same,
             "{of} the operations of the kernel {name}: they differ between the field values {usual:?} and \
@@ -84,19 +75,35 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
              a loop or an exponent: use `Real::select` for a choice, `powf` for an exponent, or a separate \
              kernel for each case"
         );
-        let mut pairs = expected.ops.iter().zip(&course.ops);
-        let follows = |(op, got): (&Op, &Op)| follows(*op, *got, &usual, values);
+        let mut pairs = self.ops.iter().zip(&other.ops);
+        let follows = |(op, got): (&Op, &Op)| follows(*op, *got, usual, values);
         assert!(
             pairs.all(follows),
             "{of} a literal of the kernel {name}, but the literal is not plus or minus a field, so \
              the printed code cannot compute it; make this number a separate field"
         );
-    };
+    }
+}
+
+/// Checks that a kernel does the same operations for all values of its fields, and that each literal is plus or minus a
+/// field or does not depend on the fields.
+///
+/// # Panics
+/// If either check fails.
+#[track_caller]
+pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: &impl Fn(&[f64]) -> K,
+) {
+    let usual: Vec<f64> = stand_ins(E, fields.len()).collect();
+    let expected = Course::of(&build(&usual));
     for (k, field) in fields.iter().enumerate() {
         for value in VALUES {
             let mut values = usual.clone();
             values[k] = value;
-            compare(&values, &format!("`{field}` decides"));
+            let of = format!("`{field}` decides");
+            expected.compare(&Course::of(&build(&values)), [&usual, &values], [name, &of]);
         }
     }
     for mixture in 1..=MIXTURES * usize::from(fields.len() > 1) {
@@ -104,7 +111,9 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
         let share = |step: f64| (mixture as f64 * step).fract();
         let values = stand_ins(E, fields.len()).map(share);
         let values = values.map(|share| VALUES[(share * VALUES.len() as f64) as usize]);
-        compare(&values.collect::<Vec<_>>(), "the fields together decide");
+        let values: Vec<f64> = values.collect();
+        let of = "the fields together decide";
+        expected.compare(&Course::of(&build(&values)), [&usual, &values], [name, of]);
     }
 }
 

@@ -113,6 +113,7 @@ const POSITIVE: &str = " > 0";
 ///   a change of the field. Make this number a separate field.
 /// - If the kernel loops until `any` is false, because for symbols it never is. Rounding an [`Element`](crate::Element)
 ///   does this.
+#[track_caller]
 pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
@@ -174,13 +175,18 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
 ///
 /// # Panics
 /// If the file has another content, or cannot be read or written.
+#[track_caller]
 pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     let emitted = [header, &methods.join("\n")].join("\n");
     if std::env::var_os("EMIT").is_some() {
-        std::fs::write(file, &emitted).unwrap_or_else(|error| panic!("{file}: {error}"));
+        if let Err(error) = std::fs::write(file, &emitted) {
+            panic!("{file}: {error}");
+        }
     }
-    let checked_in = std::fs::read_to_string(file);
-    let checked_in = checked_in.unwrap_or_else(|error| panic!("{file}: {error}"));
+    let checked_in = match std::fs::read_to_string(file) {
+        Ok(text) => text,
+        Err(error) => panic!("{file}: {error}"),
+    };
     assert!(
         checked_in == emitted,
         "{file} is out of date, because its kernels have changed; run this test with EMIT=1 to write it again"

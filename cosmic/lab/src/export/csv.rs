@@ -29,7 +29,8 @@ pub(super) fn bars(
         _ => None,
     };
     let load = |m: &Member, of: fn(&BarLoad) -> f64| loads.as_ref().map(|loads| of(&loads[m.edge]));
-    let stiffness = |m: &Member| m.material.of(&materials.of_length(m.length).stiffness);
+    let of_edge = |m: &Member| materials.of_edge(&run.robot.lattice, m.edge);
+    let stiffness = |m: &Member| m.material.of(&of_edge(m).stiffness);
     let safety = |m: &Member| {
         let bar = &loads.as_ref()?[m.edge];
         bar.euler_safety(materials, m.material, m.length)

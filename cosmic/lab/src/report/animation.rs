@@ -31,6 +31,10 @@ pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 const ROWS: f64 = 240.0;
 /// The height of the part of the world that a frame shows, as a multiple of the lattice's side.
 const SIDES: f64 = 1.6;
+/// Where the ground is, as a fraction of the frame's height from its upper edge.
+const GROUND: f64 = 0.78;
+/// The fraction of the frame's height that stays free above the robot.
+const ABOVE: f64 = 0.1;
 
 /// The pace of an animation: the time between two frames (`every`, in seconds), and the largest number of frames
 /// (`most`). A rollout that needs more frames is shown faster.
@@ -98,12 +102,15 @@ impl Shot<'_> {
         let scale = f64::from(size[1]) / ROWS;
         let width = f64::from(size[0]) / scale;
         let x = motion.camera(self.index).forward();
+        let height = SIDES * motion.robot.lattice.side();
+        // The camera rises with a robot that jumps out of the frame.
+        let jump = motion.top(self.index) - (GROUND - ABOVE) * height;
         let view = View {
             motion,
             // The ground below the robot appears in the lower part of the frame, in the middle of its width.
-            corner: Vector::new([x, motion.floor(x)]),
-            origin: Vector::new([0.5 * width, 0.78 * ROWS]),
-            scale: ROWS / (SIDES * motion.robot.lattice.side()),
+            corner: Vector::new([x, motion.floor(x).max(jump)]),
+            origin: Vector::new([0.5 * width, GROUND * ROWS]),
+            scale: ROWS / height,
         };
         let mut picture = Picture::default();
         let across = Range::new(x, x).widened(0.5 * width / view.scale);

@@ -33,7 +33,7 @@ struct ComparedRun {
     summary: Summary,
     /// `None` if the run's folder has no scene.
     verdict: Option<Verdict>,
-    /// The duration of the rollout, s; `None` if the run's folder has no scene.
+    /// The duration of the walk, s; `None` if the run's folder has no scene.
     #[serde(skip)]
     seconds: Option<f64>,
     #[serde(skip)]
@@ -77,8 +77,8 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
         // Runs of earlier versions may lack these files. Their verdict then lacks the loads that only the files have.
         complete_from(folder, &mut run.summary, registry);
         let measured = run.summary.measured(&scene, &lattice);
-        run.seconds = Some(measured.seconds);
         run.verdict = Some(measured.verdict());
+        run.seconds = Some(run.summary.seconds_of_walk(measured.seconds));
     }
     Ok(run)
 }

@@ -102,7 +102,7 @@ pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
             title,
             note: " (dashed: median of the final robot)",
             series: displacements(run),
-            levels: run.summary.displacement_p50.into_iter().collect(),
+            levels: run.summary.displacement_robust_p50.into_iter().collect(),
             log: false,
         },
         Chart {

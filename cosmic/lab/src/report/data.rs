@@ -6,6 +6,7 @@ use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::{Flag, Motion};
+use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Walk};
@@ -105,6 +106,7 @@ fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
         "edges": robot.design.edges,
         "rest": lattice.rest_length.iter().map(|x| brief(*x)).collect::<Vec<_>>(),
         "materials": robot.design.materials,
+        "undecided": Design::of_vectors(robot.design.z.clone()).layout().is_none(),
         "mixtures": mixtures(robot, &robot.design.z),
         "payloads": payloads.collect::<Vec<_>>(),
     })

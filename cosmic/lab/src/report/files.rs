@@ -8,8 +8,10 @@ use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
 use cosmic::policy::frequency;
 use cosmic::projection::{Holds, Projection, projected};
+use cosmic::reading::read_whole;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
+use cosmic::record::summary::result_of;
 use cosmic::record::{
     DesignFile, Summary, TrajectoryFile, check_numbers, check_one_run, run, trajectory_file,
 };
@@ -53,7 +55,9 @@ impl RobotFiles {
         let folder = path.parent().unwrap_or(Path::new(""));
         let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder, registry)?;
         let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
-        let controller = design.robot(&scene, &path.display().to_string())?;
+        let file = path.display().to_string();
+        let design = design.in_order(&scene, &file)?;
+        let controller = design.robot(&scene, &file)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
             omega: frequency(&scene.controller, &controller),
@@ -237,18 +241,19 @@ fn complete(summary: &mut Summary, robot: &RobotFiles, trajectory: &TrajectoryFi
     summary.loads = Some(found);
 }
 
-/// Reads the history of a run: a record for every iteration. Returns an empty list if the run has no history.
+/// Reads the history of a run: a record for every iteration. The history may have been cut off, for example by a full disk
+/// or a copy that was interrupted: then it has fewer records, or none.
 fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     let path = folder.join(history::LINES);
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let history = history::read(folder, usize::MAX)?;
+    let history = history::read(folder, whole_lines(&path)?)?;
     let numbers = history.iter().map(|record| record.iteration);
     let entered = summary.entered.unwrap_or(0);
     let first = entered.saturating_add(1);
     let last = entered.saturating_add(summary.iterations);
-    if numbers.eq(first..=last) {
+    if history.len() <= summary.iterations && numbers.eq((first..=last).take(history.len())) {
         return Ok(history);
     }
     Err(Error::Usage(format!(
@@ -257,8 +262,14 @@ fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     )))
 }
 
+/// The number of lines of a file that are not cut off.
+fn whole_lines(path: &Path) -> Result<usize> {
+    let bytes = read_whole(path)?;
+    Ok(bytes.iter().filter(|&&byte| byte == b'\n').count())
+}
+
 pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {
-    let path = &folder.join(trajectory_file::TRAJECTORY);
+    let path = &result_of(folder, trajectory_file::TRAJECTORY)?;
     let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
     let name = &path.display().to_string();
     let fits = |what: &str, found, expected| fits(name, what, found, expected);
@@ -293,7 +304,8 @@ fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let rows: Vec<DesignRow> = history::read_lines(path, history::DESIGNS_FORMAT, usize::MAX)?;
+    let rows: Vec<DesignRow> =
+        history::read_lines(path, history::DESIGNS_FORMAT, whole_lines(path)?)?;
     let name = &path.display().to_string();
     for row in &rows {
         let what = format!("entries in `z` of iteration {}", row.iteration);

@@ -37,7 +37,6 @@ pub use bars::{Bar, bars};
 pub use compare::Comparison;
 pub use files::{ForeignScene, RobotFiles, RunFiles};
 pub(crate) use loads::loads;
-pub use numbers::departures;
 pub use page::player_page;
 pub use verdict::verdict_of;
 pub use work::{Animations, write, write_walk};

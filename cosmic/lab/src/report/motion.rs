@@ -1,6 +1,7 @@
 //! Prepares a robot's rollout for drawing: bars coloured by strain, in the frame of the world.
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 
 use super::files::RobotFiles;
 use super::picture::{Colour, PAPER};
@@ -247,10 +248,25 @@ impl<'r> Motion<'r> {
     /// Returns the point at which the camera looks: the middle of the body that carries the payload, averaged over a
     /// second so that the picture does not shake.
     pub(super) fn camera(&self, index: usize) -> Vector<f64> {
-        let time = self.time(index);
-        let span = self.index_at((time - 0.5).max(0.0))..=self.index_at(time + 0.5);
-        let centres: Vec<Vector<f64>> = span.map(|i| self.centre(&self.states()[i])).collect();
+        let around = self.around(index);
+        let centres: Vec<Vector<f64>> = around.map(|i| self.centre(&self.states()[i])).collect();
         mean(&centres)
+    }
+
+    /// Returns the height that the camera must show: that of the body, with its highest places within half a second,
+    /// averaged over a second so that the picture does not shake.
+    pub(super) fn top(&self, index: usize) -> f64 {
+        let height = |i: usize| self.bounds(&self.states()[i]).high.up();
+        let highest = |i: usize| self.around(i).map(height).fold(f64::NEG_INFINITY, f64::max);
+        let around = self.around(index);
+        let count = around.clone().count() as f64;
+        around.map(highest).sum::<f64>() / count
+    }
+
+    /// Returns the indices of the states within half a second.
+    fn around(&self, index: usize) -> RangeInclusive<usize> {
+        let time = self.time(index);
+        self.index_at((time - 0.5).max(0.0))..=self.index_at(time + 0.5)
     }
 
     /// Returns the height of the terrain in the world, above the point of the ground's line whose horizontal position

@@ -7,7 +7,7 @@ use cosmic::record::Summary;
 #[derive(Clone, Copy)]
 pub(super) struct Shown<'r> {
     pub(super) summary: &'r Summary,
-    /// The duration of its rollout, s; `None` if it is not known.
+    /// The duration of its walk, s; `None` if it is not known.
     pub(super) seconds: Option<f64>,
 }
 
@@ -20,22 +20,26 @@ pub(super) fn with_six<'r, S>(
 ) -> TableOf<'r, S> {
     let has_loss = |run| of(run).summary.loss_p50.is_some();
     let has_loss = table.subjects().iter().any(has_loss);
-    let far = Column::new("distance", "displacement: median over perturbed starts").unit("m");
+    let far = Column::new(
+        "distance",
+        "displacement: median of robots that vary a little",
+    )
+    .unit("m");
     let far = far.decimals(3, "diverged");
     let loss = Column::new("loss", "loss: median over perturbed starts").decimals(4, "–");
-    let says = "the distance divided by the duration of the rollout";
+    let says = "the distance divided by the duration of the walk";
     let speed = Column::new("speed", says)
         .unit("m/s")
         .decimals(3, "not known");
     let mass = Column::new("mass", "of the robot with its payload");
     let mass = mass.unit("kg").decimals(3, "not known");
-    let says = "energy per metre, without the losses of actuators";
+    let says = "energy per metre at this speed, without the losses of actuators";
     let energy = Column::new("energy", says)
         .unit("J/m")
         .decimals(1, "not known");
     let says = "the largest number of pairs of bars that pass through each other at a time";
     let pairs = Column::new("crossing pairs", says).decimals(0, "not known");
-    let distance = move |run: &'r S| of(run).summary.displacement_p50;
+    let distance = move |run: &'r S| of(run).summary.displacement_robust_p50;
     let table = match has_loss {
         true => table
             .add(loss, move |run| of(run).summary.loss_p50)
@@ -45,12 +49,14 @@ pub(super) fn with_six<'r, S>(
     let table = table
         .add(speed, move |run| {
             let Shown { summary, seconds } = of(run);
-            Some(summary.displacement_p50? / seconds?)
+            Some(summary.displacement_robust_p50? / seconds?)
         })
-        .add(mass, move |run| Some(of(run).summary.energy?.mass));
+        .add(mass, move |run| Some(of(run).summary.quoted_energy()?.mass));
     let table = match has_loss {
         true => table,
-        false => table.add(energy, move |run| of(run).summary.energy?.per_metre),
+        false => table.add(energy, move |run| {
+            of(run).summary.quoted_energy()?.per_metre
+        }),
     };
     table.add(pairs, move |run| crossing_pairs(of(run).summary))
 }
@@ -77,9 +83,17 @@ pub(super) fn with_numbers<'r, S>(
 }
 
 /// Returns the columns that every table has.
-fn numbers() -> [Number; 20] {
+fn numbers() -> [Number; 24] {
     let share = |name, says| Column::new(name, says).decimals(3, "diverged");
     let metres = |name, says| share(name, says).unit("m");
+    let says = "displacement: median of robots that vary a little";
+    let robust = metres("robust p50", says);
+    let says = "displacement: 10 % quantile of robots that vary a little";
+    let low = metres("robust p10", says);
+    let says = "displacement with half the time step: median over perturbed starts";
+    let half = metres("half step", says);
+    let says = "displacement with another integrator: median over perturbed starts";
+    let other = Column::new("integrator", says).unit("m").decimals(3, "–");
     let p50 = metres("p50", "displacement: median over perturbed starts");
     let p10 = metres("p10", "displacement: 10 % quantile over perturbed starts");
     let p90 = metres("p90", "displacement: 90 % quantile over perturbed starts");
@@ -110,8 +124,12 @@ fn numbers() -> [Number; 20] {
     let says = "cost of transport: energy per distance and weight, without losses";
     let cost = energy("cost", says).decimals(2, "not known");
     [
-        (p50, |s| s.displacement_p50.into()),
+        (robust, |s| s.displacement_robust_p50.into()),
         (verdict, |s| s.verdict().into()),
+        (low, |s| s.displacement_robust_p10.into()),
+        (half, |s| s.displacement_half_step_p50.into()),
+        (other, |s| s.displacement_integrator_p50.into()),
+        (p50, |s| s.displacement_p50.into()),
         (p10, |s| s.displacement_p10.into()),
         (p90, |s| s.displacement_p90.into()),
         (last, |s| s.displacement_last_p50.into()),
@@ -131,9 +149,11 @@ fn numbers() -> [Number; 20] {
             decided(s, |s| Some(s.loads.as_ref()?.strain.peak))
         }),
         (tangles, crossing_pairs),
-        (mass, |s| decided(s, |s| Some(s.energy?.mass))),
-        (power, |s| decided(s, |s| Some(s.energy?.power))),
-        (cost, |s| decided(s, |s| s.energy?.cost_of_transport)),
+        (mass, |s| decided(s, |s| Some(s.quoted_energy()?.mass))),
+        (power, |s| decided(s, |s| Some(s.quoted_energy()?.power))),
+        (cost, |s| {
+            decided(s, |s| s.quoted_energy()?.cost_of_transport)
+        }),
         (seed, |s| Cell::Count(s.seed)),
         (seconds, |s| s.seconds.into()),
     ]
@@ -170,7 +190,7 @@ fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
 }
 
 /// Returns a text that names the options by which a run departs from the paper.
-pub fn departures(summary: &Summary) -> String {
+pub(super) fn departures(summary: &Summary) -> String {
     let departures = summary.departures.iter();
     let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
     if names.is_empty() {

@@ -33,7 +33,7 @@ pub(super) fn html(title: &str, body: &str) -> String {
     )
 }
 
-/// Returns the page of a run: the verdict, the robot in several poses and in motion, its design, gait and energies.
+/// Returns the page of a run: the verdict, the robot in motion and in several poses, its design, gait and energies.
 /// Folded at the end are the parts for authors: the convergence if the run has a history, all numbers, and the scene. A
 /// robot that takes goals also has its `ways` to several goals.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
@@ -68,12 +68,12 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
     let body = [
         &head(&run.robot, &run.title(), &about),
         &verdict::to_html(&verdict),
+        include_str!("page/player.html"),
         "<div class=\"strip\" tabindex=\"0\" role=\"region\" aria-label=\"The robot at several moments\">\n",
         &robot::draw(motion),
         "</div>\n",
         &tiles::of_run(run, motion),
         &warning(summary),
-        include_str!("page/player.html"),
         "<div>\n",
         include_str!("page/design.html"),
         &walks,
@@ -170,12 +170,9 @@ fn scene(robot: &RobotFiles) -> String {
 
 /// Returns the four most important numbers of a run for a notebook, and a warning if the robot is unreliable.
 fn figures(summary: &Summary) -> String {
-    let ends = summary.displacement_p10.zip(summary.displacement_p90);
-    let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
-        format!("{} \u{2013} {} m", decimals(low, 3), decimals(high, 3))
-    });
-    let far = summary.displacement_p50;
-    let median = far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
+    let metres = |x: Option<f64>| x.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
+    let median = metres(summary.displacement_robust_p50);
+    let low = metres(summary.displacement_robust_p10);
     let verdict = match summary.is_unreliable() {
         true => "displacement, median: unreliable",
         false => "displacement, median",
@@ -188,7 +185,7 @@ fn figures(summary: &Summary) -> String {
     let [solid, actuators] = shares.map(|share| format!("{:.1} %", 100.0 * share));
     let cells = [
         (median, verdict),
-        (spread, "10 % to 90 % of perturbed starts"),
+        (low, "10 % quantile of robots that vary a little"),
         (kept, "of it in open loop, without feedback"),
         (
             format!("{solid} / {actuators}"),

@@ -231,5 +231,5 @@ impl Sheet {
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
     tr.failed td { background: #fdecea; color: #a3260b; }\n\
-    @media (prefers-color-scheme: dark) { tr.default td { background: #14304a; } tr.failed td { background: #45201b; color: #ffb4a8; } }\n\
+    @media screen and (prefers-color-scheme: dark) { tr.default td { background: #14304a; } tr.failed td { background: #45201b; color: #ffb4a8; } }\n\
     .answers { margin: 16px 0; padding: 12px 16px 12px 34px; background: var(--panel); border-radius: 8px; font-size: 17px; }</style>\n";

@@ -12,8 +12,12 @@ use std::path::Path;
 
 /// Returns a verdict as a paragraph of HTML. Every item has the colour of its level.
 pub(super) fn to_html(verdict: &Verdict) -> String {
+    let hints = match &verdict.hints[..] {
+        [] => String::new(),
+        hints => format!("<p>What to try: {}.</p>\n", escape(&hints.join("; "))),
+    };
     format!(
-        "<p class=\"verdict {}\">{}</p>\n",
+        "<p class=\"verdict {}\">{}</p>\n{hints}",
         verdict.level().name(),
         line(verdict)
     )

@@ -8,8 +8,8 @@ use cosmic::record::summary::ratio;
 use cosmic::scene::Departure;
 use std::path::PathBuf;
 
-/// The column with the median displacement over perturbed starts, in metres. This is the number to quote for a run.
-pub(super) const DISPLACEMENT: &str = "displacement_p50";
+/// The column with the median displacement of robots that vary a little, in metres. This is the number to quote for a run.
+pub(super) const DISPLACEMENT: &str = "displacement_robust_p50";
 
 /// A finished run and its numbers.
 #[derive(Clone, Debug)]

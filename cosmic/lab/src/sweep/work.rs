@@ -14,6 +14,7 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
@@ -47,6 +48,11 @@ pub struct Ended {
 pub trait Overseer: Sync {
     /// Returns true if the sweep must stop. The runs in progress are saved before they stop.
     fn is_stopped(&self) -> bool;
+
+    /// The flag with which another thread asks the runs to [stop](Observer::stop).
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        None
+    }
 
     /// Is called when a run has ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
@@ -343,6 +349,10 @@ impl Observer for Holding<'_> {
         self.observer.warning(run, text);
     }
 
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        self.observer.stop()
+    }
+
     fn is_stopped(&self) -> bool {
         self.observer.is_stopped()
     }
@@ -371,6 +381,10 @@ impl Observer for Quiet<'_> {
 
     fn warning(&mut self, _: &Run, text: &str) {
         self.overseer.warning(self.name, text);
+    }
+
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        self.overseer.stop()
     }
 
     fn is_stopped(&self) -> bool {

@@ -7,7 +7,7 @@ use super::probe::{Probe, stable_step_at};
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table, decimals};
 use cosmic::case::Case;
-use cosmic::codesign::Quantiles;
+use cosmic::codesign::{LEAST_WALK, Quantiles, STEADY};
 use cosmic::lattice::State;
 use cosmic::task::together;
 use cosmic::verdict::{Item, Level, plain};
@@ -18,10 +18,7 @@ const STARTS: usize = 16;
 const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// The share of the distance up to which another distance counts as equal, and up to which it depends only a little.
 /// The medians over perturbed starts of a chaotic robot differ by a few per cent.
-pub const SAME: [f64; 2] = [0.05, 0.2];
-/// A shorter distance counts as this share of the lattice's scale: a robot that stays in place does not depend on the
-/// time step.
-const LEAST: f64 = 0.05;
+pub const SAME: [f64; 2] = [0.05, STEADY];
 
 /// A way to simulate the case, and the distances that it finds.
 struct Trial {
@@ -116,7 +113,7 @@ fn verdict(case: &Case, steps: &[Trial], methods: &[Trial], single: &Trial) -> V
         decimals(p10, 2),
         decimals(p90, 2)
     );
-    let least = LEAST * case.lattice.scale;
+    let least = LEAST_WALK * case.lattice.scale;
     let list = |trials: &[&Trial], of: &dyn Fn(&Trial) -> String| {
         let texts: Vec<String> = trials.iter().map(|trial| of(trial)).collect();
         texts.join(", ")

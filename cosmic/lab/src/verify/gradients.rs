@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::measured;
+use super::gradcheck::{Moved, in_motion};
 use super::probe::{Probe, distance, most, norm, relative_error};
 use super::subject::{DIRECTIONS, Slopes, Subject};
 use crate::report::chart::{Line, LogChart};
@@ -18,6 +19,8 @@ use cosmic::geometry::Vector;
 const LONGEST: usize = 4096;
 /// The longest horizon is halved this many times to get the shorter horizons.
 const HALVINGS: u32 = 6;
+/// The payload must have a gradient over this many steps; otherwise the robot is moved so that it has one.
+const MOTION: usize = 256;
 /// The half-widths of central differences to try. A half-width is the distance by which the inputs are moved along a
 /// direction of length 1.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
@@ -295,6 +298,8 @@ pub struct Gradients {
     pub rows: Vec<Row>,
     /// The number of entries of the gradient.
     numbers: usize,
+    /// How the robot differs from that of the case. A robot that stands still has no gradient to compare.
+    moved: Moved,
     chaos: Chaos,
 }
 
@@ -309,7 +314,7 @@ impl Gradients {
     /// are measured while nothing else runs.
     pub fn of(case: &Case) -> Self {
         let longest = LONGEST.min(case.physics.steps.max(1));
-        let mut case = case.clone();
+        let (moved, mut case) = in_motion(case, longest.min(MOTION));
         case.physics.steps = case.physics.steps.max(longest);
         let subject = Subject::new(&case);
         let horizons = Horizon::all(&case, &subject, longest);
@@ -322,6 +327,7 @@ impl Gradients {
         Self {
             rows,
             numbers: subject.numbers(),
+            moved,
             chaos: Chaos::of(&case),
         }
     }
@@ -375,10 +381,10 @@ impl Gradients {
             self.chaos.note(),
             format!(
                 "Gradients of minus the payload's position along the ground after `steps` steps, for \
-                 the {} numbers of design and controller. `error` and `angle` compare the slopes along \
+                 the {} numbers of design and controller of {}. `error` and `angle` compare the slopes along \
                  {DIRECTIONS} random directions with differences in double-double. Until the payload \
                  moves, the gradient and its error are exactly zero.",
-                self.numbers
+                self.numbers, self.moved
             ),
             format!(
                 "`time`: processor time of one thread, for a whole gradient in reverse mode, for \

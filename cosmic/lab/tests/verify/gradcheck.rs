@@ -3,7 +3,7 @@ use autodiff::check::{Claim, Options, Verdict, check_directions};
 use cosmic::case::Case;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene};
-use cosmic_lab::verify::gradcheck::is_rounding;
+use cosmic_lab::verify::gradcheck::{Moved, is_rounding};
 use cosmic_lab::verify::{GradientCheck, check_gradients};
 
 /// Checks the gradients of a case, and asserts that there are no failures.
@@ -20,11 +20,38 @@ fn wrong_groups_and_accepted_controls_are_failures() {
     check.groups[2].verdict = Verdict::Wrong;
     check.groups[5].verdict = Verdict::Kink;
     check.control.as_mut().unwrap().verdict = Verdict::Smooth;
-    assert_eq!(check.failures(), ["b1", "the negative control"]);
+    check.groups[0].norm = 0.0;
+    let failures = [
+        "z (nothing could be compared)",
+        "b1",
+        "the negative control",
+    ];
+    assert_eq!(check.failures(), failures);
+    check.control = None;
+    let control = "the negative control (nothing could be compared)";
+    assert_eq!(check.failures()[2], control);
+}
+
+/// The feet of a robot on rough ground stick, so at first its payload does not move, whatever its design and controller
+/// are. Its gradient is checked in flight.
+#[test]
+fn a_robot_without_a_gradient_is_thrown() {
+    let sticks = &small([3, 2], |scene| {
+        scene.physics.contact = ContactLaw::coulomb();
+        (scene.physics.friction, scene.physics.gravity) = (1.0, 9.81);
+        (scene.controller.hidden, scene.controller.gain) = (4, [0.1, 0.1]);
+    });
+    let check = passed(sticks, 64);
+    assert_eq!(check.moved, Moved::Thrown, "{check}");
+    assert!(check.still.iter().any(|name| name == "w1"), "{check}");
+    // Without a second layer, the first layer has no effect. Then the controller is drawn too.
+    let mut mute = sticks.clone();
+    mute.controller.block_mut("w2").fill(0.0);
+    assert_eq!(passed(&mute, 64).moved, Moved::Driven);
 }
 
 /// Slopes that are smaller than the rounding error of the displacement are neither called wrong nor used as a negative
-/// control. A controller hardly moves a slack robot; and the fall of a robot whose actuators have no stroke depends on
+/// control. Nothing can be compared with them. A controller hardly moves a slack robot; and the fall of a robot whose actuators have no stroke depends on
 /// its design only in the last digits.
 #[test]
 fn slopes_below_the_displacement_s_rounding_do_not_fail() {
@@ -40,7 +67,14 @@ fn slopes_below_the_displacement_s_rounding_do_not_fail() {
         (falling, 64, 0, 1e-9),
         (falling, 256, 0, 1e-9),
     ] {
-        let check = passed(case, steps);
+        let check = check_gradients(case, None, steps, &Options::default());
+        assert!(
+            check.groups.iter().all(|g| g.verdict != Verdict::Wrong),
+            "{check}"
+        );
+        let failures = check.failures();
+        let empty = format!("{} (nothing could be compared)", check.groups[group].name);
+        assert!(failures.contains(&empty), "{check}");
         let norm = check.groups[group].norm;
         assert!(0.0 < norm && norm < most, "{check}");
         assert_eq!(
@@ -75,7 +109,11 @@ fn slopes_that_consist_of_rounding_are_not_called_wrong() {
         (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);
         scene.controller.velocity_scale = 0.5;
     });
-    let check = passed(&case, 200);
+    let check = check_gradients(&case, None, 200, &Options::default());
+    assert!(
+        check.groups.iter().all(|g| g.verdict != Verdict::Wrong),
+        "{check}"
+    );
     let warns = check.to_string().contains("use fewer steps");
     assert!(check.rounding > 1.0 && warns, "{check}");
     let check = passed(&case, 32);

@@ -60,7 +60,7 @@ impl Run {
         let folder = &self.sweep;
         let plan = &SweepPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
-        let interrupt = Interrupt::listen()?;
+        let interrupt = Interrupt::listen(self.work.output.quiet)?;
         if let Some(study) = &plan.study {
             study.check()?;
         }

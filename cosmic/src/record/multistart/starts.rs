@@ -85,6 +85,10 @@ impl Observer for OfOne<'_, '_> {
         (self.observer()).warning(run, &format!("seed {seed}: {text}"));
     }
 
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        self.observer().stop()
+    }
+
     fn is_stopped(&self) -> bool {
         self.failed.load(Ordering::Acquire) || self.observer().is_stopped()
     }

@@ -14,6 +14,7 @@ use crate::simulator::{Grade, Trajectory};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// The name of the file with the robot, if a run began with a given robot.
@@ -44,10 +45,17 @@ pub trait Observer: Send {
     /// Called with a warning. Each warning is given once, and the run continues.
     fn warning(&mut self, _run: &Run, _text: &str) {}
 
+    /// The flag with which another thread asks the run to stop. The run looks at it in every step of every rollout. It
+    /// then abandons the iteration, so that it stops soon even if an iteration takes hours. The run is saved as it was
+    /// before that iteration, and can be resumed.
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        None
+    }
+
     /// Called several times during the delivery. To stop the run there, return true; the run is saved and can be
     /// resumed.
     fn is_stopped(&self) -> bool {
-        false
+        is_asked(self)
     }
 
     /// Called before the run writes. Return false if another process has taken over the run. The run then ends with
@@ -59,6 +67,12 @@ pub trait Observer: Send {
 
 /// Ignores all events.
 impl Observer for () {}
+
+/// True if the [flag](Observer::stop) of an observer is set.
+fn is_asked(observer: &(impl Observer + ?Sized)) -> bool {
+    let stop = observer.stop();
+    stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+}
 
 /// This optimisation on a device, if there is one.
 pub(in crate::record) fn on(
@@ -193,6 +207,8 @@ impl Run {
             .deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
         self.refuse_failed()?;
+        // Rollouts that were stopped have no result.
+        let delivery = delivery.filter(|_| !observer.is_stopped());
         let delivery = delivery.ok_or_else(|| self.interrupted())?;
         let summary = self.write_result(&delivery)?;
         self.lock.finish();
@@ -207,22 +223,20 @@ impl Run {
     ) -> Result<()> {
         observer.begin(self);
         self.judge_step(observer)?;
+        self.codesign.stop_by(observer.stop());
         let mut saved = Instant::now();
         while self.progress.iteration < last {
             let began = Instant::now();
-            let before = (self.codesign.is_on_device()).then(|| self.progress.clone());
+            let before = self.progress.clone();
             let record = self.codesign.iterate(&mut self.progress);
+            let design = (self.history.keeps_design(record.iteration)).then(|| self.design_row());
             self.refuse_lost(observer)?;
-            if let Some(before) = before.filter(|_| self.codesign.device_error().is_some()) {
-                self.progress = before;
-                self.save()?;
-                self.refuse_failed()?;
+            if is_asked(observer) || self.codesign.device_error().is_some() {
+                return self.abandon(before);
             }
             let seconds = self.seconds();
             self.history.append(&record, seconds)?;
-            if self.history.keeps_design(record.iteration) {
-                let z = self.progress.design.vectors();
-                let row = DesignRow::new(record.iteration, &z, self.walk());
+            if let Some(row) = design {
                 self.history.append_design(&row)?;
             }
             let interrupted = observer.iteration(self, &record).is_break();
@@ -247,6 +261,21 @@ impl Run {
         self.save()?;
         observer.end(self);
         Ok(())
+    }
+
+    /// Takes back the current iteration, which did not finish, and saves the run as it was `before`. Returns the reason: a
+    /// device that stopped working, or an interruption.
+    fn abandon(&mut self, before: Progress) -> Result<()> {
+        self.progress = before;
+        self.save()?;
+        self.refuse_failed()?;
+        Err(self.interrupted())
+    }
+
+    /// The current robot and its motion, for the history.
+    fn design_row(&self) -> DesignRow {
+        let z = self.progress.design.vectors();
+        DesignRow::new(self.progress.iteration, &z, self.walk())
     }
 
     /// Returns an error if the device of the run has stopped working.
@@ -320,6 +349,9 @@ impl Run {
     /// known: then writes the design and its last states, and returns the error about the divergence instead.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
         let delivery = self.codesign.evaluator().deliver(&self.progress);
+        if is_asked(observer) {
+            return self.interrupted();
+        }
         if delivery.divergence.is_none() {
             return error;
         }

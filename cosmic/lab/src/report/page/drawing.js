@@ -10,6 +10,7 @@ class Drawing {
   #colours = new Map();
   #size;
   #inView = true;
+  #isPrinted = false;
 
   constructor(canvas) {
     this.canvas = canvas;
@@ -23,10 +24,19 @@ class Drawing {
       this.#inView = entries[entries.length - 1].isIntersecting;
       this.#again();
     }).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    const recolour = () => {
       this.#colours.clear();
       this.#again();
-    });
+    };
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolour);
+    // Paper is white, also for readers whose screen is dark. Drawings out of view are drawn for paper, too.
+    for (const [moment, isPrinted] of [["beforeprint", true], ["afterprint", false]]) {
+      addEventListener(moment, () => {
+        this.#isPrinted = isPrinted;
+        document.documentElement.classList.toggle("printed", isPrinted);
+        recolour();
+      });
+    }
   }
 
   // Draws `scene`, the data of what is shown, with the method `paint` of each kind of drawing. The scene is drawn again
@@ -34,7 +44,7 @@ class Drawing {
   draw(scene) {
     this.#scene = scene;
     const [width, height] = this.#size;
-    if (!this.#inView || width === 0 || height === 0) return;
+    if (!(this.#inView || this.#isPrinted) || width === 0 || height === 0) return;
     const sharp = devicePixelRatio || 1;
     const [across, down] = [Math.round(width * sharp), Math.round(height * sharp)];
     if (this.canvas.width !== across || this.canvas.height !== down) {
@@ -175,6 +185,16 @@ function playBySpace(toggle) {
       if (kind === "keydown" && !event.repeat) toggle();
     }, true);
   }
+}
+
+// Calls `does` once, as soon as half of an element is in view.
+function whenSeen(element, does) {
+  const observer = new IntersectionObserver(entries => {
+    if (!entries.some(entry => entry.isIntersecting)) return;
+    observer.disconnect();
+    does();
+  }, { threshold: 0.5 });
+  observer.observe(element);
 }
 
 const startsPlaying = () => !matchMedia("(prefers-reduced-motion: reduce)").matches;

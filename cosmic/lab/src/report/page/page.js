@@ -9,7 +9,7 @@ const { robot, world, gait, energies, forces, history, goals } = data;
 const walkers = [...(data.designs ?? []), { iteration: data.iteration, mixtures: robot.mixtures, walk: data.walk }]
   .map(({ iteration, mixtures, walk }) => Object.assign(new Walker(robot, world, mixtures, walk), { iteration }));
 const last = walkers.length - 1;
-const view = { now: 0, playing: startsPlaying(), shown: last, chosen: null, hovered: null, evolving: false };
+const view = { now: 0, playing: startsPlaying(), seen: false, shown: last, chosen: null, hovered: null, evolving: false };
 const percent = share => `${share > 0 ? "+" : ""}${decimals(100 * share, 1)}\u00a0%`;
 const newton = force => `${decimals(force, Math.abs(force) < 10 ? 2 : 1)}\u00a0N`;
 
@@ -62,6 +62,7 @@ function player() {
   link(stage.canvas, (x, y) => stage.edgeAt(x, y));
   const [play, time] = ["play", "time"].map(part);
   const toggle = () => {
+    view.seen = true;
     view.playing = !view.playing;
     play.textContent = view.playing ? "Pause" : "Play";
   };
@@ -140,9 +141,11 @@ function design() {
   const camera = [middle, Math.min(...along[1])];
   const paths = robot.materials.map((material, e) => (material === 0 ? null : walkers.map(walker => walker.mixtures[e])));
   const count = material => robot.materials.filter(other => other === material).length;
-  part("counts").textContent = `${count(1)} skeleton, ${count(2)} actuators, ${count(0)} void`;
+  part("counts").textContent = robot.undecided
+    ? `${robot.edges.length} edges, all undecided; the fainter, the less solid`
+    : `${count(1)} skeleton, ${count(2)} actuators, ${count(0)} void, void edges faint`;
   const select = part("edge");
-  robot.edges.forEach((_, e) => select.add(new Option(`${e}, ${MATERIALS[robot.materials[e]]}`, e)));
+  robot.edges.forEach((_, e) => select.add(new Option(`${e}, ${nameOf(e)}`, e)));
   select.onchange = () => choose(select.value === "" ? null : Number(select.value));
   still.push(() => {
     layout.draw({ positions: robot.start, edges: walker().edges, camera, highlight: highlight(), colours: walker().edges.map(([, , , material]) => layout.colour(MATERIALS[material])) });
@@ -152,12 +155,14 @@ function design() {
   moving.push(moment => { part("told").textContent = told(highlight(), moment); });
 }
 
+// The material of an edge.
+const nameOf = edge => (robot.undecided ? "undecided" : MATERIALS[robot.materials[edge]]);
+
 // A sentence about an edge: its material, and its strain and force now and at their peaks.
 function told(edge, { shape, frame }) {
   if (edge === null) return "Point at a bar, a row or a point, or choose an edge.";
   const [i, j] = robot.edges[edge];
-  const material = MATERIALS[robot.materials[edge]];
-  const words = [`${material}, nodes ${i}\u2013${j}, ${decimals(1000 * robot.rest[edge], 0)} mm`];
+  const words = [`${nameOf(edge)}, nodes ${i}\u2013${j}, ${decimals(1000 * robot.rest[edge], 0)} mm`];
   const bar = gait ? gait.bars.indexOf(edge) : -1;
   if (bar >= 0 && view.shown === last) {
     const [low, high, push, pull] = gait.peaks[bar];
@@ -330,8 +335,12 @@ if (!history?.charts.some(({ id }) => id === "objective")) part("objective")?.re
 if (history && part("volumes")) convergence();
 else for (const id of ["objective", "displacement"]) part(id)?.remove();
 drawStill();
+// Paper has other colours than the screen.
+for (const moment of ["beforeprint", "afterprint"]) addEventListener(moment, drawStill);
+// The robot starts when it is seen.
+if (stage) whenSeen(stage.canvas, () => { view.seen = true; });
 everyFrame(seconds => {
-  if (view.playing) view.now += seconds * Number(part("speed")?.value ?? 1);
+  if (view.playing && view.seen) view.now += seconds * Number(part("speed")?.value ?? 1);
   const ends = view.evolving && view.shown < last ? Math.min(2.5, walker().duration) : walker().duration;
   if (view.now > ends) {
     view.now = 0;

@@ -26,10 +26,11 @@ for (const lane of lanes) {
   const times = walk ? walk.counts.map((_, k) => Math.min(duration, k * walk.every)) : [];
   lane.finished = finish === null ? null : times.find(time => lane.walker.at(time).metres >= finish) ?? null;
 }
-const race = { now: 0, playing: startsPlaying() };
+const race = { now: 0, playing: startsPlaying(), seen: false };
 const [play, time] = ["play", "time"].map(part);
 
 function toggle() {
+  race.seen = true;
   race.playing = !race.playing;
   play.textContent = race.playing ? "Pause" : "Play";
 }
@@ -40,8 +41,9 @@ playBySpace(toggle);
 time.max = duration;
 time.oninput = () => { race.now = Number(time.value); };
 
+whenSeen(lanes[0].canvas, () => { race.seen = true; });
 everyFrame(seconds => {
-  if (race.playing) race.now += seconds * Number(part("speed").value);
+  if (race.playing && race.seen) race.now += seconds * Number(part("speed").value);
   if (race.now > duration) race.now = 0;
   const moments = lanes.map(({ walker }) => walker.at(Math.min(race.now, walker.duration)));
   // Choose the scale such that all robots are in view and none is higher than its lane.

@@ -5,6 +5,8 @@
 const HOLDS = 0.3;
 // A bar with a smaller fraction of solid material is drawn as void.
 const SEEN = 0.02;
+// The fraction of the drawing's height that stays free above the robot: the camera rises with a robot that jumps higher.
+const ABOVE = 0.1;
 
 // A robot on its ground. Lengths are metres in the frame of the world.
 class Stage extends Drawing {
@@ -30,14 +32,15 @@ class Stage extends Drawing {
   // Paints one moment. `positions`: [x0, y0, x1, y1, …]. `edges`: a list of [i, j, rest length, material, edge,
   // weight], where the material is 0 (void, drawn faint), 1 (skeleton) or 2 (actuator), and a weight below 1 makes a
   // bar thinner and fainter. `camera`: the point [x, y] that is in the middle of the drawing, above its lower edge.
-  // Optional: `trail`, the path of the payload [x, y, …]; `highlight`, an edge; `label`, a text for the upper left
+  // Optional: `top`, the height that must be in view; `trail`, the path of the payload [x, y, …]; `highlight`, an edge; `label`, a text for the upper left
   // corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
   // materials and strains; `goal`, the foot [x, y] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
   // and edges of another robot, which is drawn faintly; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
-  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
+  paint({ positions, edges, camera, top = -Infinity, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
     this.#view = { middle: camera[0], scale };
-    const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - camera[1]) * scale];
+    const floor = Math.max(camera[1], top - (0.8 - ABOVE) * height / scale);
+    const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - floor) * scale];
     const { payloads } = this.#world;
     this.#paintGround(place, camera[0], width / scale / 2, scale, height);
     if (goal) this.#paintFlag(place(...goal), goalLabel, width, height);
@@ -144,12 +147,18 @@ class Stage extends Drawing {
     this.line(line, this.colour("muted"), 1.5);
   }
 
+  // The box around the bars on the canvas: [left, top, right, bottom] in pixels.
+  get box() {
+    const [xs, ys] = [0, 1].map(axis => this.#drawn.flatMap(([from, to]) => [from[axis], to[axis]]));
+    return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+  }
+
   // Whether a point of the window is within the box around the bars, or near it.
   isNear(clientX, clientY, margin = 16) {
-    const box = this.canvas.getBoundingClientRect();
-    const within = (at, places) => at > Math.min(...places) - margin && at < Math.max(...places) + margin;
-    const ends = this.#drawn.flatMap(([from, to]) => [from, to]);
-    return within(clientX - box.left, ends.map(([x]) => x)) && within(clientY - box.top, ends.map(([, y]) => y));
+    const { left, top } = this.canvas.getBoundingClientRect();
+    const [x, y] = [clientX - left, clientY - top];
+    const box = this.box;
+    return x > box[0] - margin && y > box[1] - margin && x < box[2] + margin && y < box[3] + margin;
   }
 
   // The x in the world at a point of the window, m.
@@ -218,7 +227,21 @@ class Walker {
     });
     const payload = this.robot.payloads[0];
     const trail = places.flatMap(frame => [...frame.subarray(2 * payload, 2 * payload + 2)]);
-    return { places, trail, cameras: this.#follow(places) };
+    return { places, trail, cameras: this.#follow(places), tops: this.#topsOf(places) };
+  }
+
+  // The number of frames in half a second.
+  get #around() {
+    return Math.max(0, Math.round(0.5 / (this.walk?.every ?? 1)));
+  }
+
+  // The height of the body in every frame, with its highest places within half a second, averaged over a second: the
+  // camera rises before the robot jumps, and does not shake.
+  #topsOf(places) {
+    const near = (list, k) => list.slice(Math.max(0, k - this.#around), k + this.#around + 1);
+    const heights = places.map(frame => Math.max(...[...this.body].map(node => frame[2 * node + 1])));
+    const highest = heights.map((_, k) => Math.max(...near(heights, k)));
+    return highest.map((_, k) => near(highest, k).reduce((sum, height) => sum + height, 0) / near(highest, k).length);
   }
 
   // The path of the camera: the middle of the body and the ground around it, averaged over a second so that the picture
@@ -228,7 +251,7 @@ class Walker {
       const along = [...this.body].map(node => frame[2 * node]);
       return (Math.min(...along) + Math.max(...along)) / 2;
     });
-    const around = Math.max(0, Math.round(0.5 / (this.walk?.every ?? 1)));
+    const around = this.#around;
     const { width, ground } = this.world;
     return middles.map((_, k) => {
       const near = middles.slice(Math.max(0, k - around), k + around + 1);
@@ -239,7 +262,7 @@ class Walker {
 
   // What a `Stage` paints at a time, and how far the payload has moved along the ground by then, in metres.
   at(time) {
-    const { places, trail, cameras } = this.#frames;
+    const { places, trail, cameras, tops } = this.#frames;
     const place = this.walk ? Math.min(time / this.walk.every, places.length - 1) : 0;
     const [k, next] = [Math.floor(place), Math.ceil(place)];
     const between = (from, to) => from.map((x, i) => x + (place - k) * (to[i] - x));
@@ -248,7 +271,7 @@ class Walker {
     const [along, up] = [0, 1].map(axis => positions[payload + axis] - places[0][payload + axis]);
     return {
       positions, frame: Math.round(place), shape: places[Math.round(place)], edges: this.bars,
-      camera: between(cameras[k], cameras[next]), trail: trail.slice(0, 2 * k + 2),
+      camera: between(cameras[k], cameras[next]), top: between([tops[k]], [tops[next]])[0], trail: trail.slice(0, 2 * k + 2),
       metres: along * this.world.cos + up * this.world.sin,
     };
   }

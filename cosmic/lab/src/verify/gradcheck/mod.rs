@@ -1,30 +1,28 @@
 //! Checks the gradient of a robot's loss against finite differences and against forward mode.
 
+mod robot;
 mod table;
 
-use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
+use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
+
+pub use robot::Moved;
+use robot::{LIFT, lifted, stands_and_touches};
 
 use super::probe::{Probe, norm};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
 use cosmic::inputs::{ALL, Block, Inputs, Part};
-use cosmic::laws::ContactLaw;
 use cosmic::objective::{AnyLoss, Displacement, LossOf, of_scene};
 use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
-/// The height, as a share of the lattice's scale, to which a robot's lowest node is lifted above the ground. A node
-/// exactly on the ground is at a kink of the loss.
-const LIFT: f64 = 1e-3;
 /// If the rounding error of the slopes exceeds this fraction of the slopes, the output mentions it.
 const WORN: f64 = 1e-6;
 /// The factor from the estimate [`GradientCheck::rounding`] of the rounding error to a bound on it.
 const SAFETY: f64 = 64.0;
-/// A bound on the rounding errors of heights above an inclined ground, as a share of the lattice's scale.
-const ON_LINE: f64 = 1e-12;
 
 /// The check of the gradient with respect to one group of parameters.
 #[derive(Clone, Debug)]
@@ -45,12 +43,10 @@ pub struct Group {
 }
 
 impl Group {
-    /// True if the loss does not depend on the group: forward and reverse mode return zeros, and differences do not
-    /// contradict that. A check of such a group proves little.
-    fn is_zero(&self) -> bool {
-        let still = |direction: &Direction| direction.forward == Some(0.0);
-        let agreed = self.verdict != Verdict::Wrong;
-        agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
+    /// True if the check of this group compared nothing: the gradient is zero or consists of rounding errors, and forward
+    /// mode and differences do not contradict that. `rounding` is [`GradientCheck::rounding`].
+    fn is_empty(&self, rounding: f64) -> bool {
+        self.verdict != Verdict::Wrong && is_below_rounding(self.norm, rounding)
     }
 
     /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth: then the
@@ -79,10 +75,14 @@ pub struct NegativeControl {
 pub struct GradientCheck {
     /// The number of steps of the rollout.
     pub steps: usize,
-    /// One check for each block of the inputs.
+    /// How the robot of the check differs from that of the case. [`check_gradients_of`] explains why.
+    pub moved: Moved,
+    /// The groups for which the robot of the case has no gradient. Empty unless the robot was [moved](Self::moved).
+    pub still: Vec<String>,
+    /// One check for each block of the inputs. A layout has no design vectors, so it has no group `z`.
     pub groups: Vec<Group>,
     /// The negative control, which tests the check itself. `None` if no group has a smooth gradient that is larger than
-    /// the rounding error of the displacement.
+    /// the rounding error of the displacement. Then the differences confirmed nothing.
     pub control: Option<NegativeControl>,
     /// The height above the ground to which a robot that stands is [lifted](Group::lifted), m.
     pub lift: f64,
@@ -92,18 +92,34 @@ pub struct GradientCheck {
 }
 
 impl GradientCheck {
-    /// The names of the failed checks: groups with a wrong gradient, and the negative control if it was accepted.
+    /// The names of the failed checks, with a reason unless the gradient is wrong: groups with a wrong gradient, groups
+    /// for which nothing could be compared, and the negative control if it is missing or was accepted.
     pub fn failures(&self) -> Vec<String> {
-        let wrong = |group: &&Group| group.verdict == Verdict::Wrong;
-        let groups = self.groups.iter().filter(wrong).map(|g| g.name.to_owned());
-        let believed = self.control.iter().filter(|c| c.verdict != Verdict::Wrong);
-        let control = believed.map(|_| "the negative control".to_owned());
-        groups.chain(control).collect()
+        let group = |group: &Group| match group.verdict {
+            Verdict::Wrong => Some(group.name.clone()),
+            _ if group.is_empty(self.rounding) => {
+                Some(format!("{} (nothing could be compared)", group.name))
+            }
+            _ => None,
+        };
+        let control = match &self.control {
+            None => Some("the negative control (nothing could be compared)"),
+            Some(control) if control.verdict == Verdict::Wrong => None,
+            Some(_) => Some("the negative control"),
+        };
+        let groups = self.groups.iter().filter_map(group);
+        groups.chain(control.map(str::to_owned)).collect()
     }
 
-    /// The number of checks: one for each group, and the negative control if there is one.
+    /// The names of the groups for which nothing could be compared.
+    fn empty(&self) -> Vec<&str> {
+        let empty = self.groups.iter().filter(|g| g.is_empty(self.rounding));
+        empty.map(|group| &group.name[..]).collect()
+    }
+
+    /// The number of checks: one for each group, and the negative control.
     pub fn total(&self) -> usize {
-        self.groups.len() + usize::from(self.control.is_some())
+        self.groups.len() + 1
     }
 }
 
@@ -138,6 +154,10 @@ pub fn check_gradients(
 ///
 /// The motion may magnify rounding errors so much that they show in the slopes. Differences that disagree then prove
 /// nothing. The verdict is a kink, unless forward mode disagrees by more than rounding explains.
+///
+/// A robot whose payload sticks to the ground has no gradient, so a check of it would compare zeros. Then the gradient is
+/// checked for another robot: the robot of the case is thrown, and if that is not enough, its controller is drawn at
+/// random. [`failures`](GradientCheck::failures) names the groups that have no gradient even then.
 pub fn check_gradients_of(
     loss: &dyn AnyLoss,
     case: &Case,
@@ -146,9 +166,52 @@ pub fn check_gradients_of(
 ) -> GradientCheck {
     let mut case = case.clone();
     case.physics.steps = steps.min(case.physics.steps);
-    let here = CaseLoss::new(&case, loss);
-    let [stands, touches] = stands_and_touches(&case);
-    let lifted = touches.then(|| lifted(&case));
+    let still = CaseLoss::new(&case, loss).without_gradient();
+    let (moved, case) = comparable(case, loss, still.len());
+    GradientCheck {
+        still: if moved == Moved::No {
+            Vec::new()
+        } else {
+            still
+        },
+        ..checked_at(loss, &case, options, moved)
+    }
+}
+
+/// Moves the robot of a case as little as possible so that every group has a gradient, or as many groups as possible.
+/// `still` is the number of groups without a gradient for the robot as it is.
+fn comparable(case: Case, loss: &dyn AnyLoss, still: usize) -> (Moved, Case) {
+    let (mut fewest, mut best) = (still, (Moved::No, case.clone()));
+    for moved in Moved::WAYS {
+        if fewest == 0 {
+            break;
+        }
+        let robot = moved.of(&case);
+        let without = CaseLoss::new(&robot, loss).without_gradient().len();
+        if without < fewest {
+            (fewest, best) = (without, (moved, robot));
+        }
+    }
+    best
+}
+
+/// Moves the robot of a case as little as possible so that, over `steps` steps, the payload's displacement has a gradient
+/// with respect to every group of parameters.
+pub(super) fn in_motion(case: &Case, steps: usize) -> (Moved, Case) {
+    let mut short = case.clone();
+    short.physics.steps = steps.clamp(1, case.physics.steps.max(1));
+    let loss = Displacement::at_end(Ground::from(&case.physics));
+    let still = CaseLoss::new(&short, &loss).without_gradient().len();
+    let (moved, mut robot) = comparable(short, &loss, still);
+    robot.physics.steps = case.physics.steps;
+    (moved, robot)
+}
+
+/// Checks the gradient at the robot of a case.
+fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) -> GradientCheck {
+    let here = CaseLoss::new(case, loss);
+    let [stands, touches] = stands_and_touches(case);
+    let lifted = touches.then(|| lifted(case));
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
     // The rounding errors of the steps are random, so their sum grows with the square root of the number of steps.
@@ -174,14 +237,22 @@ pub fn check_gradients_of(
         }
         group
     };
-    let groups: Vec<Group> = here.probe.inputs.parts().iter().map(group).collect();
+    let groups: Vec<Group> = here.parts().iter().map(group).collect();
     GradientCheck {
         steps: case.physics.steps,
+        moved,
+        still: Vec::new(),
         control: groups.iter().find_map(Group::control),
         groups,
         lift: LIFT * case.lattice.scale,
         rounding,
     }
+}
+
+/// True if a gradient with this norm is zero or so small that changing the parameters by 1 moves the robot less than
+/// rounding does.
+fn is_below_rounding(norm: f64, rounding: f64) -> bool {
+    norm == 0.0 || norm < rounding
 }
 
 /// True if rounding explains why forward and reverse mode differ.
@@ -191,32 +262,6 @@ pub fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
         let off = (forward - direction.gradient).abs();
         off <= SAFETY * rounding * norm.max(forward.abs()).min(f64::MAX)
     })
-}
-
-/// Returns two answers: whether a node starts on the ground line, and whether a node starts on or below it.
-fn stands_and_touches(case: &Case) -> [bool; 2] {
-    let any = |is: fn(f64) -> bool| {
-        let mut heights = heights(case).into_iter().map(|h| h / case.lattice.scale);
-        case.physics.contact != ContactLaw::none() && heights.any(is)
-    };
-    [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
-}
-
-/// The heights of all nodes above the terrain, m.
-fn heights(case: &Case) -> Vec<f64> {
-    let state = case.start.to_ground(&Ground::from(&case.physics));
-    let profile = case.physics.ground.resolved();
-    state.x.iter().map(|&x| profile.above(x)).collect()
-}
-
-fn lifted(case: &Case) -> Case {
-    let by = LIFT * case.lattice.scale - heights(case).into_iter().fold(0.0, f64::min);
-    let mut case = case.clone();
-    let normal = Ground::from(&case.physics).normal();
-    for x in &mut case.start.x {
-        *x += normal * by;
-    }
-    case
 }
 
 /// The loss of a case as a function of its inputs.
@@ -244,6 +289,24 @@ impl<'a> CaseLoss<'a> {
         let (_, gradient) = subject.probe.reverse(ALL, |inputs| subject.loss(inputs));
         subject.gradient.set(ALL, &gradient);
         subject
+    }
+
+    /// The parts of the inputs with respect to which the loss is differentiated. A layout has one material per edge, so
+    /// its design vectors are no variables.
+    fn parts(&self) -> Vec<Part> {
+        let is_layout = self.probe.case.design.layout().is_some();
+        let mut parts = self.probe.inputs.parts();
+        parts.retain(|part| part.block != Block::Z || !is_layout);
+        parts
+    }
+
+    /// The names of the parts for which there is no gradient to compare.
+    fn without_gradient(&self) -> Vec<String> {
+        let rounding = self.rounding();
+        let is_usable = |norm: f64| norm.is_finite() && !is_below_rounding(norm, rounding);
+        let parts = self.parts().into_iter();
+        let without = parts.filter(|part| !is_usable(norm(&self.gradient.part(part))));
+        without.map(|part| part.name).collect()
     }
 
     /// Estimates [`GradientCheck::rounding`].
@@ -279,8 +342,6 @@ impl<'a> CaseLoss<'a> {
         };
         let (report, norm) = (check_directions(value, &claim, options), norm(&gradient));
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
-        // If the norm is below the rounding error, changing the parameters by 1 moves the robot less than rounding
-        // does.
         let mut verdict = report.verdict;
         if magnified || norm < rounding {
             verdict = verdict.min(Verdict::Kink);

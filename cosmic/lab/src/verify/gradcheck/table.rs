@@ -4,7 +4,7 @@ use std::fmt;
 
 use autodiff::check::{Direction, WRONG_BY};
 
-use super::{GradientCheck, Group, NegativeControl, WORN};
+use super::{GradientCheck, Group, Moved, NegativeControl, WORN};
 use crate::table::Table;
 
 impl Group {
@@ -39,17 +39,28 @@ impl fmt::Display for GradientCheck {
             })
             .column("error", "relative", |g| format!("{:.1e}", g.worst().error))
             .column("verdict", "the verdict on the group", |group| {
-                match group.is_zero() {
-                    true => "both zero".to_owned(),
+                match group.is_empty(self.rounding) {
+                    true => "nothing compared".to_owned(),
                     false => group.verdict.to_string(),
                 }
             });
         write!(out, "{}", table.done().to_text())?;
-        let names = |is: fn(&Group) -> bool| -> Vec<&str> {
-            let groups = self.groups.iter().filter(|group| is(group));
-            groups.map(|group| &group.name[..]).collect()
-        };
-        let (lifted, zero) = (names(|group| group.lifted), names(Group::is_zero));
+        if self.moved != Moved::No {
+            writeln!(
+                out,
+                "{}: at the robot's own start the loss does not depend on them; all slopes are those of {}",
+                self.still.join(", "),
+                self.moved
+            )?;
+        }
+        if self.groups.iter().all(|group| group.name != "z") {
+            writeln!(
+                out,
+                "z: left out, because every edge has one material, so that the design has no variables"
+            )?;
+        }
+        let lifted = self.groups.iter().filter(|group| group.lifted);
+        let lifted: Vec<&str> = lifted.map(|group| &group.name[..]).collect();
         if !lifted.is_empty() {
             writeln!(
                 out,
@@ -59,12 +70,13 @@ impl fmt::Display for GradientCheck {
                 self.lift
             )?;
         }
-        if !zero.is_empty() {
+        let empty = self.empty();
+        if !empty.is_empty() {
             writeln!(
                 out,
-                "{}: the gradient is zero, and so are the differences; the loss does not depend on them \
-                 here",
-                zero.join(", ")
+                "{}: nothing could be compared, because the loss does not depend on them here; try more --steps or \
+                 another scene",
+                empty.join(", ")
             )?;
         }
         if self.rounding > WORN {

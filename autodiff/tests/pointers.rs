@@ -1,0 +1,195 @@
+//! Small cases of all code that holds raw pointers: programs, graphs, rollouts and recordings. Miri runs them, which takes
+//! some thousand times as long as the processor; see `check-heavy.sh`.
+
+use crate::common::{assert_close, forward_gradient};
+use autodiff::{Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{gradient, lit};
+
+/// More nodes than a register has lanes, and no multiple of them; under Miri, whose register is a scalar, a few.
+const NODES: usize = if cfg!(miri) { 3 } else { 19 };
+const STEPS: usize = if cfg!(miri) { 5 } else { 40 };
+
+/// The force of a spring with a stiffness of its own.
+#[derive(Clone)]
+struct Spring;
+
+impl Kernel<2, 1> for Spring {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [stretch, stiffness]: [R; 2]) -> [R; 1] {
+        [stiffness * (stretch + lit(0.1) * stretch * stretch * stretch)]
+    }
+}
+
+/// Moves a node by its force and by the output of a layer.
+#[derive(Clone)]
+struct Move;
+
+impl Kernel<3, 1> for Move {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, force, push]: [R; 3]) -> [R; 1] {
+        [x - lit(0.05) * force + lit(0.02) * push.sin()]
+    }
+}
+
+/// A chain of nodes. Each part of a step is an operation with pointers.
+#[derive(Clone)]
+struct Chain {
+    graph: Graph,
+    /// Whether a step also has a layer, gathers, weighted sums and linear equations.
+    is_rich: bool,
+}
+
+impl Chain {
+    fn new(is_rich: bool) -> Self {
+        let edges: Vec<[usize; 2]> = (1..NODES).map(|node| [node - 1, node]).collect();
+        let graph = Graph::new(NODES, &edges);
+        Self { graph, is_rich }
+    }
+
+    /// The lengths of the start and of the parameters.
+    fn lengths(&self) -> Vec<usize> {
+        let slots = self.graph.slots();
+        match self.is_rich {
+            true => vec![NODES, slots, 2 * NODES, 2, NODES, slots],
+            false => vec![NODES, slots],
+        }
+    }
+}
+
+impl Model for Chain {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (graph, x) = (&self.graph, p.state(NODES));
+        let stiffness = p.parameter(graph.slots());
+        let [force] = p.map_edges(graph, Spring, [x], &[stiffness]);
+        if !self.is_rich {
+            let [next] = p.map(Move, [x, force, x]);
+            return p.advance(x, next);
+        }
+        let (matrix, bias) = (p.matrix(2, NODES), p.parameter(2));
+        let (capacity, conductance) = (p.parameter(NODES), p.parameter(graph.slots()));
+        let two = p.dense_tanh(matrix, &[x], bias);
+        let push: Vec<Option<usize>> = (0..NODES).map(|node| Some(node % 2)).collect();
+        let push = p.gather(two, &push);
+        let [at_edges] = p.map_each_edge(graph, Spring, [push], &[stiffness], &[]);
+        let at_nodes = p.sum_at_nodes(graph, at_edges);
+        let [next] = p.map(Move, [x, force, at_nodes]);
+        let [smooth] = p.solve(graph, &[capacity], &[conductance], [next]);
+        let [products, _] = p.weighted(capacity, &[], &[smooth], &[]);
+        let own: Vec<Option<usize>> = (0..NODES).map(Some).collect();
+        let weighed = p.gather(products, &own);
+        let [next] = p.map(Move, [smooth, force, weighed]);
+        p.advance(x, next);
+    }
+}
+
+/// The sum of the squares of the states in the middle and at the end.
+struct Squares(Rollout<Chain>);
+
+impl Squares {
+    fn new(is_rich: bool, memory: Memory) -> Self {
+        Self(Rollout {
+            observed: vec![STEPS / 2, STEPS],
+            memory,
+            ..Rollout::new(Chain::new(is_rich), STEPS)
+        })
+    }
+
+    fn point(&self) -> Vec<f64> {
+        let count = self.0.model.lengths().iter().sum();
+        (0..count).map(|k| 0.6 + 0.3 * (k as f64).sin()).collect()
+    }
+
+    fn parts<'a, R>(&self, mut x: &'a [R]) -> Vec<&'a [R]> {
+        let mut parts = Vec::new();
+        for len in self.0.model.lengths() {
+            let (here, rest) = x.split_at(len);
+            parts.push(here);
+            x = rest;
+        }
+        parts
+    }
+}
+
+impl Function for Squares {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let parts = self.parts(x);
+        let seen = self.0.run(parts[0], &parts[1..]);
+        R::dot(&seen, &seen)
+    }
+}
+
+/// The sums have some hundred terms of magnitude 1, which are added in another order.
+const TOLERANCE: f64 = 1e-12;
+
+fn check(squares: &Squares) {
+    let x = squares.point();
+    // A direction for each argument takes too long under Miri.
+    let shown = if cfg!(miri) { 2 } else { x.len() };
+    struct First<'a>(&'a Squares, Vec<f64>);
+    impl Function for First<'_> {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            let mut all = R::lits(&self.1);
+            all[..x.len()].copy_from_slice(x);
+            self.0.eval(&all)
+        }
+    }
+    let forward = forward_gradient(&First(squares, x.clone()), &x[..shown]);
+    let reverse = gradient(|x| squares.eval(x), &x);
+    assert_close(&reverse[..shown], &forward, TOLERANCE);
+}
+
+#[test]
+fn programs() {
+    check(&Squares::new(true, Memory::All));
+}
+
+#[test]
+fn graphs() {
+    check(&Squares::new(false, Memory::All));
+}
+
+#[test]
+fn rollouts_with_checkpoints() {
+    let all = Squares::new(true, Memory::All);
+    let few = Squares::new(true, Memory::Bytes(0));
+    let x = all.point();
+    assert_eq!(gradient(|x| few.eval(x), &x), gradient(|x| all.eval(x), &x));
+}
+
+#[test]
+fn rollouts_of_batches() {
+    let squares = Squares::new(false, Memory::All);
+    let x = squares.point();
+    let alone = gradient(|x| squares.eval(x), &x);
+    let together = |x: &[Var<f64>]| {
+        let parts = squares.parts(x);
+        let ends = (squares.0).run_batch(&[parts[0]; 3], &[Given::Shared(parts[1])]);
+        Var::dot(&ends[0], &ends[0]) + Var::dot(&ends[2], &ends[2])
+    };
+    let twice: Vec<f64> = alone.iter().map(|slope| 2.0 * slope).collect();
+    assert_close(&gradient(together, &x), &twice, TOLERANCE);
+}
+
+#[test]
+fn recordings_that_grow_by_turns() {
+    let mut tape = Tape::new();
+    let entries = if cfg!(miri) { 50 } else { 1000 };
+    let outer = gradient(
+        |x| {
+            let mut product = x[0];
+            let inner = tape.record(&[1.0], |y| {
+                let mut inner = y[0];
+                for _ in 0..entries {
+                    inner = Var::dot(&[inner, y[0]], &[1.0, 1.0]);
+                    product = Var::sum_of(&[product, x[0]]);
+                }
+                inner
+            });
+            product * Var::constant(inner.value())
+        },
+        &[1.0],
+    );
+    let count = f64::from(entries) + 1.0;
+    assert_eq!(outer, [count * count]);
+    assert_eq!(tape.len(), 1 + entries as usize);
+}

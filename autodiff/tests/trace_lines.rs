@@ -1,0 +1,206 @@
+//! The line that a trace reports must be the caller's, for every spelling of every operation.
+
+use std::panic::Location;
+
+use ::nalgebra::{ComplexField, RealField};
+use autodiff::custom::{Rule, apply};
+use autodiff::fused::{dense, dense_batch};
+use autodiff::trace::{Traced, first_non_finite};
+use autodiff::{Element, Real, Var, gradient, lit};
+use num_traits::Float;
+
+type Number = Traced<f64>;
+
+/// Asserts that a trace of the closure, which must be on the line of this call, reports this line.
+#[track_caller]
+fn assert_named(at: f64, function: impl FnOnce(Number) -> Number) {
+    let here = Location::caller();
+    let found = first_non_finite(|x| vec![function(x[0])], &[at]).expect("an infinity or NaN");
+    let named = (found.place.file(), found.place.line());
+    assert_eq!(named, (here.file(), here.line()), "{found}");
+}
+
+fn c(value: f64) -> Number {
+    Number::lit(value)
+}
+
+const NAN: f64 = f64::NAN;
+const HUGE: f64 = 1e308;
+
+#[test]
+fn functions_of_one_number() {
+    assert_named(0.0, |x| x.sqrt());
+    assert_named(0.0, |x| x.rsqrt());
+    assert_named(0.0, |x| x.recip());
+    assert_named(0.0, |x| x.ln());
+    assert_named(1e3, |x| x.exp());
+    assert_named(0.0, |x| (x + NAN).sin());
+    assert_named(0.0, |x| (x + NAN).cos());
+    assert_named(0.0, |x| (x + NAN).tan());
+    assert_named(0.0, |x| (x + NAN).tanh());
+    assert_named(0.0, |x| (x + NAN).layer_tanh());
+    assert_named(0.0, |x| (x + NAN).sin_cos().1);
+    assert_named(0.0, |x| (x + NAN).atan());
+    assert_named(0.0, |x| (x + NAN).abs());
+    assert_named(1.0, |x| x.asin());
+    assert_named(1.0, |x| x.acos());
+    assert_named(1e3, |x| x.sinh());
+    assert_named(1e3, |x| x.cosh());
+    assert_named(0.0, |x| (x + NAN).asinh());
+    assert_named(1.0, |x| x.acosh());
+    assert_named(1.0, |x| x.atanh());
+    assert_named(1e3, |x| x.exp_m1());
+    assert_named(-1.0, |x| x.ln_1p());
+    assert_named(0.0, |x| x.log2());
+    assert_named(0.0, |x| x.log10());
+    assert_named(0.0, |x| x.cbrt());
+    assert_named(0.0, |x| (x + NAN).sinc());
+    assert_named(1e3, |x| x.sinhc());
+    assert_named(0.0, |x| (x + NAN).sigmoid());
+    assert_named(0.0, |x| (x + NAN).softplus());
+    assert_named(0.0, |x| x.xlogx());
+    assert_named(0.0, |x| (x + NAN).erf());
+    assert_named(0.0, |x| (x + NAN).erfc());
+    assert_named(0.0, |x| x.ln_gamma());
+    assert_named(0.0, |x| x.digamma());
+    assert_named(0.0, |x| x.trigamma());
+    assert_named(0.0, |x| x.cot_pi());
+    assert_named(0.0, |x| x.elementary(autodiff::Elementary::Cbrt));
+}
+
+#[test]
+fn functions_of_several_numbers() {
+    assert_named(0.0, |x| x.powi(-2));
+    assert_named(0.0, |x| x.powf(0.5));
+    assert_named(HUGE, |x| x.scale(10.0));
+    assert_named(HUGE, |x| x.fma(x, x));
+    assert_named(0.0, |x| (x + NAN).hypot(1.0));
+    assert_named(0.0, |x| (x + NAN).atan2(1.0));
+    assert_named(0.0, |x| x.xlogy(0.0));
+    assert_named(2.0, |x| x.xlogy(0.0));
+    assert_named(0.0, |x| x.xlogy(x));
+    assert_named(0.0, |x| c(2.0).xlogy(x));
+    assert_named(HUGE, |x| Number::chain(x, x));
+    assert_named(HUGE, |x| Number::chain_add(x, x, x));
+    assert_named(HUGE, |x| Number::dot(&[x, x], &[x, x]));
+    assert_named(HUGE, |x| Number::dot(&[x], &[10.0]));
+    assert_named(HUGE, |x| Number::sum_of(&[x, x]));
+    assert_named(HUGE, |x| Number::norm(&[x; 4]));
+    assert_named(HUGE, |x| Number::logsumexp(&[x * 0.5 + NAN, x]));
+    assert_named(HUGE, |x| dense(&[x], &[x], &[x])[0]);
+    assert_named(HUGE, |x| dense_batch(&[x], &[x; 9], &[x])[8]);
+    assert_named(0.0, |x| apply(Reciprocal, &[x]));
+}
+
+/// The reciprocal, with a value and partials that are computed here.
+#[derive(Clone)]
+struct Reciprocal;
+
+impl Rule for Reciprocal {
+    #[track_caller]
+    fn value<R: Real>(&self, _: &[R]) -> R {
+        R::zero()
+    }
+    fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
+        vec![-(x[0] * x[0]).recip()]
+    }
+}
+
+#[test]
+fn operators() {
+    assert_named(HUGE, |x| x + x);
+    assert_named(HUGE, |x| &x + &x);
+    assert_named(HUGE, |x| x + HUGE);
+    assert_named(HUGE, |x| HUGE + x);
+    assert_named(HUGE, |x| x + lit(HUGE));
+    assert_named(HUGE, |x| lit(HUGE) + x);
+    assert_named(HUGE, |x| x - c(-HUGE));
+    assert_named(HUGE, |x| x - -HUGE);
+    assert_named(HUGE, |x| -HUGE - x);
+    assert_named(HUGE, |x| x * x);
+    assert_named(HUGE, |x| x * &x);
+    assert_named(HUGE, |x| 10.0 * x);
+    assert_named(HUGE, |x| 10.0 * &x);
+    assert_named(HUGE, |x| lit(10.0) * x);
+    assert_named(HUGE, |x| x * lit(10.0));
+    assert_named(0.0, |x| 1.0 / x);
+    assert_named(0.0, |x| lit(1.0) / x);
+    assert_named(1.0, |x| x / 0.0);
+    assert_named(1.0, |x| x / lit(0.0));
+    assert_named(1.0, |x| -(&x / 0.0));
+    assert_named(HUGE, |x| assigned(x, |y| *y += x));
+    assert_named(HUGE, |x| assigned(x, |y| *y -= -HUGE));
+    assert_named(HUGE, |x| assigned(x, |y| *y *= &x));
+    assert_named(HUGE, |x| assigned(x, |y| *y /= lit(0.0)));
+}
+
+fn assigned(mut x: Number, assign: impl FnOnce(&mut Number)) -> Number {
+    assign(&mut x);
+    x
+}
+
+#[test]
+fn spellings_of_num_traits() {
+    assert_named(0.0, |x| Float::sqrt(Element(x)).0);
+    assert_named(0.0, |x| Float::recip(Element(x)).0);
+    assert_named(0.0, |x| Float::ln(Element(x)).0);
+    assert_named(0.0, |x| Float::cbrt(Element(x)).0);
+    assert_named(1e3, |x| Float::exp(Element(x)).0);
+    assert_named(1e4, |x| Float::exp2(Element(x)).0);
+    assert_named(1e3, |x| Float::exp_m1(Element(x)).0);
+    assert_named(-1.0, |x| Float::ln_1p(Element(x)).0);
+    assert_named(0.0, |x| Float::log2(Element(x)).0);
+    assert_named(0.0, |x| Float::log10(Element(x)).0);
+    assert_named(0.0, |x| Float::log(Element(x), Element(c(3.0))).0);
+    assert_named(1.0, |x| Float::asin(Element(x)).0);
+    assert_named(1.0, |x| Float::acos(Element(x)).0);
+    assert_named(1.0, |x| Float::acosh(Element(x)).0);
+    assert_named(1.0, |x| Float::atanh(Element(x)).0);
+    assert_named(1e3, |x| Float::sinh(Element(x)).0);
+    assert_named(1e3, |x| Float::cosh(Element(x)).0);
+    assert_named(0.0, |x| Float::powi(Element(x), -1).0);
+    assert_named(0.0, |x| Float::powf(Element(x), Element(c(0.5))).0);
+    assert_named(0.0, |x| Float::hypot(Element(x), Element(c(NAN))).0);
+    assert_named(0.0, |x| Float::atan2(Element(x), Element(c(NAN))).0);
+    assert_named(HUGE, |x| {
+        Float::mul_add(Element(x), Element(x), Element(x)).0
+    });
+    assert_named(HUGE, |x| Float::to_degrees(Element(x)).0);
+    assert_named(HUGE, |x| Float::abs_sub(Element(x), Element(c(-HUGE))).0);
+    assert_named(HUGE, |x| (Element(x) * Element(x)).0);
+    assert_named(HUGE, |x| (Element(x) * 10.0).0);
+    assert_named(HUGE, |x| (10.0 * Element(x)).0);
+    assert_named(0.0, |x| (Element(c(1.0)) / Element(x)).0);
+    assert_named(HUGE, |x| {
+        num_traits::Signed::abs_sub(&Element(x), &Element(c(-HUGE))).0
+    });
+}
+
+#[test]
+fn spellings_of_nalgebra() {
+    assert_named(0.0, |x| ComplexField::sqrt(Element(x)).0);
+    assert_named(0.0, |x| ComplexField::recip(Element(x)).0);
+    assert_named(0.0, |x| ComplexField::ln(Element(x)).0);
+    assert_named(0.0, |x| ComplexField::cbrt(Element(x)).0);
+    assert_named(1e4, |x| ComplexField::exp2(Element(x)).0);
+    assert_named(1.0, |x| ComplexField::acos(Element(x)).0);
+    assert_named(0.0, |x| ComplexField::log(Element(x), Element(c(3.0))).0);
+    assert_named(0.0, |x| ComplexField::powc(Element(x), Element(c(0.5))).0);
+    assert_named(0.0, |x| ComplexField::sinc(Element(x + NAN)).0);
+    assert_named(1e3, |x| ComplexField::sinhc(Element(x)).0);
+    assert_named(HUGE, |x| ComplexField::modulus_squared(Element(x)).0);
+    assert_named(HUGE, |x| ComplexField::scale(Element(x), Element(x)).0);
+    assert_named(1.0, |x| {
+        ComplexField::unscale(Element(x), Element(c(0.0))).0
+    });
+    assert_named(0.0, |x| RealField::atan2(Element(x), Element(c(NAN))).0);
+}
+
+/// Derivatives inside a traced function are traced too.
+#[test]
+fn operations_of_an_inner_tape() {
+    assert_named(0.0, |x| gradient(|y| y[0].sqrt(), &[x])[0]);
+    assert_named(0.0, |x| gradient(|y| y[0].cbrt(), &[x])[0]);
+    assert_named(HUGE, |x| gradient(|y| y[0] * y[0] * 4.0, &[x])[0]);
+    assert_named(HUGE, |x| gradient(|y| Var::dot(y, y), &[x * 2.0])[0]);
+}

@@ -1,0 +1,103 @@
+//! Whether the walk of a robot depends on how time is cut into steps: the same rollouts with half the time step, and with
+//! another integrator.
+
+use super::evaluator::Evaluator;
+use crate::design::{Design, Mixture};
+use crate::domain::Domain;
+use crate::policy::Controller;
+use crate::scene::{Integrator, PhysicsSettings};
+
+/// The largest number of substeps with which another integrator is tried. Bars that need more make it too slow, and a
+/// scene that solves them implicitly has reasons to do so.
+const MOST_SUBSTEPS: f64 = 64.0;
+
+/// The largest share of the stable step that a substep of another integrator takes: bars that are stretched vibrate a
+/// little faster than at rest.
+const MARGIN: f64 = 0.97;
+
+/// Medians over the starts of [`Delivery::spread`](super::Delivery::spread) with other time steps. Minus infinity if too
+/// many rollouts diverge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medians {
+    /// Displacement along the ground, m.
+    pub displacement: f64,
+    /// The number by which robots are ranked, in the unit of [`Delivery::selection`](super::Delivery::selection).
+    pub merit: f64,
+}
+
+/// The same robot, simulated in other ways.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OtherSteps {
+    /// With half the time step: the controller acts twice as often.
+    pub half: Medians,
+    /// With another integrator at the scene's time step; `None` if it would need more than 64 substeps. Explicit scenes
+    /// are compared with the other explicit step, implicit ones with symplectic Euler.
+    pub integrator: Option<(Integrator, Medians)>,
+}
+
+impl OtherSteps {
+    /// The lowest of the median merits.
+    pub(super) fn least_merit(&self) -> f64 {
+        let other = self
+            .integrator
+            .map_or(f64::INFINITY, |(_, medians)| medians.merit);
+        self.half.merit.min(other)
+    }
+}
+
+impl Evaluator {
+    /// Simulates a robot from the starts of `domains` with half the time step and with another integrator.
+    pub(super) fn with_other_steps(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        domains: &[Domain],
+    ) -> OtherSteps {
+        let own = &self.scene.physics;
+        let half = PhysicsSettings {
+            dt: 0.5 * own.dt,
+            steps: 2 * own.steps,
+            ..own.clone()
+        };
+        let medians = |physics: &PhysicsSettings| {
+            let task = self.task.with_physics(physics, &self.scene.controller);
+            let domain = |domain: &Domain| Domain::of(&task, domain.start.clone());
+            let domains: Vec<_> = domains.iter().map(domain).collect();
+            let spread = self.spreads(design, &[controller], &domains).remove(0);
+            Medians {
+                displacement: spread.displacement.p50,
+                merit: spread.merit.p50,
+            }
+        };
+        let other = self.other_integrator(design);
+        OtherSteps {
+            half: medians(&half),
+            integrator: other.map(|other| (other.integrator, medians(&other))),
+        }
+    }
+
+    /// The physics of the scene with another integrator, and as many substeps as that integrator needs for this design.
+    fn other_integrator(&self, design: &Design<Mixture<f64>>) -> Option<PhysicsSettings> {
+        let own = &self.scene.physics;
+        let (integrator, substeps) = match own.integrator {
+            Integrator::SymplecticEuler => (Integrator::Leapfrog, own.substeps),
+            Integrator::Leapfrog => (Integrator::SymplecticEuler, own.substeps),
+            Integrator::Implicit => (Integrator::SymplecticEuler, 1),
+        };
+        let other = PhysicsSettings {
+            integrator,
+            substeps,
+            ..own.clone()
+        };
+        let task = self.task.with_physics(&other, &self.scene.controller);
+        // With a stable step of 0 for any design, the limit of this design is computed.
+        let check = task.step_check(design, &self.start.x, 1.0, 0.0);
+        let limit = check.exact.unwrap_or(check.bound);
+        let needed = substeps as f64 * (limit.share(own.dt) / MARGIN).max(1.0);
+        let needed = needed.ceil();
+        (needed <= MOST_SUBSTEPS.max(substeps as f64)).then(|| PhysicsSettings {
+            substeps: needed as usize,
+            ..other
+        })
+    }
+}
