@@ -71,6 +71,9 @@ pub struct Delivery {
     pub loads: Option<Loads>,
     /// The energy that the robot needs in the unperturbed rollout; `None` if `loads` is `None`.
     pub energy: Option<Energy>,
+    /// The energy of the varied robot whose displacement is nearest to the median of `robust`, per distance of that median:
+    /// the figures to quote. `None` for an undecided design and if there is no median.
+    pub robust_energy: Option<Energy>,
     /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
     pub bars: Vec<Option<BarLoad>>,
     /// The states after every 16 steps of the unperturbed rollout, and its last state.
@@ -115,8 +118,13 @@ impl Evaluator {
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
-        let varied = self.varied(progress.seed, Purpose::Variation);
-        let varied = self.spreads(&design, &[controller], &varied).remove(0);
+        let domains = self.varied(progress.seed, Purpose::Variation);
+        let varied = self.spreads(&design, &[controller], &domains).remove(0);
+        go_on()?;
+        let typical = varied.typical.map(|k| &domains[k]);
+        let median = varied.displacement.p50;
+        let robust_energy =
+            typical.and_then(|domain| self.energy_in(&design, controller, domain, median));
         go_on()?;
         Some(Delivery {
             design: progress.design.clone(),
@@ -143,6 +151,7 @@ impl Evaluator {
             structure: seen.structure,
             loads: seen.loads,
             energy: seen.energy,
+            robust_energy,
             bars: seen.bars,
             trajectory: seen.trajectory,
             divergence: seen.divergence,
@@ -272,6 +281,7 @@ impl Evaluator {
             displacement: spread(reached, |r| r.moved[0]),
             merit: spread(reached, |r| r.merit),
             behind: (reached[0].behind).map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
+            typical: typical(reached),
         };
         reached.chunks_exact(domains.len()).map(of).collect()
     }
@@ -282,6 +292,16 @@ struct Reaches {
     displacement: Quantiles,
     merit: Quantiles,
     behind: Option<Quantiles>,
+    /// The number of the rollout whose displacement is nearest to the median; `None` if there is no median.
+    typical: Option<usize>,
+}
+
+/// The number of the rollout whose displacement is nearest to the median of all; `None` if there is no median.
+fn typical(reached: &[Reached]) -> Option<usize> {
+    let median = spread(reached, |r| r.moved[0]).p50;
+    let off = |k: &usize| (reached[*k].moved[0] - median).abs();
+    let there = (0..reached.len()).filter(|k| off(k).is_finite());
+    there.min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Quantiles {

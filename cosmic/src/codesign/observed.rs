@@ -2,6 +2,7 @@
 
 use super::evaluator::Evaluator;
 use crate::design::{Design, Mixture, Structure, volumes};
+use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::Controller;
 use crate::simulator::{BarLoad, Divergence, Energy, Guarded, Loads, Span, Trajectory};
@@ -58,8 +59,9 @@ impl Evaluator {
         Observed {
             loads: layout
                 .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &task.materials)),
-            energy: layout
-                .map(|layout| simulator.energy_of(layout, &bars, &body, steps, moved.forward())),
+            energy: layout.map(|layout| {
+                simulator.energy_of(layout, &bars, &body, &task.materials, steps, moved.forward())
+            }),
             trajectory,
             divergence,
             moved,
@@ -68,5 +70,19 @@ impl Evaluator {
             volume,
             actuator_volume,
         }
+    }
+
+    /// The energy that a robot needs in another domain, per distance of `displacement` (m). `None` for an undecided design.
+    pub(super) fn energy_in(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        Domain { task, start }: &Domain,
+        displacement: f64,
+    ) -> Option<Energy> {
+        let (layout, steps) = (design.layout()?, task.physics.steps);
+        let (simulator, body) = (&task.simulator, task.body(design));
+        let bars = simulator.loads(layout, &body, controller, start, steps);
+        Some(simulator.energy_of(layout, &bars, &body, &task.materials, steps, displacement))
     }
 }

@@ -23,7 +23,7 @@ pub const MOST_RANKED: usize = 2000;
 
 keys! {
     /// How the bars of a layout are connected.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Structure {
         /// Number of pieces, each of connected bars.
         pieces: usize, "whole number", columns ["pieces"];
@@ -39,6 +39,12 @@ keys! {
         /// their ends; rigid motions do not count. `null` for more than 2000 bars, because counting would take too
         /// long.
         floppy_modes: Option<usize>, "whole number or `null`", columns ["floppy_modes"];
+        /// Rest length of the shortest skeleton bar. `null` if there is none.
+        #[serde(default)]
+        shortest_skeleton: Option<f64>, "number or `null`", unit "m";
+        /// Rest length of the shortest actuator. `null` if there is none.
+        #[serde(default)]
+        shortest_actuator: Option<f64>, "number or `null`", unit "m";
     }
 }
 
@@ -60,6 +66,8 @@ impl Structure {
             crossings: crossings(&lattice.places, &ends).len(),
             feet: bars.feet(),
             floppy_modes: (ends.len() <= MOST_RANKED).then(|| floppy_modes(lattice, &ends, &live)),
+            shortest_skeleton: bars.shortest(Material::Skeleton),
+            shortest_actuator: bars.shortest(Material::Actuator),
         }
     }
 }
@@ -91,6 +99,13 @@ impl Bars<'_> {
         let edges = self.lattice.edges.iter().zip(self.layout).enumerate();
         let bars = edges.filter(|(_, (_, material))| material.is_solid());
         bars.map(|(edge, (ends, _))| (edge, *ends))
+    }
+
+    /// The rest length of the shortest bar of a material, m.
+    fn shortest(&self, material: Material) -> Option<f64> {
+        let lengths = self.lattice.rest_length.iter().zip(self.layout);
+        let lengths = lengths.filter(|(_, m)| **m == material);
+        lengths.map(|(length, _)| *length).reduce(f64::min)
     }
 
     /// The number of bars at every node.

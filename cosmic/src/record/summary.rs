@@ -98,6 +98,10 @@ keys! {
         /// versions.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         energy: Option<Energy>, "object", parts Energy;
+        /// The energy of the varied robot whose displacement is nearest to `displacement_robust_p50`, per distance of this
+        /// median: the figures to quote. Absent if there is no median.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        energy_robust: Option<Energy>, "object", parts Energy;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
             columns ["flips"] of |s: &Summary| (!s.is_undecided()).then_some(s.flips);
@@ -213,10 +217,15 @@ impl Summary {
             is_undecided: self.is_undecided(),
             structure: self.structure,
             loads: self.loads.as_ref(),
-            energy: self.energy,
+            energy: self.quoted_energy(),
             bars: bars(self.volume, lattice),
             ..Measured::unmeasured(scene, lattice)
         }
+    }
+
+    /// The mass and the energy to quote: those of the walk of `displacement_robust_p50`, or of the unperturbed walk.
+    pub fn quoted_energy(&self) -> Option<Energy> {
+        self.energy_robust.or(self.energy)
     }
 
     /// Whether the robot is reliable, in one word; `None` in files of earlier versions.
@@ -275,6 +284,7 @@ impl Summary {
             structure: delivery.structure,
             loads: delivery.loads.clone(),
             energy: delivery.energy,
+            energy_robust: delivery.robust_energy,
             flips: progress.flips,
             skipped_gradients: progress.skipped,
             entered: progress.entered,

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Scene;
+use crate::laws::Actuator;
 use crate::settings;
 use crate::settings::{above, within};
 
@@ -78,6 +79,30 @@ settings! {
         stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m", since 7,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
+        /// Smallest length of a device, from joint to joint, or "off" if it is not known. A device is longer than its
+        /// stroke, because its rod slides into its body. The verdict compares it with the bars.
+        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Largest force of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
+        /// compares it with the forces in the walk.
+        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Largest speed of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
+        /// compares it with the speeds in the walk.
+        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Bore of a pneumatic cylinder, or "off" for a device that needs no air. With a bore, reports say how much air
+        /// the robot needs: every movement fills a chamber of the cylinder.
+        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m",
+            read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
+            source "beyond the paper: take it from a data sheet";
+        /// Pressure of the air in a cylinder, above that of the atmosphere.
+        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa",
+            read "with a bore" if |s: &Scene| s.materials.parts.cylinder().is_some(),
+            source "beyond the paper: that of a usual compressed-air line";
     }
 }
 
@@ -126,6 +151,9 @@ settings! {
         Device = "device",
     }
 }
+
+/// The pressure of the atmosphere at which a volume of air is stated, Pa.
+const ATMOSPHERE: f64 = 1e5;
 
 /// The section of a bar.
 #[derive(Clone, Copy)]
@@ -185,6 +213,31 @@ impl PartsSettings {
             PartMaterial::Pla => [3.0e9, 1260.0],
             PartMaterial::Own => [self.modulus, self.density],
         }
+    }
+
+    /// The bore of the cylinders (m); `None` if actuators need no air.
+    fn cylinder(&self) -> Option<f64> {
+        let is_device = self.actuator == ActuatorPart::Device;
+        self.bore.filter(|_| is_device)
+    }
+
+    /// The air that cylinders take from the supply while their lengths change by `travel` (m) in total, as a volume at 1
+    /// bar (m^3): each movement fills a chamber at the absolute pressure. `None` if actuators need no air.
+    pub fn air(&self, travel: f64) -> Option<f64> {
+        let area = Section::disc(self.cylinder()?).area;
+        Some(travel * area * (self.pressure + ATMOSPHERE) / ATMOSPHERE)
+    }
+
+    /// The thickness of a skeleton bar: its diameter or its width (m). `None` for plain numbers.
+    pub fn thickness(&self) -> Option<f64> {
+        (self.skeleton != SkeletonPart::Numbers).then_some(self.outer)
+    }
+
+    /// The smallest length of a device (m), and whether the scene states it. If it does not, it is the stroke, because a
+    /// device is not shorter than the rod that it takes in. `None` if actuators are no devices.
+    pub fn device_length(&self) -> Option<(f64, bool)> {
+        let length = self.length.unwrap_or(self.stroke);
+        (self.actuator == ActuatorPart::Device).then_some((length, self.length.is_some()))
     }
 
     /// True if bars of skeleton or of actuator are parts.
@@ -264,6 +317,18 @@ impl Scene {
     /// True if bars of skeleton are tubes, rods or struts.
     fn has_sections(&self) -> bool {
         self.materials.parts.skeleton != SkeletonPart::Numbers
+    }
+
+    /// The largest force (N) and the largest speed (m/s) of a device by its data sheet, or by the law `actuator` where the
+    /// data sheet is not given. `None` for what neither of them states.
+    pub fn device_limits(&self) -> [Option<f64>; 2] {
+        let parts = &self.materials.parts;
+        if parts.actuator != ActuatorPart::Device {
+            return [None; 2];
+        }
+        let law: Option<Actuator> = self.physics.forces.along_bars();
+        let force = parts.force.or(law.as_ref().map(|law| law.force));
+        [force, parts.speed.or(law.map(|law| law.speed))]
     }
 
     /// True if bars of skeleton are parts of a material that the scene describes.

@@ -7,6 +7,7 @@ use super::loads::BarLoad;
 use crate::design::{Material, is_in_use};
 use crate::keys::keys;
 use crate::lattice::Body;
+use crate::scene::MaterialSettings;
 
 keys! {
     /// The mass of a robot, and the energy that its actuators give while it walks, without their losses.
@@ -14,9 +15,15 @@ keys! {
     struct Energy {
         /// Mass of all nodes with a bar or a payload. Half of each bar belongs to either of its nodes.
         mass: f64, "number", unit "kg";
-        /// Mean power of all actuators together, where they give power to the robot.
+        /// Mean power of all actuators together, where they give power to the robot. The work of an impulse is its product
+        /// with the mean of the velocities before and after the push.
         power: f64, "number", unit "W";
-        /// Energy per distance, `null` if the robot stays in place.
+        /// Like `power`, less the power that actuators take from the robot.
+        net_power: f64, "number", unit "W";
+        /// Air that the cylinders together take from the supply in a second, as a volume at 1 bar: a chamber at every
+        /// movement. `null` unless `[parts]` has a bore.
+        air: Option<f64>, "number or `null`", unit "m3/s";
+        /// Energy per distance: `power` divided by the speed; `null` if the robot stays in place.
         per_metre: Option<f64>, "number or `null`", unit "J/m";
         /// Cost of transport: the energy per distance and weight; `null` also without gravity.
         cost_of_transport: Option<f64>, "number or `null`";
@@ -33,16 +40,16 @@ impl Simulator {
         layout: &[Material],
         bars: &[Option<BarLoad>],
         body: &Body<f64>,
+        materials: &MaterialSettings,
         steps: usize,
         displacement: f64,
     ) -> Energy {
-        let of_actuators = bars
-            .iter()
-            .zip(layout)
-            .filter(|(_, m)| **m == Material::Actuator);
-        let power: f64 = of_actuators
-            .map(|(bar, _)| bar.map_or(0.0, |bar| bar.given))
-            .sum();
+        let of_actuators = |of: fn(&BarLoad) -> f64| -> f64 {
+            let bars = bars.iter().zip(layout);
+            let actuators = bars.filter(|(_, m)| **m == Material::Actuator);
+            (actuators.map(|(bar, _)| bar.as_ref().map_or(0.0, of))).sum()
+        };
+        let power = of_actuators(|bar| bar.given);
         let nodes = body.mass.iter().zip(is_in_use(&self.lattice, layout));
         let in_use = nodes.filter(|(_, is_in_use)| *is_in_use);
         let mass: f64 = in_use.map(|(mass, _)| mass).sum();
@@ -52,6 +59,8 @@ impl Simulator {
         Energy {
             mass,
             power,
+            net_power: of_actuators(|bar| bar.net),
+            air: materials.parts.air(of_actuators(|bar| bar.travel)),
             per_metre,
             cost_of_transport: per_metre
                 .filter(|_| weight > 0.0)

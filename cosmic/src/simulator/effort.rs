@@ -3,12 +3,13 @@
 
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Kernel, Real};
+use autodiff::arrays::{UniformKernel, Uniforms};
+use autodiff::{AnyProgram, Array, Graph, Kernel, Real};
 
 use super::parameters::Parameters;
 use crate::geometry::Vector;
-use crate::lattice::{Body, EdgeVector};
-use crate::laws::{Force, Particle, Step, Tensions};
+use crate::lattice::Body;
+use crate::laws::{Flight, Force, Step, Tensions};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
 /// start of a rollout all numbers are 0.
@@ -22,11 +23,14 @@ pub struct Effort<R> {
     /// The energy that the bar has given to its ends since the start of the rollout, J. While it takes energy from them, it
     /// counts as 0.
     pub work: Vec<R>,
+    /// The energy that the bar has given to its ends since the start of the rollout less the energy that it has taken from
+    /// them, J.
+    pub net: Vec<R>,
 }
 
 impl<R: Copy> Effort<R> {
     /// The number of lists.
-    pub(super) const LISTS: usize = 3;
+    pub(super) const LISTS: usize = 4;
 
     /// Reads the lists from arrays over the slots of a graph, one after the other.
     pub(super) fn of_slots(numbers: &[R], slot_of_edge: &[usize]) -> Self {
@@ -41,6 +45,7 @@ impl<R: Copy> Effort<R> {
             activation: list(0),
             tension: list(1),
             work: list(2),
+            net: list(3),
         }
     }
 
@@ -51,6 +56,7 @@ impl<R: Copy> Effort<R> {
             activation: each(&self.activation),
             tension: each(&self.tension),
             work: each(&self.work),
+            net: each(&self.net),
         }
     }
 }
@@ -77,30 +83,31 @@ impl<R: Copy> Efforts<R> {
     }
 }
 
-/// The tension and the work of every bar while a step is recorded, as arrays over the slots of the graph.
+/// The efforts of every bar while a step is recorded, as arrays over the slots of the graph.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meter {
     pub(super) tension: Array,
     pub(super) work: Array,
+    pub(super) net: Array,
 }
 
 impl Meter {
-    /// The meter after a push in which bars have this tension. The ends of the bars are at the positions of `ends` and have
-    /// its velocities.
+    /// The meter after a push in which bars have this tension and give these impulses to their first nodes (N s). `moving`
+    /// is the mean of the velocities of the nodes before and after the push.
+    ///
+    /// An impulse changes the kinetic energy of a node by its product with this mean. So the works of all impulses of a push
+    /// add up to the change of the kinetic energy, except for rounding.
     pub(super) fn after(
         self,
         p: &mut AnyProgram,
-        step: &Step,
-        ends: Particle<Array>,
+        graph: &Graph,
+        moving: Vector<Array>,
+        [jx, jy]: [Array; 2],
         tension: Array,
     ) -> Self {
-        let given = Work {
-            dt: step.dt,
-            softening: step.softening,
-        };
-        let per_edge = [tension, self.work];
-        let [work] = p.map_each_edge(step.graph, given, ends.array(), &per_edge, &[]);
-        Self { tension, work }
+        let per_edge = [jx, jy, self.work, self.net];
+        let [work, net] = p.map_each_edge(graph, Work, moving.array(), &per_edge, &[]);
+        Self { tension, work, net }
     }
 }
 
@@ -120,25 +127,53 @@ pub(super) fn tension(
     sum.expect("every robot has springs").tension
 }
 
-/// The kernel of the energy that a bar has given to its ends (J), after a push. The inputs are the vector along the bar
-/// (m), the relative velocity of its ends (m/s), its tension (N) and the energy before. A bar that pulls gives energy while
-/// it grows shorter. At the kink, where it gives nothing, the derivative is 0.
-struct Work {
-    /// The duration of the push, s.
-    dt: f64,
-    /// The softening of lengths, m^2.
-    softening: f64,
+/// The kernel of the energies of a bar (J) after a push: the energy given, and the energy given less the energy taken. The
+/// inputs are the mean relative velocity of its ends (m/s), its impulse on its first node (N s) and the energies before. At
+/// the kink, where the bar gives nothing, the derivative of the energy given is 0.
+struct Work;
+
+impl Kernel<6, 2> for Work {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [dvx, dvy, jx, jy, work, net]: [R; 6]) -> [R; 2] {
+        let given = -Vector::new([jx, jy]).dot(Vector::new([dvx, dvy]));
+        [work + given.max(R::zero()), net + given]
+    }
 }
 
-impl Kernel<6, 1> for Work {
+/// The kernel of the mean of a node's velocities before and after an explicit push (m/s), from the velocity before, the
+/// impulse (N s) and 1 / mass (1/kg). The uniform inputs are the velocity that gravity adds (m/s).
+pub(super) struct Midway(pub(super) Flight);
+
+impl UniformKernel<5, 2> for Midway {
+    const UNIFORMS: usize = 2;
+
     #[inline(always)]
-    fn eval<R: Real>(&self, [dx, dy, dvx, dvy, tension, work]: [R; 6]) -> [R; 1] {
-        let edge = EdgeVector {
-            d: Vector::new([dx, dy]),
-            dv: Vector::new([dvx, dvy]),
-        };
-        let power = -tension * edge.rate(edge.length(self.softening));
-        [R::lit(self.dt).fma(power.max(R::zero()), work)]
+    fn eval_with<R: Real>(
+        &self,
+        [vx, vy, jx, jy, inverse_mass]: [R; 5],
+        gravity: &Uniforms<R>,
+    ) -> [R; 2] {
+        let (v, impulse) = (Vector::new([vx, vy]), Vector::new([jx, jy]));
+        let gravity = Vector::new([gravity[0], gravity[1]]);
+        let after = self.0.velocity(v, impulse, inverse_mass, gravity);
+        ((v + after) * R::lit(0.5)).array()
+    }
+}
+
+/// The kernel of the impulse of a bar on its first node (N s), from the vector along the bar (m) and its tension (N).
+pub(super) struct Pulling {
+    /// The duration of the push, s.
+    pub(super) dt: f64,
+    /// The softening of lengths, m^2.
+    pub(super) softening: f64,
+}
+
+impl Kernel<3, 2> for Pulling {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [dx, dy, tension]: [R; 3]) -> [R; 2] {
+        let d = Vector::new([dx, dy]);
+        let per_length = tension * R::lit(self.dt) / d.softened_norm(self.softening);
+        (d * per_length).array()
     }
 }
 

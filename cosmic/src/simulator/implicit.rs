@@ -107,15 +107,10 @@ impl Implicit<'_> {
             };
             pass = self.pass(p, base, &start, Some(&pass));
         }
-        if let Some(meter) = meter {
-            let moving = Particle {
-                x: pass.base,
-                v: pass.moving,
-            };
-            let tension = self.tension(p, &start, &pass);
-            *meter = meter.after(p, self.step, moving, tension);
-        }
         pass.moving = self.balanced(p, &start, &pass);
+        if let Some(meter) = meter {
+            *meter = self.metered(p, &start, &pass, *meter);
+        }
         let after = self.land(p, &pass);
         let Some(theta) = theta else { return after };
         let is_held = pass.hold.map_or(none, |hold| hold.is_held);
@@ -176,18 +171,25 @@ impl Implicit<'_> {
         }
     }
 
-    /// The tension with which bars act on the nodes in a pass, N.
-    fn tension(&self, p: &mut AnyProgram, start: &Start, pass: &Pass) -> Array {
+    /// Records the meter after a step whose last pass is `pass`. The impulses are those with which bars act on the nodes in
+    /// this pass.
+    fn metered(&self, p: &mut AnyProgram, start: &Start, pass: &Pass, before: Meter) -> Meter {
         let ([jx, jy], [xx, xy, yy]) = (pass.bars.impulse.array(), pass.bars.slopes);
         let (graph, per_edge) = (self.step.graph, [jx, jy, xx, xy, yy]);
         let impulse: [Array; 2] =
             p.map_each_edge(graph, Impulse, pass.change.array(), &per_edge, &[]);
+        let impulse = (start.theta).map_or(impulse, |theta| theta.whole(p, impulse));
         let pulled = Pulled {
             dt: self.step.dt,
             softening: self.step.softening,
         };
         let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
-        (start.theta).map_or(tension, |theta| theta.tension(p, tension))
+        let velocities = both(self.step.nodes.v, pass.moving);
+        let moving = match start.theta {
+            None => p.map(Mean, velocities),
+            Some(theta) => theta.midway(p, velocities),
+        };
+        before.after(p, graph, Vector::new(moving), impulse, tension)
     }
 
     /// The inputs of the kernel [`Reaction`].
@@ -446,6 +448,16 @@ impl Kernel<4, 2> for Moved {
     #[inline(always)]
     fn eval<R: Real>(&self, node: [R; 4]) -> [R; 2] {
         Particle::new(node).after(R::lit(self.0)).x.array()
+    }
+}
+
+/// The kernel of the mean of two vectors.
+struct Mean;
+
+impl Kernel<4, 2> for Mean {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [vx, vy, wx, wy]: [R; 4]) -> [R; 2] {
+        [vx + wx, vy + wy].map(|sum| R::lit(0.5) * sum)
     }
 }
 

@@ -87,7 +87,7 @@ impl Magnitude {
     }
 }
 
-/// The loads and the motion of a bar over several states.
+/// The loads and the motion of a bar over the steps of a rollout.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BarLoad {
     /// The smallest and the largest strain. Strain is the change of length divided by the rest length.
@@ -98,13 +98,19 @@ pub struct BarLoad {
     pub force: Magnitude,
     /// The magnitude of the rate at which the length changes, m/s.
     pub speed: Magnitude,
-    /// The magnitude of the power that the bar gives to its nodes or takes from them, W. Power is the force times the
-    /// rate of the length.
+    /// The magnitude of the power that the bar gives to its nodes or takes from them, W: the work of a step divided by its
+    /// duration.
     pub power: Magnitude,
-    /// The mean over all states of the power that the bar gives to its nodes, W. While it takes power from them, it counts
+    /// The mean over all steps of the power that the bar gives to its nodes, W. While it takes power from them, it counts
     /// as 0.
     #[serde(default)]
     pub given: f64,
+    /// The mean over all steps of the power that the bar gives to its nodes less the power that it takes from them, W.
+    #[serde(default)]
+    pub net: f64,
+    /// The distance by which the bar grows longer or shorter in a second, m/s.
+    #[serde(default)]
+    pub travel: f64,
     /// The largest force with which the bar pulls its ends together, N.
     pub tension: f64,
     /// The largest force with which the bar pushes its ends apart, N.
@@ -125,7 +131,8 @@ keys! {
         force: Magnitude, "object", unit "N", columns ["force_peak"] of |loads: &Loads| loads.force.peak;
         /// Rate at which an actuator's length changes: `peak` and `p99` like those of `strain`.
         speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] of |loads: &Loads| loads.speed.peak;
-        /// Power of an actuator, which is its force times its rate: `peak` and `p99` like those of `strain`.
+        /// Power that an actuator gives or takes, which is its work in a step divided by the duration of the step: `peak`
+        /// and `p99` like those of `strain`. The peak depends on the time step, so the verdict judges the quantile.
         power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
         /// Largest strain of a skeleton bar: change of length divided by the rest length. `null` if there is no skeleton.
         #[serde(default)]
@@ -162,9 +169,6 @@ pub struct EdgeMoments {
     /// The sum of the potential energies of all forces that have one, J.
     pub elastic: f64,
 }
-
-/// A state of a rollout, after a number of steps. With the efforts of the bars in the last step, if steps are implicit.
-type Reached = (usize, State<f64>, Option<Effort<f64>>);
 
 impl Simulator {
     /// The loads and the motion of the edges in each state of a trajectory.
@@ -212,23 +216,20 @@ impl Simulator {
             time,
             ..Pose::idle(&self.lattice, body, state, &self.ground)
         };
-        let softening = self.lattice.softening();
-        let vector = |edge: usize| EdgeVector::of(state, self.lattice.edges[edge]);
-        let strain =
-            |edge: usize| vector(edge).length(softening) / self.lattice.rest_length[edge] - 1.0;
-        let rate = |edge: usize| vector(edge).rate(vector(edge).length(softening));
+        let motion = edges.clone().map(|edge| self.motion(state, edge));
+        let (strain, rate) = motion.map(|[strain, rate]| (strain, rate)).unzip();
         let pull = |edge| forces.iter().map(|force| force.tension(&pose, edge)).sum();
         EdgeMoments {
-            strain: edges.clone().map(strain).collect(),
-            tension: edges.clone().map(pull).collect(),
-            rate: edges.map(rate).collect(),
+            strain,
+            tension: edges.map(pull).collect(),
+            rate,
             elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
             activation,
         }
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars over all states. The forces of implicit steps are those
-    /// that the [steps used](Effort::tension). There is an entry for each edge of the layout, which is `None` for a void
+    /// Simulates `steps` steps and returns the loads of the bars. Strains and rates are those of all states; forces and
+    /// powers are those of the [steps](Effort). There is an entry for each edge of the layout, which is `None` for a void
     /// edge. Only about 1 % of the values are kept in memory.
     pub fn loads(
         &self,
@@ -238,40 +239,44 @@ impl Simulator {
         start: &State<f64>,
         steps: usize,
     ) -> Vec<Option<BarLoad>> {
-        let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1));
+        let gathered = |m: &Material| m.is_solid().then(|| Gathered::over([steps + 1, steps]));
         let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
-        let mut see = |block: &[Reached]| {
-            let states: Vec<_> = block
-                .iter()
-                .map(|(step, state, _)| (*step, state))
-                .collect();
-            let moments = self.moments_of(body, controller, &states);
-            for (mut moment, (.., effort)) in moments.into_iter().zip(block) {
-                if let Some(effort) = effort {
-                    moment.tension.clone_from(&effort.tension);
-                }
-                for (edge, bar) in bars.iter_mut().enumerate() {
-                    if let Some(bar) = bar {
-                        bar.see(edge, &moment);
-                    }
+        let of_all = |bars: &mut [Option<Gathered>], see: &dyn Fn(&mut Gathered, usize)| {
+            for (edge, bar) in bars.iter_mut().enumerate() {
+                if let Some(bar) = bar {
+                    see(bar, edge);
                 }
             }
         };
-        let mut block = vec![(0, start.clone(), None)];
-        // An implicit step uses forces at its end, which are not those of the lengths in the state.
-        let metered = self.robot.mechanics.is_implicit();
-        let show = |step, state, effort| {
-            block.push((step, state, effort));
-            if block.len() == BLOCK {
-                see(&block);
-                block.clear();
-            }
+        of_all(&mut bars, &|bar, edge| bar.see_state(self.motion(start, edge)));
+        let mut before: Option<Effort<f64>> = None;
+        let show = |_, state: State<f64>, effort: Option<Effort<f64>>| {
+            let effort = effort.expect("the steps are metered");
+            let power = |of: fn(&Effort<f64>) -> &[f64], edge: usize| {
+                let before = before.as_ref().map_or(0.0, |before| of(before)[edge]);
+                (of(&effort)[edge] - before) / self.dt
+            };
+            of_all(&mut bars, &|bar, edge| {
+                bar.see_state(self.motion(&state, edge));
+                let [given, net] = [power(|e| &e.work, edge), power(|e| &e.net, edge)];
+                bar.see_step(effort.tension[edge], given, net);
+            });
+            before = Some(effort);
             ControlFlow::Continue(())
         };
-        self.each_state(body, controller, start, 0..steps, metered, show);
-        see(&block);
-        let load = |bar: Option<Gathered>| bar.map(Gathered::load);
-        bars.into_iter().map(load).collect()
+        self.each_state(body, controller, start, 0..steps, true, show);
+        let seconds = steps as f64 * self.dt;
+        let bars = bars.into_iter().zip(&self.lattice.rest_length);
+        bars.map(|(bar, length)| bar.map(|bar| bar.load(length / seconds)))
+            .collect()
+    }
+
+    /// The strain of an edge in a state, and the rate of its length (m/s).
+    fn motion(&self, state: &State<f64>, edge: usize) -> [f64; 2] {
+        let vector = EdgeVector::of(state, self.lattice.edges[edge]);
+        let length = vector.length(self.lattice.softening());
+        let strain = length / self.lattice.rest_length[edge] - 1.0;
+        [strain, vector.rate(length)]
     }
 
     /// Combines the loads of a robot's bars to the loads of the robot, and counts the bars that cross in the states of
@@ -330,11 +335,18 @@ impl Simulator {
 }
 
 impl BarLoad {
-    /// The loads of the bar of an edge over several states.
+    /// The loads of the bar of an edge in several states. Its power is the force times the rate of the length, and its
+    /// travel is not known.
     pub fn of(edge: usize, moments: &[EdgeMoments]) -> Self {
-        let mut gathered = Gathered::over(moments.len());
-        moments.iter().for_each(|moment| gathered.see(edge, moment));
-        gathered.load()
+        let mut bar = Gathered::over([moments.len(); 2]);
+        for moment in moments {
+            let (tension, rate) = (moment.tension[edge], moment.rate[edge]);
+            bar.see_state([moment.strain[edge], rate]);
+            // A bar that pulls gives power while it grows shorter.
+            let given = -tension * rate;
+            bar.see_step(tension, given.max(0.0), given);
+        }
+        bar.load(0.0)
     }
 
     /// The force under which a skeleton bar of this rest length (m) [buckles](MaterialSettings::euler_load), divided by the
@@ -352,14 +364,20 @@ impl BarLoad {
     }
 }
 
-/// The loads and motion of a bar, collected state by state.
+/// The loads and motion of a bar, collected state by state and step by step.
 #[derive(Clone, Debug)]
 struct Gathered {
-    /// The number of states.
-    states: usize,
+    /// The number of steps.
+    steps: usize,
     strains: Range,
-    /// The sum of the power that the bar gives, W.
+    /// The strain in the last state.
+    last: Option<f64>,
+    /// The sum of the absolute changes of the strain.
+    travel: f64,
+    /// The sum of the power that the bar gave, W.
     given: f64,
+    /// The sum of the power that the bar gave less the power that it took, W.
+    net: f64,
     tension: f64,
     compression: f64,
     /// The largest values of strain, force, speed and power, in this order.
@@ -367,31 +385,44 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// Prepares to collect the loads in this number of states.
-    fn over(states: usize) -> Self {
+    /// Prepares to collect the motion in a number of states and the loads in a number of steps.
+    fn over([states, steps]: [usize; 2]) -> Self {
         Self {
-            states,
+            steps,
             strains: Range::default(),
+            last: None,
+            travel: 0.0,
             given: 0.0,
+            net: 0.0,
             tension: 0.0,
             compression: 0.0,
-            series: [(); 4].map(|()| Largest::of(states)),
+            series: [states, steps, states, steps].map(Largest::of),
         }
     }
 
-    fn see(&mut self, edge: usize, moment: &EdgeMoments) {
-        let (strain, tension) = (moment.strain[edge], moment.tension[edge]);
-        let rate = moment.rate[edge];
+    fn see_state(&mut self, [strain, rate]: [f64; 2]) {
+        let change = self.last.map_or(0.0, |last| strain - last);
+        self.travel += change.abs();
+        self.last = Some(strain);
         self.strains = self.strains.with(strain);
-        self.tension = self.tension.max(tension);
-        self.compression = self.compression.max(-tension);
-        // A bar that pulls gives power while it grows shorter.
-        self.given += (-tension * rate).max(0.0);
-        let seen = [strain, tension, rate, tension * rate];
-        self.series.iter_mut().zip(seen).for_each(|(s, x)| s.see(x));
+        let [strains, _, speeds, _] = &mut self.series;
+        strains.see(strain);
+        speeds.see(rate);
     }
 
-    fn load(self) -> BarLoad {
+    fn see_step(&mut self, tension: f64, given: f64, net: f64) {
+        self.tension = self.tension.max(tension);
+        self.compression = self.compression.max(-tension);
+        self.given += given;
+        self.net += net;
+        let [_, forces, _, powers] = &mut self.series;
+        forces.see(tension);
+        powers.see(net);
+    }
+
+    /// The loads. `pace` is the rest length divided by the duration of all steps, m/s.
+    fn load(self, pace: f64) -> BarLoad {
+        let steps = self.steps.max(1) as f64;
         let [strain, force, speed, power] = self.series.map(Largest::magnitude);
         BarLoad {
             strains: self.strains,
@@ -401,7 +432,9 @@ impl Gathered {
             force,
             speed,
             power,
-            given: self.given / self.states.max(1) as f64,
+            given: self.given / steps,
+            net: self.net / steps,
+            travel: self.travel * pace,
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use autodiff::{Array, Graph, Program, Real};
+use autodiff::{AnyProgram, Array, Graph, Program, Real};
 
-use super::effort::{self, Meter};
+use super::effort::{self, Meter, Midway, Pulling};
 use super::implicit::Implicit;
 use super::parameters::{Parameters, Road};
 use super::surroundings::Surroundings;
@@ -187,22 +187,44 @@ impl Mechanics {
                 nodes = implicit.record(p, meter.as_deref_mut());
                 continue;
             }
-            if let Some(meter) = meter.as_deref_mut() {
-                let tension = effort::tension(p, &step, &self.forces, given);
-                *meter = meter.after(p, &step, nodes, tension);
-            }
             let mut impulses = None;
             for (force, given) in self.forces.iter().zip(&given.forces) {
                 impulses = Some(force.record(p, &step, given, impulses));
             }
+            let impulses = impulses.expect("every robot has springs");
+            if let Some(meter) = meter.as_deref_mut() {
+                *meter = self.metered(p, &step, given, impulses, *meter);
+            }
             let pushed = Pushed {
                 nodes,
-                impulses: impulses.expect("every robot has springs"),
+                impulses,
                 inverse_mass: given.inverse_mass,
                 uniforms: &given.contact,
             };
             nodes = self.contact.fly(p, self.flight, terrain, pushed);
         }
         nodes
+    }
+
+    /// Records the meter after an explicit push in which nodes get these impulses (N s).
+    fn metered(
+        &self,
+        p: &mut AnyProgram,
+        step: &Step,
+        given: &Parameters<Array>,
+        impulses: Vector<Array>,
+        before: Meter,
+    ) -> Meter {
+        let tension = effort::tension(p, step, &self.forces, given);
+        let pulling = Pulling {
+            dt: step.dt,
+            softening: step.softening,
+        };
+        let positions = step.nodes.x.array();
+        let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
+        let ([vx, vy], [jx, jy]) = (step.nodes.v.array(), impulses.array());
+        let node = [vx, vy, jx, jy, given.inverse_mass];
+        let moving = p.map_with(Midway(self.flight), node, &given.contact[..2]);
+        before.after(p, step.graph, Vector::new(moving), pulls, tension)
     }
 }

@@ -391,7 +391,7 @@ impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.parameters(p);
         let state = self.state(p);
-        let efforts = (self.is_metered).then(|| [(); 3].map(|()| p.state(self.graph.slots())));
+        let efforts = (self.is_metered).then(|| [(); 4].map(|()| p.state(self.graph.slots())));
         let clock: Vec<Array> = (0..self.pairs()).map(|_| p.input(2)).collect();
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
@@ -402,15 +402,15 @@ impl Model for Robot {
         let at_nodes = vec![Some(0); self.graph.nodes()];
         let time = time.map(|time| p.gather(time, &at_nodes));
         let mechanics = &self.mechanics;
-        let mut meter = efforts.map(|[_, tension, work]| Meter { tension, work });
+        let mut meter = efforts.map(|[_, tension, work, net]| Meter { tension, work, net });
         let meters = meter.as_mut();
         let actuation = Actuation { activation, time };
         let next = mechanics.record(p, &self.graph, state, &given, actuation, meters);
         for (state, next) in state.array().into_iter().zip(next.array()) {
             p.advance(state, next);
         }
-        if let (Some(efforts), Some(Meter { tension, work })) = (efforts, meter) {
-            for (effort, next) in efforts.into_iter().zip([activation, tension, work]) {
+        if let (Some(efforts), Some(Meter { tension, work, net })) = (efforts, meter) {
+            for (effort, next) in efforts.into_iter().zip([activation, tension, work, net]) {
                 p.advance(effort, next);
             }
         }

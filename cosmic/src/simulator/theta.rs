@@ -83,9 +83,14 @@ impl Theta {
         [xx, xy, yy]
     }
 
-    /// The tension of every bar, given the impulse of the share divided by the duration of the whole step.
-    pub(super) fn tension(&self, p: &mut AnyProgram, part: Array) -> Array {
-        p.map(Whole, [part, self.of_slots])[0]
+    /// The impulses of bars in the whole step, given those of the share.
+    pub(super) fn whole(&self, p: &mut AnyProgram, [x, y]: [Array; 2]) -> [Array; 2] {
+        p.map(Whole, [x, y, self.of_slots])
+    }
+
+    /// The velocities in the middle of the whole step, given those at its start and at the end of the share.
+    pub(super) fn midway(&self, p: &mut AnyProgram, [vx, vy, wx, wy]: [Array; 4]) -> [Array; 2] {
+        p.map(Midway, [vx, vy, wx, wy, self.of_nodes])
     }
 
     /// The velocities at the end of the step. `v` are those at its start, `moving` those with which nodes move in it, and
@@ -147,13 +152,24 @@ impl Kernel<3, 2> for Times {
     }
 }
 
-/// The kernel of a number divided by the share.
+/// The kernel of two numbers divided by the share.
 struct Whole;
 
-impl Kernel<2, 1> for Whole {
+impl Kernel<3, 2> for Whole {
     #[inline(always)]
-    fn eval<R: Real>(&self, [part, share]: [R; 2]) -> [R; 1] {
-        [part / share]
+    fn eval<R: Real>(&self, [x, y, share]: [R; 3]) -> [R; 2] {
+        [x / share, y / share]
+    }
+}
+
+/// The kernel of [`Theta::midway`].
+struct Midway;
+
+impl Kernel<5, 2> for Midway {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [vx, vy, wx, wy, share]: [R; 5]) -> [R; 2] {
+        let (v, w) = (Vector::new([vx, vy]), Vector::new([wx, wy]));
+        ((w - v) * (R::lit(0.5) / share) + v).array()
     }
 }
 

@@ -303,9 +303,10 @@ class Robot:
             d = between(base)
             u = d / np.sqrt(dot(d, d) + self.softening)[:, None]
             tension = dot(u, bars(w)) / (theta * dt)
+            # An impulse does its work at the mean of the velocities before it and after it.
+            net = -dot(bars(w) / theta, between(v + 0.5 * (w - v) / theta))
             log.append(dict(held=held, stick=stick, again=again & ~held, lam_n=held * lam_n, lam_t=held * lam_t, w=w,
-                            bar=bars(w), tension=tension, work=dt * positive(-tension * dot(u, between(w))),
-                            touching=np.array(touching)))
+                            bar=bars(w), tension=tension, work=positive(net), net=net, touching=np.array(touching)))
         return x1, v1
 
 
@@ -463,7 +464,8 @@ def write(name, changes, velocity, spin, note, seed, steps=40, hidden=2):
                 coverage=dict(held=count(lambda e: e["held"]), stick=count(lambda e: e["stick"]),
                               pulls=count(lambda e: e["lam_n"] < 0), again=count(lambda e: e["again"]),
                               touching=count(lambda e: e["touching"]), reaction_last=log[-1]["lam_n"].tolist(),
-                              tension_last=log[-1]["tension"].tolist(), work=sum(e["work"] for e in log).tolist()),
+                              tension_last=log[-1]["tension"].tolist(),
+                              **{key: sum(e[key] for e in log).tolist() for key in ("work", "net")}),
                 results=dict(node_mass=robot.m.tolist(),
                              trajectory={str(k): dict(x=states[k][0].tolist(), v=states[k][1].tolist())
                                          for k in (0, 1, 2, 3, 10, 20, 30, steps)},
