@@ -3,12 +3,14 @@
 //!
 //! `docs/files.md` has the thresholds in a table.
 
+mod sheet;
+
 use serde::Serialize;
 
 use crate::codesign::{Delivery, Observed, Reliability};
 use crate::design::{Material, Structure};
 use crate::lattice::Lattice;
-use crate::scene::Scene;
+use crate::scene::{DataSheet, Scene};
 use crate::simulator::{Energy, Loads};
 
 /// A robot whose displacement is less than this stays in place, m. It is the distance below which a robot has no energy
@@ -23,8 +25,8 @@ pub const SKELETON_STRAINS: [f64; 2] = [0.01, 0.05];
 /// Strains of a muscle as multiples of its largest target strain, up to which it is sound, and up to which it is
 /// doubtful. Real muscles have a hard end, which gives way a little.
 pub const STROKES: [f64; 2] = [1.05, 1.25];
-/// Peak powers of a muscle divided by the mean mass of a bar, up to which it is sound, and up to which it is doubtful,
-/// W/kg. Servos and the muscles of animals reach about 300 W/kg; only pneumatic muscles and catapults reach 3000 W/kg.
+/// Powers of a muscle (the 99 % quantile) divided by its mass, or by the mean mass of a bar if it is not known, up to which
+/// it is sound, and up to which it is doubtful, W/kg. Servos and the muscles of animals reach about 300 W/kg; only pneumatic muscles and catapults reach 3000 W/kg.
 pub const MUSCLE_POWERS: [f64; 2] = [300.0, 3000.0];
 /// Euler safeties of a skeleton bar from which it is sound, and from which it is doubtful. Columns are designed with a
 /// safety of about 2; below 1, a straight bar buckles.
@@ -188,6 +190,8 @@ pub struct Measured<'m> {
     pub payload: f64,
     /// The largest target strain of a muscle.
     pub stroke: f64,
+    /// What the parts can do.
+    pub sheet: DataSheet,
 }
 
 impl<'m> Measured<'m> {
@@ -200,7 +204,7 @@ impl<'m> Measured<'m> {
             is_undecided: delivery.structure.is_none(),
             structure: delivery.structure,
             loads: delivery.loads.as_ref(),
-            energy: delivery.energy,
+            energy: delivery.robust_energy.or(delivery.energy),
             bars: bars(delivery.volume, lattice),
             ..Self::unmeasured(scene, lattice)
         }
@@ -236,6 +240,7 @@ impl<'m> Measured<'m> {
             bars: 0,
             payload: lattice.payload.iter().map(|p| payload(p.mass)).sum(),
             stroke: Material::Actuator.of(&scene.materials.max_strain),
+            sheet: scene.data_sheet(),
         }
     }
 
@@ -248,10 +253,9 @@ impl<'m> Measured<'m> {
             self.crossings(),
             self.skeleton(),
             self.muscle_strain(),
-            self.muscle_power(),
             self.buckling(),
         ];
-        let items = figures.into_iter().chain(limits);
+        let items = figures.into_iter().chain(limits).chain(self.parts());
         Verdict {
             items: items.flatten().collect(),
         }
@@ -294,7 +298,12 @@ impl<'m> Measured<'m> {
     fn power(&self) -> Option<Item> {
         let Energy { mass, power, .. } = self.energy?;
         let endurance = BATTERY * mass / power;
-        let says = format!("needs {} W", plain(power));
+        let says = format!(
+            "needs {} W ({} of {} W/kg)",
+            plain(power),
+            plain(power / mass),
+            plain(BATTERY / ENDURANCES[0])
+        );
         // A robot that needs no power has an infinite endurance.
         Some(Item::figure(says, Level::from_on(ENDURANCES, endurance)))
     }
@@ -349,14 +358,6 @@ impl<'m> Measured<'m> {
         );
         let level = Level::up_to(STROKES.map(|limit| limit * self.stroke), strain);
         (strain > 0.0).then(|| Item::limit(says, level))
-    }
-
-    fn muscle_power(&self) -> Option<Item> {
-        let power = self.loads?.power.peak;
-        let says = format!("one muscle peaks at {} W", plain(power));
-        let mean_mass = self.energy?.mass / self.bars.max(1) as f64;
-        let level = Level::up_to(MUSCLE_POWERS, power / mean_mass);
-        (power > 0.0).then(|| Item::limit(says, level))
     }
 
     fn buckling(&self) -> Option<Item> {

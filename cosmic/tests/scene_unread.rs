@@ -114,6 +114,7 @@ const OTHERS: [&[&str]; 25] = [
         "parts.actuator=device",
         "parts.actuator_mass=0.01",
         "parts.stroke=0.2",
+        "parts.bore=0.01",
         "parts.end_mass=0.001",
     ],
     &[
@@ -132,7 +133,7 @@ const OTHERS: [&[&str]; 25] = [
 ];
 
 /// More values to try for some keys: names, and numbers that differ much from those in the scenes.
-const NAMES: [&str; 16] = [
+const NAMES: [&str; 17] = [
     "design.feet=3",
     "mma.asymin=0.2",
     "mma.asymax=0.02",
@@ -146,6 +147,7 @@ const NAMES: [&str; 16] = [
     "objective.task=climb",
     "parts.material=steel",
     "parts.joint=2e3",
+    "parts.bore=0.02",
     "schedule.cycle=cd",
     "loss.kind=final",
     "binarisation.method=constraints",
@@ -247,8 +249,10 @@ fn exactly_the_settings_without_effect_have_a_warning() {
     // This key has an effect only if two controllers differ: the one with the best single rollout, and the one with the
     // best median. In these scenes they are always the same.
     matters.remove("selection.candidates");
-    // This key decides only which scenes are refused.
-    matters.remove("parts.stroke");
+    // These keys decide only which scenes are refused, and what the verdict says.
+    for key in ["stroke", "length", "force", "speed"] {
+        matters.remove(&format!("parts.{key}"));
+    }
     let idle = matters.iter().filter(|(_, matters)| !**matters);
     wrong.extend(idle.map(|(key, _)| format!("{key} matters nowhere")));
     assert!(

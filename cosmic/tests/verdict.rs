@@ -97,12 +97,14 @@ fn each_load_has_two_thresholds() {
             loads.strain.peak = x;
         },
     );
-    // A bar weighs 50 g on average.
+    // A bar weighs 50 g on average. A single peak, which depends on the time step, is not judged.
+    let peak = judged(|loads| loads.power.peak = 1e6);
+    assert_eq!(level(&peak, "one muscle"), Level::Good);
     has_limits(
         "one muscle",
         MUSCLE_POWERS.map(|limit| 0.05 * limit),
         |loads, x| {
-            loads.power.peak = x;
+            loads.power.p99 = x;
         },
     );
     // Safeties are good above their thresholds, so their reciprocals are tested.
@@ -201,16 +203,17 @@ fn the_line_names_what_is_bad_and_what_is_doubtful() {
     let sound = judged(|_| {}).to_text();
     assert_eq!(
         sound,
-        "0.50 m/s, 0.50 kg, carries 30 g, needs 1.0 W. Nothing measured here speaks against building it."
+        "0.50 m/s, 0.50 kg, carries 30 g, needs 1.0 W (2.0 of 180 W/kg). Nothing measured here speaks against building it."
     );
     let verdict = judged(|loads| {
         (loads.tangled, loads.most_tangles) = (0.9, Some(41));
-        (loads.skeleton_strain, loads.power.peak) = (Some(0.17), 149.7);
+        (loads.skeleton_strain, loads.power.p99) = (Some(0.17), 149.7);
     });
     assert_eq!(
         verdict.to_text(),
-        "0.50 m/s, 0.50 kg, carries 30 g, needs 1.0 W. Would not work as built: bars pass through each other (up to \
-         41 pairs), the skeleton stretches or shrinks by 17 %. Doubtful: one muscle peaks at 150 W."
+        "0.50 m/s, 0.50 kg, carries 30 g, needs 1.0 W (2.0 of 180 W/kg). Would not work as built: bars pass through each \
+         other (up to 41 pairs), the skeleton stretches or shrinks by 17 %. Doubtful: one muscle gives 150 W of 15 W (2994 \
+         of 300 W/kg)."
     );
     assert_eq!(verdict.level(), Level::Bad);
     let json = serde_json::to_value(&verdict).unwrap();
@@ -218,6 +221,77 @@ fn the_line_names_what_is_bad_and_what_is_doubtful() {
         json[0],
         serde_json::json!({ "text": "0.50 m/s", "level": "good" })
     );
+}
+
+/// The verdict on a robot of `workshop` with other parts, whose shortest bars have these lengths (m).
+fn with_parts(settings: &[&str], loads: &Loads, bars: f64) -> Verdict {
+    let scene = Scene::load("workshop").unwrap().set(settings).unwrap();
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let structure = Structure {
+        pieces: 1,
+        shortest_skeleton: Some(bars),
+        shortest_actuator: Some(bars),
+        ..Structure::default()
+    };
+    Measured {
+        structure: Some(structure),
+        sheet: scene.data_sheet(),
+        ..robot(loads)
+    }
+    .verdict()
+}
+
+/// A robot within the limits of its cylinders, which are 47 N and 0.75 m/s.
+#[test]
+fn a_robot_is_compared_with_the_data_sheets_of_its_parts() {
+    let mut loads = sound();
+    let peak = |peak: f64, p99: f64| Magnitude { peak, p99 };
+    (loads.force, loads.speed) = (peak(38.5, 20.0), peak(0.7, 0.6));
+    let verdict = with_parts(&[], &loads, 0.2);
+    let word = |verdict: &Verdict, word: &str| level(verdict, word);
+    for item in ["of 47 N", "of 0.75 m/s", "for a muscle of", "m thick"] {
+        assert_eq!(word(&verdict, item), Level::Good, "{item}: {verdict:?}");
+    }
+    // A short time beyond the data sheet is doubtful, a longer time is bad. Without a data sheet, the law states the limits.
+    loads.speed = peak(1.0, 0.63);
+    assert_eq!(word(&with_parts(&[], &loads, 0.2), "1.0 m/s of 0.75 m/s (99 %: 0.63 m/s)"), Level::Doubtful);
+    loads.speed = peak(1.0, 0.9);
+    assert_eq!(word(&with_parts(&[], &loads, 0.2), "of 0.75 m/s"), Level::Bad);
+    let slow = with_parts(&["parts.speed=off", "parts.force=off"], &loads, 0.2);
+    assert_eq!(word(&slow, "of 0.70 m/s"), Level::Bad);
+    assert_eq!(word(&slow, "of 36 N"), Level::Doubtful);
+    // The power is judged by the mass of the cylinder, 40 g.
+    (loads.power.p99, loads.speed) = (14.0, peak(0.7, 0.6));
+    let strong = with_parts(&[], &loads, 0.2);
+    assert_eq!(word(&strong, "14 W of 12 W (350 of 300 W/kg)"), Level::Doubtful);
+    loads.power.p99 = 130.0;
+    assert_eq!(word(&with_parts(&[], &loads, 0.2), "of 120 W (3250 of 3000 W/kg)"), Level::Bad);
+    // Plain numbers have no data sheet.
+    let plain = robot(&loads).verdict().to_text();
+    assert!(!plain.contains("m/s of") && !plain.contains("thick"), "{plain}");
+}
+
+#[test]
+fn parts_must_fit_their_bars() {
+    let loads = sound();
+    let level = |settings: &[&str], bars: f64, word: &str| level(&with_parts(settings, &loads, bars), word);
+    let unknown = |stroke: &'static str| [stroke, "parts.length=off"];
+    // The cylinder is 135 mm long; a bar shrinks by 8 %.
+    let [below, above] = around(0.135 / 0.92);
+    assert_eq!(level(&[], above, "for a muscle"), Level::Good);
+    assert_eq!(level(&[], below, "for a muscle"), Level::Bad);
+    // A device of unknown length is longer than its stroke, and most are longer than twice their stroke.
+    for (bars, expected) in [
+        (0.2, Level::Bad),
+        (around(0.2 / 0.92)[1], Level::Doubtful),
+        (around(0.4 / 0.92)[1], Level::Good),
+    ] {
+        assert_eq!(level(&unknown("parts.stroke=0.2"), bars, "for a muscle"), expected);
+    }
+    assert_eq!(level(&unknown("parts.stroke=0.05"), 0.05, "has a stroke of"), Level::Bad);
+    let tube = ["parts.outer=0.5", "parts.inner=0.49"];
+    assert_eq!(level(&tube, 0.2, "0.50 m thick"), Level::Bad);
+    assert_eq!(level(&["parts.outer=0.03"], 0.2, "m thick"), Level::Doubtful);
 }
 
 /// Summaries of earlier versions have neither energy nor loads, and an undecided design has no bars.

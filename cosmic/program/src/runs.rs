@@ -115,12 +115,12 @@ fn robot(summary: &Summary) -> String {
     if let Some(loads) = &summary.loads {
         let Range { low, high } = loads.strains;
         text += &format!(
-            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at \
-             most; bars cross each other {:.0} % of the time{}\n",
+            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N and {:.2} m/s at most, {:.3} W \
+             (99 %); bars cross each other {:.0} % of the time{}\n",
             loads.strain.p99,
             loads.force.peak,
             loads.speed.peak,
-            loads.power.peak,
+            loads.power.p99,
             100.0 * loads.tangled,
             match loads.most_tangles {
                 Some(pairs @ 1..) => format!(", up to {}", counted(pairs, "pair")),
@@ -131,7 +131,7 @@ fn robot(summary: &Summary) -> String {
             text += &format!("skeleton: Euler safety {safety:.2} at least\n");
         }
     }
-    text += &summary.energy.as_ref().map_or(String::new(), energy);
+    text += &summary.quoted_energy().as_ref().map_or(String::new(), energy);
     // Such a displacement is printed as 0.000 m.
     if let Some(moved) = summary.displacement_p50.filter(|x| x.abs() < 5e-4) {
         text +=
@@ -146,22 +146,22 @@ fn robot(summary: &Summary) -> String {
     text
 }
 
-/// Describes the energy that the robot needs, and what ten minutes take from a battery or an air tank.
+/// Describes the energy that the robot needs, and what ten minutes take from a battery and from a supply of air.
 fn energy(energy: &Energy) -> String {
     let per_distance = match (energy.per_metre, energy.cost_of_transport) {
         (Some(joule), Some(cost)) => format!(", {joule:.2} J/m, cost of transport {cost:.2}"),
         (Some(joule), None) => format!(", {joule:.2} J/m"),
         (None, _) => String::new(),
     };
-    let joule = 600.0 * energy.power;
-    // Air that expands from 6 bar to 1 bar at its temperature does this work.
-    let air = joule / (6e5 * 6.0_f64.ln());
+    let air = energy.air.map_or(String::new(), |air| {
+        format!(", and {:.0} normal litres of air", 1e3 * 600.0 * air)
+    });
     format!(
-        "energy: {:.3} kg, {:.3} W on average{per_distance}; ten minutes take {:.3} Wh, or {:.3} l of air at 6 bar, without losses\n",
+        "energy: {:.3} kg, {:.3} W on average (net {:.3} W){per_distance}; ten minutes take {:.3} Wh, without losses{air}\n",
         energy.mass,
         energy.power,
-        joule / 3600.0,
-        1e3 * air,
+        energy.net_power,
+        600.0 * energy.power / 3600.0,
     )
 }
 

@@ -159,9 +159,16 @@ impl Scene {
         in_doubt
             .map(|doubt| Finding::new(self, doubt.keys, doubt.says.into(), String::new()))
             .chain(other_bending(self))
+            .chain(misfits(self))
             .chain(self.unread())
             .collect()
     }
+}
+
+/// Warnings about parts that do not fit the edges of the lattice.
+fn misfits(scene: &Scene) -> Vec<Finding> {
+    let of = |(keys, says): (&[&str], String)| Finding::new(scene, keys, says, String::new());
+    scene.misfits().into_iter().map(of).collect()
 }
 
 /// A warning if the law `buckle` lets bars buckle under another load than the part that they are made of.

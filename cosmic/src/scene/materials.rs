@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 use super::Scene;
-use crate::laws::Actuator;
 use crate::settings;
 use crate::settings::{above, within};
 
@@ -228,18 +227,6 @@ impl PartsSettings {
         Some(travel * area * (self.pressure + ATMOSPHERE) / ATMOSPHERE)
     }
 
-    /// The thickness of a skeleton bar: its diameter or its width (m). `None` for plain numbers.
-    pub fn thickness(&self) -> Option<f64> {
-        (self.skeleton != SkeletonPart::Numbers).then_some(self.outer)
-    }
-
-    /// The smallest length of a device (m), and whether the scene states it. If it does not, it is the stroke, because a
-    /// device is not shorter than the rod that it takes in. `None` if actuators are no devices.
-    pub fn device_length(&self) -> Option<(f64, bool)> {
-        let length = self.length.unwrap_or(self.stroke);
-        (self.actuator == ActuatorPart::Device).then_some((length, self.length.is_some()))
-    }
-
     /// True if bars of skeleton or of actuator are parts.
     fn are_used(&self) -> bool {
         self.skeleton != SkeletonPart::Numbers || self.actuator != ActuatorPart::Numbers
@@ -317,18 +304,6 @@ impl Scene {
     /// True if bars of skeleton are tubes, rods or struts.
     fn has_sections(&self) -> bool {
         self.materials.parts.skeleton != SkeletonPart::Numbers
-    }
-
-    /// The largest force (N) and the largest speed (m/s) of a device by its data sheet, or by the law `actuator` where the
-    /// data sheet is not given. `None` for what neither of them states.
-    pub fn device_limits(&self) -> [Option<f64>; 2] {
-        let parts = &self.materials.parts;
-        if parts.actuator != ActuatorPart::Device {
-            return [None; 2];
-        }
-        let law: Option<Actuator> = self.physics.forces.along_bars();
-        let force = parts.force.or(law.as_ref().map(|law| law.force));
-        [force, parts.speed.or(law.map(|law| law.speed))]
     }
 
     /// True if bars of skeleton are parts of a material that the scene describes.

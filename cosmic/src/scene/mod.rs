@@ -29,6 +29,7 @@ mod follow;
 mod departures;
 mod unread;
 mod world;
+mod data_sheet;
 mod doubts;
 mod check;
 mod diagnostic;
@@ -60,6 +61,7 @@ pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;
 pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
+pub use data_sheet::{DataSheet, DeviceLength, SLENDERNESS};
 pub use materials::{
     ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
 };

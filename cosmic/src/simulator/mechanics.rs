@@ -138,11 +138,6 @@ impl Mechanics {
         (contact, self.forces.iter().map(force).collect())
     }
 
-    /// True if steps are implicit.
-    pub(super) fn is_implicit(&self) -> bool {
-        self.passes.is_some()
-    }
-
     /// Records the mechanical part of a step and returns the nodes after it. `meter` is advanced if it is given.
     pub(super) fn record<R: Real>(
         &self,

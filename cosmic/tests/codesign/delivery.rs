@@ -26,7 +26,7 @@ fn a_delivery_stops_between_its_parts() {
     }
 }
 
-/// The delivered loads are equal to those of a rollout that is observed at every step.
+/// The delivered strains and speeds are equal to those of a rollout that is observed at every step.
 #[test]
 fn delivered_loads_cover_every_step() {
     let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
@@ -48,7 +48,12 @@ fn delivered_loads_cover_every_step() {
         let materials = delivery.materials.iter().enumerate();
         materials.map(bar).collect::<Vec<_>>()
     };
-    assert_eq!(delivery.bars, loads(1));
+    for (bar, other) in delivery.bars.iter().zip(loads(1)) {
+        assert_eq!(bar.is_some(), other.is_some());
+        let (Some(bar), Some(other)) = (bar, other) else { continue };
+        let motion = |bar: &BarLoad| (bar.strains, bar.strain, bar.speed);
+        assert_eq!(motion(bar), motion(&other));
+    }
     let peak = |bars: &[Option<BarLoad>]| {
         let actuators = bars.iter().zip(&delivery.materials);
         let actuators = actuators.filter(|(_, m)| **m == Material::Actuator);

@@ -26,6 +26,7 @@ fn structures_are_counted() {
     let [d, e, f] = [0.0, 1.0, 2.0].map(|x| node(x, 1.0));
     let of = |bars: &[[usize; 2]]| Structure::new(&lattice, &layout(&lattice, bars));
     let square = [[a, b], [b, e], [e, d], [d, a]];
+    let shortest = lattice.rest_length.iter().copied().reduce(f64::min);
     assert_eq!(
         of(&square),
         Structure {
@@ -34,6 +35,7 @@ fn structures_are_counted() {
             feet: 2,
             // A hinged square can shear.
             floppy_modes: Some(1),
+            shortest_skeleton: shortest,
             ..Structure::default()
         }
     );
@@ -48,8 +50,19 @@ fn structures_are_counted() {
             feet: 3,
             // The loose bar can turn and move in two directions.
             floppy_modes: Some(3),
+            shortest_skeleton: shortest,
+            shortest_actuator: None,
         }
     );
+    let mut brace = layout(&lattice, &braced);
+    for (material, length) in brace.iter_mut().zip(&lattice.rest_length) {
+        if material.is_solid() && Some(*length) > shortest.map(|shortest| 1.1 * shortest) {
+            *material = Actuator;
+        }
+    }
+    // The diagonals of the squares are actuators now.
+    let found = Structure::new(&lattice, &brace).shortest_actuator.unwrap();
+    assert!((found / shortest.unwrap() - 2.0_f64.sqrt()).abs() < 1e-9);
     let none = Structure {
         floppy_modes: Some(0),
         ..Structure::default()

@@ -40,6 +40,7 @@ fn walk() -> Trajectory<f64> {
         activation: vec![0.0; 2],
         tension: vec![0.0; 2],
         work: vec![skeleton, mixture],
+        net: vec![0.0; 2],
     };
     let given = [[0.0, 0.0], [1.0, 2.0], [5.0, 6.0], [7.0, 20.0]].map(effort);
     let body = Body {

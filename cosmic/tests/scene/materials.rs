@@ -7,6 +7,7 @@ use cosmic::design::Material::{self, Actuator, Skeleton, Void};
 use cosmic::lattice::{Body, Lattice};
 use cosmic::scene::{BarNumbers, MaterialSettings, Scene};
 use cosmic::simulator::{BarLoad, Loads, Simulator, Span, Trajectory};
+use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
@@ -239,4 +240,44 @@ fn another_largest_strain_in_the_law_is_doubted() {
             is_doubted
         );
     }
+}
+
+/// Edges that are too short for the parts of a scene are doubted.
+#[test]
+fn parts_that_do_not_fit_the_edges_are_doubted() {
+    let doubts = |settings: &[&str]| -> Vec<String> {
+        let scene = Scene::load("workshop").unwrap().set(settings).unwrap();
+        let doubts = scene.doubts().into_iter().map(|doubt| doubt.says);
+        doubts.filter(|says| says.contains("too short")).collect()
+    };
+    assert_eq!(doubts(&[]), [""; 0]);
+    // A stroke as long as the bar, in the 17 edges of 0.2 m and the 12 diagonals of 0.283 m.
+    let long = doubts(&["parts.stroke=0.2", "parts.length=off"]);
+    assert_eq!(
+        long,
+        ["17 of 29 edges are too short for an actuator: the shortest shrinks to 0.1840 m, but the device has a stroke, and so a length, of 0.2 m"]
+    );
+    let long = doubts(&["parts.length=0.25"]);
+    assert!(long[0].contains("but the device is 0.25 m"), "{long:?}");
+    assert_eq!(doubts(&["parts.stroke=0.18", "parts.length=off"]), [""; 0]);
+    let thick = doubts(&["parts.outer=0.5", "parts.inner=0.49"]);
+    assert!(thick[0].contains("29 of 29 edges"), "{thick:?}");
+    assert!(thick[0].contains("0.5 m thick"), "{thick:?}");
+    assert_eq!(doubts(&["parts.outer=0.06"]), [""; 0]);
+}
+
+/// A cylinder takes a chamber of air at every movement: travel times area times absolute pressure.
+#[test]
+fn cylinders_take_air_at_every_movement() {
+    let scene = Scene::load("workshop").unwrap();
+    let air = |settings: &[&str]| {
+        let scene = scene.set(settings).unwrap();
+        scene.materials.parts.air(2.0)
+    };
+    let area = 0.25 * PI * 0.01 * 0.01;
+    near(air(&[]).unwrap(), 2.0 * area * 5.6);
+    near(air(&["parts.bore=0.02"]).unwrap(), 2.0 * 4.0 * area * 5.6);
+    near(air(&["parts.pressure=9e5"]).unwrap(), 2.0 * area * 10.0);
+    assert_eq!(air(&["parts.bore=off"]), None);
+    assert_eq!(air(&["parts.actuator=numbers"]), None);
 }

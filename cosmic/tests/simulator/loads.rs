@@ -140,7 +140,7 @@ fn energy_is_what_actuators_give() {
     let bars: Vec<_> = bars.into_iter().map(Some).collect();
     let power: f64 = bars.iter().flatten().map(|bar| bar.given).sum();
     let mass: f64 = body.mass.iter().sum();
-    let energy = simulator.energy_of(&layout, &bars, &body, 100, -2.0);
+    let energy = simulator.energy_of(&layout, &bars, &body, &scene.materials, 100, -2.0);
     let per_metre = power * 100.0 * scene.physics.dt / 2.0;
     let cost = per_metre / (mass * scene.physics.gravity);
     for (found, right) in [
@@ -152,6 +152,6 @@ fn energy_is_what_actuators_give() {
         // Sums of a hundred numbers are rounded at 1e-14.
         assert!((found / right - 1.0).abs() < 1e-12, "{energy:?}");
     }
-    let still = simulator.energy_of(&layout, &bars, &body, 100, 0.001);
+    let still = simulator.energy_of(&layout, &bars, &body, &scene.materials, 100, 0.001);
     assert_eq!((still.per_metre, still.cost_of_transport), (None, None));
 }

@@ -42,10 +42,11 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
 fn speed(run: &RunFiles) -> [String; 2] {
     let (scene, summary) = (&run.robot.scene, &run.summary);
     let seconds = scene.physics.steps as f64 * scene.physics.dt;
-    let speed = summary.displacement_p50.map(|x| x / seconds);
+    let speed = summary.displacement_robust_p50.map(|x| x / seconds);
     let number = speed.map_or("diverged".to_owned(), |speed| decimals(speed, 2) + " m/s");
-    let far = summary.displacement_p50.map_or(String::new(), |x| {
-        format!("speed: {} m in {} s", decimals(x, 3), decimals(seconds, 1))
+    let far = summary.displacement_robust_p50.map_or(String::new(), |x| {
+        let (far, time) = (decimals(x, 3), decimals(seconds, 1));
+        format!("speed: {far} m in {time} s, median of robots that vary a little")
     });
     [number, far]
 }
@@ -57,14 +58,12 @@ fn objective(run: &RunFiles) -> [String; 2] {
         let says = format!("objective: loss of the task {task}, median");
         return [decimals(loss, 4), says];
     }
-    let far = summary.displacement_p50;
-    let ends = summary.displacement_p10.zip(summary.displacement_p90);
-    let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
-        format!("{} to {} m", decimals(low, 3), decimals(high, 3))
-    });
+    let far = summary.displacement_robust_p50;
+    let low = summary.displacement_robust_p10;
+    let low = low.map_or("diverged".to_owned(), |low| decimals(low, 3) + " m");
     [
         far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m"),
-        format!("objective: distance, median; 10 % to 90 %: {spread}"),
+        format!("objective: distance, median of robots that vary a little; 10 % quantile: {low}"),
     ]
 }
 
@@ -92,7 +91,7 @@ fn weight(run: &RunFiles) -> [String; 2] {
     let payload = summary.measured(&robot.scene, &robot.lattice).payload;
     [
         summary
-            .energy
+            .quoted_energy()
             .map_or(NOT_KNOWN.to_owned(), |energy| mass(energy.mass)),
         format!("mass, of which {} payload", mass(payload)),
     ]
@@ -101,14 +100,16 @@ fn weight(run: &RunFiles) -> [String; 2] {
 fn energy(run: &RunFiles) -> [String; 2] {
     let Some(Energy {
         power,
+        net_power,
         per_metre,
         cost_of_transport,
         ..
-    }) = run.summary.energy
+    }) = run.summary.quoted_energy()
     else {
         return [NOT_KNOWN.to_owned(), "mean power".to_owned()];
     };
-    let mut says = "mean power, without losses".to_owned();
+    let net = plain(net_power);
+    let mut says = format!("mean power at this speed, without losses; net {net} W");
     if let Some(joule) = per_metre {
         says += &format!("; {} J/m", plain(joule));
     }
@@ -118,19 +119,18 @@ fn energy(run: &RunFiles) -> [String; 2] {
     [plain(power) + " W", says]
 }
 
-/// What ten minutes take from a battery or an air tank.
+/// What ten minutes take from a battery and from a supply of air.
 fn stores(run: &RunFiles) -> [String; 2] {
     let says = "for ten minutes, without losses";
-    let Some(energy) = run.summary.energy else {
+    let Some(energy) = run.summary.quoted_energy() else {
         return [NOT_KNOWN.to_owned(), format!("energy {says}")];
     };
-    let joule = 600.0 * energy.power;
-    // Air that expands from 6 bar to 1 bar at its temperature does this work.
-    let litres = 1e3 * joule / (6e5 * 6.0_f64.ln());
-    [
-        plain(joule / 3600.0) + " Wh",
-        format!("or {} l of air at 6 bar, {says}", plain(litres)),
-    ]
+    let air = energy.air.map_or(String::new(), |air| {
+        let litres = plain(1e3 * 600.0 * air);
+        format!("; its cylinders take {litres} normal litres of air")
+    });
+    let hours = 600.0 * energy.power / 3600.0;
+    [plain(hours) + " Wh", format!("energy {says}{air}")]
 }
 
 fn crossings(run: &RunFiles) -> [String; 2] {

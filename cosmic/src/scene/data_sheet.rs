@@ -1,0 +1,112 @@
+//! What the parts of a scene can do by their data sheets.
+
+use super::{ActuatorPart, Scene, SkeletonPart};
+use crate::laws::Actuator;
+use crate::lattice::Lattice;
+
+/// Length of a skeleton bar divided by its thickness from which it is sound, and from which it is doubtful. Euler's load and
+/// joints without friction are for slender bars; below 3, bars that meet at 45 degrees touch before their ends do.
+pub const SLENDERNESS: [f64; 2] = [10.0, 3.0];
+
+/// What the parts of a scene can do. Numbers that the scene does not state are `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DataSheet {
+    /// The largest force of a device, N.
+    pub force: Option<f64>,
+    /// The largest speed of a device, m/s.
+    pub speed: Option<f64>,
+    /// The mass of a device, kg.
+    pub mass: Option<f64>,
+    /// The smallest length of a device.
+    pub length: Option<DeviceLength>,
+    /// The thickness of a skeleton bar, m.
+    pub thickness: Option<f64>,
+}
+
+/// The smallest length of a device, and what a bar does with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceLength {
+    /// The smallest length (m). If the scene does not state it, it is the stroke: a device is longer than the rod that it
+    /// takes in.
+    pub least: f64,
+    /// True if the scene states the length.
+    pub is_stated: bool,
+    /// The largest strain by which an actuator shortens its bar.
+    pub strain: f64,
+}
+
+impl DeviceLength {
+    /// The length that a bar with this rest length (m) leaves for a device when it is shortest, m.
+    pub fn room(&self, rest_length: f64) -> f64 {
+        rest_length * (1.0 - self.strain)
+    }
+}
+
+impl Scene {
+    /// What the parts of the scene can do by their data sheets. Where the scene does not state the force and the speed of a
+    /// device, they are those of the law `actuator`.
+    pub fn data_sheet(&self) -> DataSheet {
+        let parts = &self.materials.parts;
+        let thickness = (parts.skeleton != SkeletonPart::Numbers).then_some(parts.outer);
+        if parts.actuator != ActuatorPart::Device {
+            return DataSheet {
+                thickness,
+                ..DataSheet::default()
+            };
+        }
+        let law: Option<Actuator> = self.physics.forces.along_bars();
+        let [.., strain] = self.materials.max_strain;
+        DataSheet {
+            force: parts.force.or(law.as_ref().map(|law| law.force)),
+            speed: parts.speed.or(law.map(|law| law.speed)),
+            mass: Some(parts.actuator_mass),
+            length: Some(DeviceLength {
+                least: parts.length.unwrap_or(parts.stroke),
+                is_stated: parts.length.is_some(),
+                strain,
+            }),
+            thickness,
+        }
+    }
+
+    /// Sentences about parts that do not fit the edges of the lattice, each with the keys of the settings to change.
+    pub(super) fn misfits(&self) -> Vec<(&'static [&'static str], String)> {
+        let (sheet, mut found) = (self.data_sheet(), Vec::new());
+        if sheet == DataSheet::default() {
+            return found;
+        }
+        let lengths = Lattice::new(&self.lattice, &self.physics).rest_length;
+        let all = lengths.len();
+        let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        if let Some(device) = sheet.length {
+            let is_short = |length: &&f64| device.room(**length) < device.least;
+            let short = lengths.iter().filter(is_short).count();
+            let (keys, what): (&[&str], _) = match device.is_stated {
+                true => (&["parts.length", "materials.max_strain"], "is"),
+                false => (&["parts.stroke", "materials.max_strain"], "has a stroke, and so a length, of"),
+            };
+            if short > 0 {
+                found.push((
+                    keys,
+                    format!(
+                        "{short} of {all} edges are too short for an actuator: the shortest shrinks to {:.4} m, but the device {what} {} m",
+                        device.room(shortest),
+                        device.least
+                    ),
+                ));
+            }
+        }
+        if let Some(thickness) = sheet.thickness {
+            let [_, least] = SLENDERNESS.map(|ratio| ratio * thickness);
+            let short = lengths.iter().filter(|length| **length < least).count();
+            if short > 0 {
+                let says = format!(
+                    "{short} of {all} edges are too short for a skeleton bar that is {thickness} m thick: the shortest is \
+                     {shortest:.4} m long"
+                );
+                found.push((&["parts.outer"], says));
+            }
+        }
+        found
+    }
+}

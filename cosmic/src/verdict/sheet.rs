@@ -1,0 +1,100 @@
+//! The items of a verdict that compare a robot with the data sheets of its parts.
+
+use super::{Item, Level, MUSCLE_POWERS, Measured, plain};
+use crate::scene::{DataSheet, SLENDERNESS};
+use crate::simulator::Magnitude;
+
+/// The factor by which a number may exceed that of a data sheet, whose numbers are rounded.
+const ROUNDED: f64 = 1.01;
+
+impl Measured<'_> {
+    /// The items about the parts.
+    pub(super) fn parts(&self) -> [Option<Item>; 5] {
+        [
+            self.muscle_power(),
+            self.muscle_force(),
+            self.muscle_speed(),
+            self.muscle_length(),
+            self.thickness(),
+        ]
+    }
+
+    /// The mass by which the power of a muscle is judged: its own, or the mean mass of a bar.
+    fn muscle_mass(&self) -> Option<f64> {
+        let mean = || Some(self.energy?.mass / self.bars.max(1) as f64);
+        self.sheet.mass.or_else(mean)
+    }
+
+    fn muscle_power(&self) -> Option<Item> {
+        let (power, mass) = (self.loads?.power.p99, self.muscle_mass()?);
+        let level = Level::up_to(MUSCLE_POWERS, power / mass);
+        let limit = match level {
+            Level::Bad => MUSCLE_POWERS[1],
+            _ => MUSCLE_POWERS[0],
+        };
+        let says = format!(
+            "one muscle gives {} W of {} W ({} of {} W/kg)",
+            plain(power),
+            plain(limit * mass),
+            plain(power / mass),
+            plain(limit)
+        );
+        (power > 0.0).then(|| Item::limit(says, level))
+    }
+
+    fn muscle_force(&self) -> Option<Item> {
+        let DataSheet { force, .. } = self.sheet;
+        against("muscles pull or push with", "N", self.loads?.force, force?)
+    }
+
+    fn muscle_speed(&self) -> Option<Item> {
+        let DataSheet { speed, .. } = self.sheet;
+        against("muscles move at", "m/s", self.loads?.speed, speed?)
+    }
+
+    fn muscle_length(&self) -> Option<Item> {
+        let device = self.sheet.length?;
+        let bar = self.structure?.shortest_actuator?;
+        let (least, room) = (device.least, device.room(bar));
+        let says = format!("a bar of {} m leaves {} m", plain(bar), plain(room));
+        Some(if room < least {
+            let why = if device.is_stated { "is" } else { "has a stroke of" };
+            let says = format!("{says} for a muscle that {why} {} m", plain(least));
+            Item::limit(says, Level::Bad)
+        } else if device.is_stated {
+            Item::limit(format!("{says} for a muscle of {} m", plain(least)), Level::Good)
+        } else {
+            // Most devices are longer than twice their stroke.
+            let level = Level::from_on([2.0 * least, least], room);
+            let says = format!("{says} for a muscle with a stroke of {} m", plain(least));
+            Item::limit(says, level)
+        })
+    }
+
+    fn thickness(&self) -> Option<Item> {
+        let thickness = self.sheet.thickness?;
+        let bar = self.structure?.shortest_skeleton?;
+        let says = format!("a bar of {} m is {} m thick", plain(bar), plain(thickness));
+        Some(Item::limit(says, Level::from_on(SLENDERNESS, bar / thickness)))
+    }
+}
+
+/// Judges a number of a walk by the limit of a data sheet: it is good if it never exceeds the limit, and doubtful if it
+/// exceeds it in at most 1 % of the time.
+fn against(says: &str, unit: &str, found: Magnitude, limit: f64) -> Option<Item> {
+    let Magnitude { peak, p99 } = found;
+    let most = ROUNDED * limit;
+    let level = if peak <= most {
+        Level::Good
+    } else if p99 <= most {
+        Level::Doubtful
+    } else {
+        // NaN is bad too.
+        Level::Bad
+    };
+    let mut text = format!("{says} {} {unit} of {} {unit}", plain(peak), plain(limit));
+    if level != Level::Good {
+        text += &format!(" (99 %: {} {unit})", plain(p99));
+    }
+    (peak > 0.0).then(|| Item::limit(text, level))
+}
