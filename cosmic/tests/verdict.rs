@@ -226,7 +226,6 @@ fn the_line_names_what_is_bad_and_what_is_doubtful() {
 /// The verdict on a robot of `workshop` with other parts, whose shortest bars have these lengths (m).
 fn with_parts(settings: &[&str], loads: &Loads, bars: f64) -> Verdict {
     let scene = Scene::load("workshop").unwrap().set(settings).unwrap();
-    let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let structure = Structure {
         pieces: 1,
         shortest_skeleton: Some(bars),
@@ -254,27 +253,49 @@ fn a_robot_is_compared_with_the_data_sheets_of_its_parts() {
     }
     // A short time beyond the data sheet is doubtful, a longer time is bad. Without a data sheet, the law states the limits.
     loads.speed = peak(1.0, 0.63);
-    assert_eq!(word(&with_parts(&[], &loads, 0.2), "1.0 m/s of 0.75 m/s (99 %: 0.63 m/s)"), Level::Doubtful);
+    assert_eq!(
+        word(
+            &with_parts(&[], &loads, 0.2),
+            "1.0 m/s of 0.75 m/s (99 %: 0.63 m/s)"
+        ),
+        Level::Doubtful
+    );
     loads.speed = peak(1.0, 0.9);
-    assert_eq!(word(&with_parts(&[], &loads, 0.2), "of 0.75 m/s"), Level::Bad);
+    assert_eq!(
+        word(&with_parts(&[], &loads, 0.2), "of 0.75 m/s"),
+        Level::Bad
+    );
     let slow = with_parts(&["parts.speed=off", "parts.force=off"], &loads, 0.2);
     assert_eq!(word(&slow, "of 0.70 m/s"), Level::Bad);
     assert_eq!(word(&slow, "of 36 N"), Level::Doubtful);
     // The power is judged by the mass of the cylinder, 40 g.
     (loads.power.p99, loads.speed) = (14.0, peak(0.7, 0.6));
     let strong = with_parts(&[], &loads, 0.2);
-    assert_eq!(word(&strong, "14 W of 12 W (350 of 300 W/kg)"), Level::Doubtful);
+    assert_eq!(
+        word(&strong, "14 W of 12 W (350 of 300 W/kg)"),
+        Level::Doubtful
+    );
     loads.power.p99 = 130.0;
-    assert_eq!(word(&with_parts(&[], &loads, 0.2), "of 120 W (3250 of 3000 W/kg)"), Level::Bad);
+    assert_eq!(
+        word(
+            &with_parts(&[], &loads, 0.2),
+            "of 120 W (3250 of 3000 W/kg)"
+        ),
+        Level::Bad
+    );
     // Plain numbers have no data sheet.
     let plain = robot(&loads).verdict().to_text();
-    assert!(!plain.contains("m/s of") && !plain.contains("thick"), "{plain}");
+    assert!(
+        !plain.contains("m/s of") && !plain.contains("thick"),
+        "{plain}"
+    );
 }
 
 #[test]
 fn parts_must_fit_their_bars() {
     let loads = sound();
-    let level = |settings: &[&str], bars: f64, word: &str| level(&with_parts(settings, &loads, bars), word);
+    let level =
+        |settings: &[&str], bars: f64, word: &str| level(&with_parts(settings, &loads, bars), word);
     let unknown = |stroke: &'static str| [stroke, "parts.length=off"];
     // The cylinder is 135 mm long; a bar shrinks by 8 %.
     let [below, above] = around(0.135 / 0.92);
@@ -286,12 +307,21 @@ fn parts_must_fit_their_bars() {
         (around(0.2 / 0.92)[1], Level::Doubtful),
         (around(0.4 / 0.92)[1], Level::Good),
     ] {
-        assert_eq!(level(&unknown("parts.stroke=0.2"), bars, "for a muscle"), expected);
+        assert_eq!(
+            level(&unknown("parts.stroke=0.2"), bars, "for a muscle"),
+            expected
+        );
     }
-    assert_eq!(level(&unknown("parts.stroke=0.05"), 0.05, "has a stroke of"), Level::Bad);
+    assert_eq!(
+        level(&unknown("parts.stroke=0.05"), 0.05, "has a stroke of"),
+        Level::Bad
+    );
     let tube = ["parts.outer=0.5", "parts.inner=0.49"];
     assert_eq!(level(&tube, 0.2, "0.50 m thick"), Level::Bad);
-    assert_eq!(level(&["parts.outer=0.03"], 0.2, "m thick"), Level::Doubtful);
+    assert_eq!(
+        level(&["parts.outer=0.03"], 0.2, "m thick"),
+        Level::Doubtful
+    );
 }
 
 /// Summaries of earlier versions have neither energy nor loads, and an undecided design has no bars.

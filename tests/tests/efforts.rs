@@ -169,7 +169,10 @@ fn the_energy_of_a_step_is_accounted_for() {
             let brought = all.bars + all.gravity + all.drag + all.ground;
             // Energies are some 0.1 J with 16 digits, and a step takes some ms.
             let off = (brought - all.kinetic) / case.physics.dt;
-            assert!(off.abs() < 1e-9, "{integrator}, step {k}: {off:e} W, {all:?}");
+            assert!(
+                off.abs() < 1e-9,
+                "{integrator}, step {k}: {off:e} W, {all:?}"
+            );
             assert!(all.in_air < 1e-9, "{integrator}, step {k}: {all:?}");
             lost += all.ground;
             moved = moved.max(all.bars.abs());
@@ -190,7 +193,10 @@ fn the_energy_of_a_flight_is_accounted_for() {
         let seen = metered(&case, 40);
         for k in 0..40 {
             let [before, after] = [&seen.states[k], &seen.states[k + 1]];
-            let (dt, decay) = (case.physics.dt, (-case.physics.damping * case.physics.dt).exp());
+            let (dt, decay) = (
+                case.physics.dt,
+                (-case.physics.damping * case.physics.dt).exp(),
+            );
             let sum = |k: usize| seen.effort(k).net.iter().sum::<f64>();
             let mut left = sum(k + 1) - sum(k);
             for (node, mass) in case.body().mass.iter().enumerate() {
@@ -200,7 +206,10 @@ fn the_energy_of_a_flight_is_accounted_for() {
                 left += mass * (pushed.dot((v + end) * 0.5) - 0.5 * (end.dot(end) - v.dot(v)));
             }
             // As above.
-            assert!((left / dt).abs() < 1e-9, "theta {theta}, step {k}: {left:e} J");
+            assert!(
+                (left / dt).abs() < 1e-9,
+                "theta {theta}, step {k}: {left:e} J"
+            );
         }
     }
 }
@@ -223,7 +232,13 @@ fn powers_are_those_of_the_steps() {
         let seen = metered(&case, steps);
         let body = case.body();
         let layout: Vec<Material> = (0..body.strain.len())
-            .map(|edge| if edge % 3 == 0 { Material::Actuator } else { Material::Skeleton })
+            .map(|edge| {
+                if edge % 3 == 0 {
+                    Material::Actuator
+                } else {
+                    Material::Skeleton
+                }
+            })
             .collect();
         let (simulator, materials) = (&task.simulator, &case.materials);
         let bars = simulator.loads(&layout, &body, &case.controller, &case.start, steps);
@@ -232,7 +247,10 @@ fn powers_are_those_of_the_steps() {
         let (last, seconds) = (seen.effort(steps), steps as f64 * case.physics.dt);
         for (found, work) in [(energy.power, &last.work), (energy.net_power, &last.net)] {
             // Works are summed in another order.
-            assert!((found - of_actuators(work) / seconds).abs() < 1e-12, "{world}: {energy:?}");
+            assert!(
+                (found - of_actuators(work) / seconds).abs() < 1e-12,
+                "{world}: {energy:?}"
+            );
         }
         assert!(energy.power > energy.net_power);
         assert_eq!(energy.per_metre, Some(energy.power * seconds / 0.5));

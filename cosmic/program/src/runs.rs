@@ -131,7 +131,10 @@ fn robot(summary: &Summary) -> String {
             text += &format!("skeleton: Euler safety {safety:.2} at least\n");
         }
     }
-    text += &summary.quoted_energy().as_ref().map_or(String::new(), energy);
+    text += &summary
+        .quoted_energy()
+        .as_ref()
+        .map_or(String::new(), energy);
     // Such a displacement is printed as 0.000 m.
     if let Some(moved) = summary.displacement_p50.filter(|x| x.abs() < 5e-4) {
         text +=

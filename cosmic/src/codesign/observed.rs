@@ -60,7 +60,14 @@ impl Evaluator {
             loads: layout
                 .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &task.materials)),
             energy: layout.map(|layout| {
-                simulator.energy_of(layout, &bars, &body, &task.materials, steps, moved.forward())
+                simulator.energy_of(
+                    layout,
+                    &bars,
+                    &body,
+                    &task.materials,
+                    steps,
+                    moved.forward(),
+                )
             }),
             trajectory,
             divergence,

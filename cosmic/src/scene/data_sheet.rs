@@ -1,8 +1,8 @@
 //! What the parts of a scene can do by their data sheets.
 
 use super::{ActuatorPart, Scene, SkeletonPart};
-use crate::laws::Actuator;
 use crate::lattice::Lattice;
+use crate::laws::Actuator;
 
 /// Length of a skeleton bar divided by its thickness from which it is sound, and from which it is doubtful. Euler's load and
 /// joints without friction are for slender bars; below 3, bars that meet at 45 degrees touch before their ends do.
@@ -83,7 +83,10 @@ impl Scene {
             let short = lengths.iter().filter(is_short).count();
             let (keys, what): (&[&str], _) = match device.is_stated {
                 true => (&["parts.length", "materials.max_strain"], "is"),
-                false => (&["parts.stroke", "materials.max_strain"], "has a stroke, and so a length, of"),
+                false => (
+                    &["parts.stroke", "materials.max_strain"],
+                    "has a stroke, and so a length, of",
+                ),
             };
             if short > 0 {
                 found.push((

@@ -51,6 +51,7 @@ pub use departures::Departure;
 pub use doubts::Finding;
 
 pub use crate::settings::Named;
+pub use data_sheet::{DataSheet, DeviceLength, SLENDERNESS};
 pub use design::{
     BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
     StartKind, StartSettings, VolumeSettings,
@@ -61,7 +62,6 @@ pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;
 pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
-pub use data_sheet::{DataSheet, DeviceLength, SLENDERNESS};
 pub use materials::{
     ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
 };

@@ -248,7 +248,9 @@ impl Simulator {
                 }
             }
         };
-        of_all(&mut bars, &|bar, edge| bar.see_state(self.motion(start, edge)));
+        of_all(&mut bars, &|bar, edge| {
+            bar.see_state(self.motion(start, edge))
+        });
         let mut before: Option<Effort<f64>> = None;
         let show = |_, state: State<f64>, effort: Option<Effort<f64>>| {
             let effort = effort.expect("the steps are metered");

@@ -58,11 +58,18 @@ impl Measured<'_> {
         let (least, room) = (device.least, device.room(bar));
         let says = format!("a bar of {} m leaves {} m", plain(bar), plain(room));
         Some(if room < least {
-            let why = if device.is_stated { "is" } else { "has a stroke of" };
+            let why = if device.is_stated {
+                "is"
+            } else {
+                "has a stroke of"
+            };
             let says = format!("{says} for a muscle that {why} {} m", plain(least));
             Item::limit(says, Level::Bad)
         } else if device.is_stated {
-            Item::limit(format!("{says} for a muscle of {} m", plain(least)), Level::Good)
+            Item::limit(
+                format!("{says} for a muscle of {} m", plain(least)),
+                Level::Good,
+            )
         } else {
             // Most devices are longer than twice their stroke.
             let level = Level::from_on([2.0 * least, least], room);
@@ -75,7 +82,10 @@ impl Measured<'_> {
         let thickness = self.sheet.thickness?;
         let bar = self.structure?.shortest_skeleton?;
         let says = format!("a bar of {} m is {} m thick", plain(bar), plain(thickness));
-        Some(Item::limit(says, Level::from_on(SLENDERNESS, bar / thickness)))
+        Some(Item::limit(
+            says,
+            Level::from_on(SLENDERNESS, bar / thickness),
+        ))
     }
 }
 

@@ -50,7 +50,9 @@ fn delivered_loads_cover_every_step() {
     };
     for (bar, other) in delivery.bars.iter().zip(loads(1)) {
         assert_eq!(bar.is_some(), other.is_some());
-        let (Some(bar), Some(other)) = (bar, other) else { continue };
+        let (Some(bar), Some(other)) = (bar, other) else {
+            continue;
+        };
         let motion = |bar: &BarLoad| (bar.strains, bar.strain, bar.speed);
         assert_eq!(motion(bar), motion(&other));
     }

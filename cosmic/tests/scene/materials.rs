@@ -59,12 +59,11 @@ fn sections_agree_with_one_another() {
         ))
     });
     assert_eq!(rod.of_length(0.1), hollow.of_length(0.1));
-    let pi = std::f64::consts::PI;
     let [round, square] = [&rod, &strut].map(|part| part.of_length(0.1));
-    near(square.stiffness[1], 4.0 / pi * round.stiffness[1]);
-    near(square.density[1], 4.0 / pi * round.density[1]);
+    near(square.stiffness[1], 4.0 / PI * round.stiffness[1]);
+    near(square.density[1], 4.0 / PI * round.density[1]);
     let [round, square] = [&rod, &strut].map(|part| part.euler_load(0.1).unwrap());
-    near(square, 16.0 / (3.0 * pi) * round);
+    near(square, 16.0 / (3.0 * PI) * round);
     near(rod.euler_load(0.2).unwrap(), 0.25 * round);
 }
 
@@ -255,7 +254,9 @@ fn parts_that_do_not_fit_the_edges_are_doubted() {
     let long = doubts(&["parts.stroke=0.2", "parts.length=off"]);
     assert_eq!(
         long,
-        ["17 of 29 edges are too short for an actuator: the shortest shrinks to 0.1840 m, but the device has a stroke, and so a length, of 0.2 m"]
+        [
+            "17 of 29 edges are too short for an actuator: the shortest shrinks to 0.1840 m, but the device has a stroke, and so a length, of 0.2 m"
+        ]
     );
     let long = doubts(&["parts.length=0.25"]);
     assert!(long[0].contains("but the device is 0.25 m"), "{long:?}");

@@ -20,8 +20,7 @@ pub(super) fn with_six<'r, S>(
 ) -> TableOf<'r, S> {
     let has_loss = |run| of(run).summary.loss_p50.is_some();
     let has_loss = table.subjects().iter().any(has_loss);
-    let says = "displacement: median over robots that vary a little";
-    let far = Column::new("distance", says).unit("m");
+    let far = Column::new("distance", "displacement: median over perturbed starts").unit("m");
     let far = far.decimals(3, "diverged");
     let loss = Column::new("loss", "loss: median over perturbed starts").decimals(4, "–");
     let says = "the distance divided by the duration of the rollout";
@@ -36,7 +35,7 @@ pub(super) fn with_six<'r, S>(
         .decimals(1, "not known");
     let says = "the largest number of pairs of bars that pass through each other at a time";
     let pairs = Column::new("crossing pairs", says).decimals(0, "not known");
-    let distance = move |run: &'r S| of(run).summary.displacement_robust_p50;
+    let distance = move |run: &'r S| of(run).summary.displacement_p50;
     let table = match has_loss {
         true => table
             .add(loss, move |run| of(run).summary.loss_p50)
@@ -46,12 +45,14 @@ pub(super) fn with_six<'r, S>(
     let table = table
         .add(speed, move |run| {
             let Shown { summary, seconds } = of(run);
-            Some(summary.displacement_robust_p50? / seconds?)
+            Some(summary.displacement_p50? / seconds?)
         })
         .add(mass, move |run| Some(of(run).summary.quoted_energy()?.mass));
     let table = match has_loss {
         true => table,
-        false => table.add(energy, move |run| of(run).summary.quoted_energy()?.per_metre),
+        false => table.add(energy, move |run| {
+            of(run).summary.quoted_energy()?.per_metre
+        }),
     };
     table.add(pairs, move |run| crossing_pairs(of(run).summary))
 }
@@ -134,7 +135,9 @@ fn numbers() -> [Number; 20] {
         (tangles, crossing_pairs),
         (mass, |s| decided(s, |s| Some(s.quoted_energy()?.mass))),
         (power, |s| decided(s, |s| Some(s.quoted_energy()?.power))),
-        (cost, |s| decided(s, |s| s.quoted_energy()?.cost_of_transport)),
+        (cost, |s| {
+            decided(s, |s| s.quoted_energy()?.cost_of_transport)
+        }),
         (seed, |s| Cell::Count(s.seed)),
         (seconds, |s| s.seconds.into()),
     ]

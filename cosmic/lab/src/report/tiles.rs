@@ -42,11 +42,10 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
 fn speed(run: &RunFiles) -> [String; 2] {
     let (scene, summary) = (&run.robot.scene, &run.summary);
     let seconds = scene.physics.steps as f64 * scene.physics.dt;
-    let speed = summary.displacement_robust_p50.map(|x| x / seconds);
+    let speed = summary.displacement_p50.map(|x| x / seconds);
     let number = speed.map_or("diverged".to_owned(), |speed| decimals(speed, 2) + " m/s");
-    let far = summary.displacement_robust_p50.map_or(String::new(), |x| {
-        let (far, time) = (decimals(x, 3), decimals(seconds, 1));
-        format!("speed: {far} m in {time} s, median of robots that vary a little")
+    let far = summary.displacement_p50.map_or(String::new(), |x| {
+        format!("speed: {} m in {} s", decimals(x, 3), decimals(seconds, 1))
     });
     [number, far]
 }
@@ -58,12 +57,14 @@ fn objective(run: &RunFiles) -> [String; 2] {
         let says = format!("objective: loss of the task {task}, median");
         return [decimals(loss, 4), says];
     }
-    let far = summary.displacement_robust_p50;
-    let low = summary.displacement_robust_p10;
-    let low = low.map_or("diverged".to_owned(), |low| decimals(low, 3) + " m");
+    let far = summary.displacement_p50;
+    let ends = summary.displacement_p10.zip(summary.displacement_p90);
+    let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
+        format!("{} to {} m", decimals(low, 3), decimals(high, 3))
+    });
     [
         far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m"),
-        format!("objective: distance, median of robots that vary a little; 10 % quantile: {low}"),
+        format!("objective: distance, median; 10 % to 90 %: {spread}"),
     ]
 }
 
