@@ -305,7 +305,7 @@ class Robot:
             tension = dot(u, bars(w)) / (theta * dt)
             # An impulse does its work at the mean of the velocities before it and after it.
             net = -dot(bars(w) / theta, between(v + 0.5 * (w - v) / theta))
-            log.append(dict(held=held, stick=stick, again=again & ~held, lam_n=held * lam_n, lam_t=held * lam_t, w=w,
+            log.append(dict(reaction=held[:, None] * reaction, held=held, stick=stick, again=again & ~held, lam_n=held * lam_n, lam_t=held * lam_t, w=w,
                             bar=bars(w), tension=tension, work=positive(net), net=net, touching=np.array(touching)))
         return x1, v1
 
@@ -423,6 +423,19 @@ def check_explicit(folder):
         assert error < 1e-10
 
 
+def check_budget(scene, states, robot, log):
+    """The works of bars, bumpers apart, gravity, drag and ground add up to the change of the kinetic energy in each step."""
+    if scene.get("bumpers") or scene.get("theta", 1.0) < 1.0 and scene["contact"] != "none":
+        return
+    turn, m, dt = turned(scene), robot.m[:, None], scene["dt"]
+    for (_, before), (_, after), entry in zip(states, states[1:], log):
+        v, end = before @ turn.T, after @ turn.T
+        pushed = end if scene["contact"] == "none" else entry["w"]
+        impulses = m * ((robot.decay - 1.0) * v + dt * robot.g) + entry["reaction"]
+        works = entry["net"].sum() + (impulses * (v + pushed) / 2).sum() + (m * (end**2 - pushed**2) / 2).sum()
+        assert abs((m * (end**2 - v**2) / 2).sum() - works) / dt < 1e-9
+
+
 def write(name, changes, velocity, spin, note, seed, steps=40, hidden=2):
     scene, rng = {**SCENE, **changes}, np.random.default_rng(seed)
     positions, edges = lattice(scene)
@@ -437,6 +450,7 @@ def write(name, changes, velocity, spin, note, seed, steps=40, hidden=2):
         given["v0"] = given["v0"] - (given["x0"] - given["x0"].mean(0)) * [25.0, 0.0]
     given = {key: np.round(value, 5) for key, value in given.items()}
     states, robot = rollout(scene, edges, l0, given, steps, log=(log := []))
+    check_budget(scene, states, robot, log)
     run = lambda given: rollout(scene, edges, l0, given, steps)[0]
 
     def moved(size):
