@@ -81,26 +81,26 @@ settings! {
             source "beyond the paper: take it from a data sheet";
         /// Smallest length of a device, from joint to joint, or "off" if it is not known. A device is longer than its
         /// stroke, because its rod slides into its body. The verdict compares it with the bars.
-        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m",
+        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Largest force of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
         /// compares it with the forces in the walk.
-        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N",
+        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Largest speed of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
         /// compares it with the speeds in the walk.
-        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s",
+        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Bore of a pneumatic cylinder, or "off" for a device that needs no air. With a bore, reports say how much air
         /// the robot needs: every movement fills a chamber of the cylinder.
-        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m",
+        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Pressure of the air in a cylinder, above that of the atmosphere.
-        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa",
+        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa", since 8,
             read "with a bore" if |s: &Scene| s.materials.parts.cylinder().is_some(),
             source "beyond the paper: that of a usual compressed-air line";
     }
