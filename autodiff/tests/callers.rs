@@ -1,5 +1,8 @@
 //! A panic about wrong arguments must name the line of the caller, not a line of this crate.
 
+// Each spelling of an operation is tested, also the ones that lints would shorten.
+#![allow(clippy::op_ref, clippy::redundant_closure)]
+
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, Location, catch_unwind, set_hook, take_hook};
 use std::sync::Once;

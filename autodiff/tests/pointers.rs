@@ -27,7 +27,7 @@ struct Move;
 impl Kernel<3, 1> for Move {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, force, push]: [R; 3]) -> [R; 1] {
-        [x - lit(0.05) * force + lit(0.02) * push.sin()]
+        [x + lit(0.05) * force + lit(0.02) * push.sin()]
     }
 }
 

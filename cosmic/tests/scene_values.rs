@@ -254,13 +254,13 @@ fn a_wrong_setting_is_shown_as_the_user_wrote_it() {
     }
     // If the values of two keys conflict and both are set, the report shows the setting of the key that the error is
     // about.
-    let report = refused_setting(&["physics.dt=0.001", "physics.steps=512"]);
+    let report = refused_setting(&["schedule.horizon=[512, 512]", "loss.window=1024"]);
     assert!(
-        report.contains("the horizon (4096 steps) is longer"),
+        report.contains("the last 1024 steps, but the shortest horizon has only 512"),
         "{report}"
     );
     assert!(
-        report.contains("--set physics.steps=512\n  |                     ^^^"),
+        report.contains("--set loss.window=1024\n  |                   ^^^^"),
         "{report}"
     );
     // If an error about a key is found later, the report shows the last setting of this key. If the key is not set, the

@@ -104,6 +104,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         directions: 2,
         ..Options::default()
     };
+    let mut partly = 0;
     for seed in 0..SCENES {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut scene = scene(&mut rng);
@@ -114,12 +115,17 @@ fn gradients_of_drawn_robots_agree_with_differences() {
             continue;
         }
         let check = check_gradients(&case, None, scene.physics.steps, &options);
+        // In rollouts of a step or two, the controller has no effect yet: nothing can be compared.
+        let (empty, failures): (Vec<_>, Vec<_>) = (check.failures().into_iter())
+            .partition(|name| name.ends_with(" (nothing could be compared)"));
+        partly += u64::from(!empty.is_empty());
         assert!(
-            check.failures().is_empty(),
+            failures.is_empty() && check.control.is_some(),
             "seed {seed}: {check}\n{:?} {:?} {:?}",
             (case.physics, case.projection, case.design),
             (scene.controller, scene.start.kind),
             (scene.lattice, scene.materials)
         );
     }
+    assert!(partly < SCENES / 4, "{partly}");
 }

@@ -118,8 +118,8 @@ fn budget(case: &Case, seen: &Trajectory<f64>, k: usize, is_implicit: bool) -> B
         let d = at.x[j] - at.x[i];
         let length = (d.dot(d) + lattice.softening()).sqrt();
         let pull = d * (efforts[1].tension[edge] * dt / length);
-        impulse[i] = impulse[i] + pull;
-        impulse[j] = impulse[j] - pull;
+        impulse[i] += pull;
+        impulse[j] -= pull;
     }
     let sum = |numbers: &[f64]| numbers.iter().sum::<f64>();
     let mut budget = Budget {
@@ -257,7 +257,9 @@ fn powers_are_those_of_the_steps() {
             );
         }
         assert!(energy.power > energy.net_power);
-        assert_eq!(energy.per_metre, Some(energy.power * seconds / 0.5));
+        let per_metre = energy.power * seconds / 0.5;
+        // Two roundings in another order.
+        assert!((energy.per_metre.unwrap() / per_metre - 1.0).abs() < 1e-15);
         for (edge, bar) in bars.iter().enumerate() {
             let bar = bar.as_ref().expect("a solid bar");
             let [i, j] = case.lattice.edges[edge];
@@ -273,7 +275,9 @@ fn powers_are_those_of_the_steps() {
                 power = power.max((net(k + 1) - net(k)).abs() / case.physics.dt);
             }
             assert!((bar.travel - travel / seconds).abs() < 1e-12);
-            assert_eq!((bar.force.peak, bar.power.peak), (force, power));
+            assert_eq!(bar.force.peak, force);
+            // The powers are differences of sums, which are added in another order.
+            assert!((bar.power.peak - power).abs() < 1e-11);
         }
     }
 }
@@ -322,7 +326,6 @@ fn forces_of_implicit_steps_approach_those_of_explicit_ones() {
     let tensions = [&explicit, &implicit].map(|seen| &seen.effort(90).tension);
     assert!(size(tensions[0]) > 0.1);
     assert!(apart(tensions[0], tensions[1]) < 0.02);
-    // The work after 90 explicit steps has the powers at times 0 to 89 (at time 0 it is small), that after 89 implicit steps
-    // those at times 1 to 89.
-    assert!(apart(&explicit.effort(90).work, &implicit.effort(89).work) < 0.02);
+    // The work of a step is its impulse times the mean velocity of the step, so both integrators have the same velocities.
+    assert!(apart(&explicit.effort(90).work, &implicit.effort(90).work) < 0.02);
 }

@@ -144,7 +144,7 @@ fn optimize_prints_its_progress_and_its_result() {
     let lines: Vec<_> = said.error.lines().collect();
     let expected = [
         "robot: 3x3, 9 nodes, 20 edges; ",
-        "world: gravity 4.8 m/s2; ",
+        "world: gravity 4.8 m/s²; ",
         "cost: 64 steps a rollout, about ",
         "warning: a rollout lasts 0.128 s, ",
         "co-design: bars, materials and controller change together; ",

@@ -129,7 +129,7 @@ fn the_world_is_described() {
 #[test]
 fn a_scene_is_checked_by_its_name() {
     let told = cosmic("scene check earth --set physics.gravity=1.62").ok();
-    has(&told.out, &["world: gravity 1.62 m/s2", "\nearth: ok\n"]);
+    has(&told.out, &["world: gravity 1.62 m/s²", "\nearth: ok\n"]);
     let told = cosmic("scene check earth --set physics.gravity=-1");
     has(&told.error, &["warning: gravity points up"]);
     cosmic("scene check earht").fails(4, &["did you mean `earth`?"]);

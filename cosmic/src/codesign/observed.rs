@@ -119,6 +119,7 @@ impl Evaluator {
             &times.collect::<Vec<_>>(),
             &places.collect::<Vec<_>>(),
             period,
+            self.task.lattice.scale,
         )
     }
 }

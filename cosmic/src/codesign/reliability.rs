@@ -147,8 +147,9 @@ impl Merit {
         });
         let compared = std::iter::once(half).chain(by_other);
         let is_far = |&(merit, ..): &(f64, String, String)| {
-            // The medians of diverged rollouts are infinite.
-            own.is_finite() && !((merit - own).abs() <= STEADY * own.abs().max(least))
+            // The medians of diverged rollouts are not finite.
+            let is_near = (merit - own).abs() <= STEADY * own.abs().max(least);
+            own.is_finite() && !is_near
         };
         let says = |(merit, there, here): (f64, String, String)| {
             let walks = match self {

@@ -110,11 +110,20 @@ impl Profile {
     pub(crate) fn walls(&self) -> impl Iterator<Item = Wall> {
         let places = self.points.chunk_by(|a, b| a.forward() == b.forward());
         places.filter_map(|points| match points {
-            [first, .., last] => Some(Wall {
-                place: first.forward(),
-                heights: Range::of([first.up(), last.up()]),
-                rises: first.up() < last.up(),
-            }),
+            [first, .., last] => {
+                let (place, rises) = (first.forward(), first.up() < last.up());
+                let mut others = self.points.iter().map(|point| point.forward() - place);
+                let depth = match rises {
+                    true => others.find(|ahead| *ahead > 0.0),
+                    false => others.rfind(|ahead| *ahead < 0.0),
+                };
+                Some(Wall {
+                    place,
+                    heights: Range::of([first.up(), last.up()]),
+                    rises,
+                    depth: depth.map_or(f64::INFINITY, f64::abs),
+                })
+            }
             _ => None,
         })
     }
@@ -191,13 +200,16 @@ pub(crate) struct Wall {
     pub(crate) heights: Range,
     /// True if the edge is ahead of the foot, so that the ground is on the side of `+x`.
     pub(crate) rises: bool,
+    /// The distance from the wall to the next corner of the ground behind it, m.
+    depth: f64,
 }
 
 impl Wall {
     /// A node that is below the edge and behind the wall by less than this distance, in m, got there by rounding: it
-    /// touches the wall. The distance is eight units in the last place of the position in single precision.
+    /// touches the wall. The distance is eight units in the last place of the position in single precision, but less than
+    /// the thickness of a pillar, whose other side is a wall too.
     pub(crate) fn tolerance(&self) -> f64 {
-        1e-6 * self.place.abs().max(1e-3)
+        (1e-6 * self.place.abs().max(1e-3)).min(0.5 * self.depth)
     }
 
     /// The distance of a point behind the wall, in m; `None` if the point is in front of the wall, above it or below it.

@@ -219,7 +219,7 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
         Finding::new(scene, keys, says, remedy.to_owned())
     };
     let mut found = Vec::new();
-    if size > SIZES.high || size < SIZES.low {
+    if !SIZES.contains(size) {
         let says = format!("the robot measures {} m", rounded(size));
         let remedy = "lengths are in metres; divide lengths in millimetres by 1000";
         found.push(warn(&[of_robot], says, remedy));

@@ -124,7 +124,7 @@ fn a_standstill_has_a_place_and_a_time() {
         let place = |time: &f64| 0.25 * time.min(stops) + 0.03 * (10.0 * time).sin();
         times.iter().map(place).collect()
     };
-    let found = |stops: f64| Standstill::of(&times, &walk(stops), TAU / 10.0);
+    let found = |stops: f64| Standstill::of(&times, &walk(stops), TAU / 10.0, 1.0);
     assert_eq!(found(99.0), None);
     assert_eq!(found(13.0), None);
     let still = found(8.0).unwrap();

@@ -51,7 +51,16 @@ fn invalid_trusses_are_refused_with_their_place() {
             "[3e3, 0]",
             "`nodes[4]`: expected numbers from -1000 to 1000",
         ),
-        ("[0.3, 0.1]", "[0, 1, 2]", "`nodes[4]`: too many values"),
+        (
+            "[0.3, 0.1]",
+            "[0, 1, 2]",
+            "`nodes[4]` has three coordinates: [0.0, 1.0, 2.0]",
+        ),
+        (
+            "[0.3, 0.1]",
+            "[0]",
+            "`nodes[4]`: expected two coordinates, [along, above], found [0.0]",
+        ),
         (
             "\"node\": 2",
             "\"node\": 7",

@@ -159,14 +159,27 @@ const WALKERS: [[f64; 4]; 8] = [
 
 #[test]
 fn derivatives_at_walls() {
+    let (mut moving, mut in_foot) = (0, 0);
+    let mut check = |drift: Fixed<Drifting<Coulomb, Terrain>>, node: [f64; 4]| {
+        let [x, y, vx, vy] = drift.eval(node);
+        if [x.abs(), y, vx, vy] == [1.0, 0.0, 0.0, 0.0] {
+            // A node that ends in the foot has no slope, so a gradient that is wrong by 1 % is 0 too.
+            assert_eq!(verdict(&drift, node, 0.0), Verdict::Smooth);
+            in_foot += 1;
+        } else {
+            is_right(&drift, node);
+            moving += 1;
+        }
+    };
     for node in WALKERS {
         is_right(&drifting(Sticking {}, &UP), node);
         for friction in [0.1, 0.3, 2.5, 0.0] {
-            is_right(&drifting(Coulomb { friction }, &UP), node);
+            check(drifting(Coulomb { friction }, &UP), node);
             let [x, y, vx, vy] = node;
-            is_right(&drifting(Coulomb { friction }, &DOWN), [-x, y, -vx, vy]);
+            check(drifting(Coulomb { friction }, &DOWN), [-x, y, -vx, vy]);
         }
     }
+    assert!(moving > 40 && in_foot > 3, "{moving} {in_foot}");
 }
 
 /// The conventions at the kinks of a wall; [docs/method.md](../../../docs/method.md) lists them.
@@ -236,6 +249,15 @@ fn a_wall_is_the_limit_of_steep_slopes() {
             rng.random_range(-2.0..2.0),
             rng.random_range(-2.0..2.0),
         ];
+        let behind = if round % 2 == 0 {
+            node[0] - 1.0
+        } else {
+            1.0 - node[0]
+        };
+        if (0.0..1e-6).contains(&behind) {
+            // Such a node counts as touching the wall, but is deep in the ground behind the slope.
+            continue;
+        }
         let law = Coulomb { friction: 0.3 };
         let at_wall = drifting(law.clone(), &wall).eval(node);
         let on_slope = drifting(law, &slope).eval(node);

@@ -178,10 +178,10 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
 #[track_caller]
 pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     let emitted = [header, &methods.join("\n")].join("\n");
-    if std::env::var_os("EMIT").is_some() {
-        if let Err(error) = std::fs::write(file, &emitted) {
-            panic!("{file}: {error}");
-        }
+    if std::env::var_os("EMIT").is_some()
+        && let Err(error) = std::fs::write(file, &emitted)
+    {
+        panic!("{file}: {error}");
     }
     let checked_in = match std::fs::read_to_string(file) {
         Ok(text) => text,

@@ -72,9 +72,10 @@ fn slopes_below_the_displacement_s_rounding_do_not_fail() {
             check.groups.iter().all(|g| g.verdict != Verdict::Wrong),
             "{check}"
         );
-        let failures = check.failures();
-        let empty = format!("{} (nothing could be compared)", check.groups[group].name);
-        assert!(failures.contains(&empty), "{check}");
+        if std::ptr::eq(case, slack) {
+            let empty = format!("{} (nothing could be compared)", check.groups[group].name);
+            assert!(check.failures().contains(&empty), "{check}");
+        }
         let norm = check.groups[group].norm;
         assert!(0.0 < norm && norm < most, "{check}");
         assert_eq!(

@@ -16,8 +16,9 @@ use cosmic::random::{Purpose, stream, symmetric};
 pub(super) const LIFT: f64 = 1e-3;
 /// A bound on the rounding errors of heights above an inclined ground, as a share of the lattice's scale.
 const ON_LINE: f64 = 1e-12;
-/// The share of the rollout in which a thrown robot flies; then it falls on the ground.
-const FLIGHT: f64 = 1.0 / 3.0;
+/// The share of the rollout in which a thrown robot flies; then it lands. It flies for longer than half of the rollout,
+/// because some losses are means over the second half, and a foot that sticks to the ground has no slope.
+const FLIGHT: f64 = 0.6;
 /// The speed at which a thrown robot flies forward, as a share of the speed at which it flies up.
 const FORWARD: f64 = 0.5;
 /// The largest random part of a thrown node's velocity, as a share of the speed at which the robot flies up.
