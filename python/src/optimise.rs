@@ -56,9 +56,8 @@ pub(crate) fn optimise(
     let iterations = iterations.transpose()?;
     let given = scene.scene.clone();
     let read = || -> Result<(RunPlan, Option<DesignFile>)> {
-        let read = |path: &Path| {
-            DesignFile::read(path)?.in_order(&given, &path.display().to_string())
-        };
+        let read =
+            |path: &Path| DesignFile::read(path)?.in_order(&given, &path.display().to_string());
         let design = begin_with.as_deref().map(read).transpose()?;
         let from = design.as_ref().map(DesignFile::design);
         let plan = RunPlan::new(&name, given.clone(), seed).fitted(iterations, from.as_ref())?;
