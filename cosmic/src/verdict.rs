@@ -18,6 +18,8 @@ use crate::simulator::{Energy, Loads};
 /// A robot whose displacement is less than this stays in place, m. It is the distance below which a robot has no energy
 /// per metre.
 pub const STAYS: f64 = 0.01;
+/// A robot with a task other than distance must have a loss that is below its loss at rest by more than this fraction.
+const LEAST_GAIN: f64 = 0.02;
 /// The share of time in which bars may pass through each other until a robot counts as impossible. In flat robots, a
 /// short brush can be avoided by a little play; longer contact cannot.
 pub const BRUSHES: f64 = 0.01;
@@ -184,6 +186,8 @@ pub struct Measured<'m> {
     pub reliability: Option<&'m Reliability>,
     /// True if the robot is designed to walk far.
     pub is_far: bool,
+    /// For a robot with another task: its median loss, and that of the same robot while its muscles rest.
+    pub losses: Option<(f64, f64)>,
     /// True for a design that is not a layout.
     pub is_undecided: bool,
     /// How the bars are connected.
@@ -220,6 +224,8 @@ impl<'m> Measured<'m> {
             reliability: Some(&delivery.reliability),
             standstill: delivery.standstill,
             is_far: delivery.merit.is_none(),
+            losses: (delivery.merit.zip(delivery.idle_merit))
+                .and_then(|(merit, idle)| finite(-merit.p50).zip(finite(-idle.p50))),
             is_undecided: delivery.structure.is_none(),
             structure: delivery.structure,
             loads: delivery.loads.as_ref(),
@@ -255,6 +261,7 @@ impl<'m> Measured<'m> {
             standstill: None,
             reliability: None,
             is_far: true,
+            losses: None,
             is_undecided: false,
             structure: None,
             loads: None,
@@ -276,6 +283,7 @@ impl<'m> Measured<'m> {
         let figures = [
             self.speed(),
             self.passes(),
+            self.objective(),
             self.mass(),
             self.carries(),
             self.power(),
@@ -321,6 +329,21 @@ impl<'m> Measured<'m> {
             x if x < 0.0 => Item::figure(format!("{speed} backwards"), Level::Bad),
             _ if is_unreliable => Item::figure(format!("{speed}, unreliable"), Level::Doubtful),
             _ => Item::figure(speed, Level::Good),
+        })
+    }
+
+    /// Whether a robot with a task other than distance does something for it.
+    fn objective(&self) -> Option<Item> {
+        let (loss, idle) = self.losses?;
+        let gain = idle - loss;
+        let is_better = gain > LEAST_GAIN * loss.abs().max(idle.abs());
+        let compared = format!("loss {loss:.4} ({idle:.4} with muscles at rest)");
+        Some(match is_better {
+            true => Item::figure(compared, Level::Good),
+            false => Item::figure(
+                format!("no better for its objective than at rest: {compared}"),
+                Level::Bad,
+            ),
         })
     }
 

@@ -87,6 +87,30 @@ fn has_limits(word: &str, limits: [f64; 2], set: impl Fn(&mut Loads, f64)) {
     );
 }
 
+/// A robot with another task must do better for it than at rest.
+#[test]
+fn an_objective_is_compared_with_that_at_rest() {
+    let loads = sound();
+    let with = |loss: f64, idle: f64| {
+        let task = Measured {
+            is_far: false,
+            losses: Some((loss, idle)),
+            ..robot(&loads)
+        };
+        level(&task.verdict(), "with muscles at rest)")
+    };
+    let says = with(-0.98, 0.0);
+    assert_eq!(says, Level::Good);
+    for sign in [1.0, -1.0] {
+        // The loss must fall by 2 % of the larger of the two numbers.
+        let idle = sign;
+        assert_eq!(with(idle - 0.03, idle), Level::Good);
+        assert_eq!(with(idle - 0.01, idle), Level::Bad);
+        assert_eq!(with(idle, idle), Level::Bad);
+    }
+    assert_eq!(with(0.0, 0.0), Level::Bad);
+}
+
 #[test]
 fn each_load_has_two_thresholds() {
     has_limits("skeleton", SKELETON_STRAINS, |loads, x| {

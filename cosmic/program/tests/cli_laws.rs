@@ -190,8 +190,27 @@ fn rhythm_is_a_policy() {
 }
 
 #[test]
-fn lift_is_an_objective() {
-    works("lift", "own_loss = \"lift\"");
+fn ride_is_an_objective() {
+    works("ride", "own_loss = \"ride\"");
+}
+
+/// The robot of an objective does what the objective asks for: it walks, and its loss is far below that at rest.
+#[test]
+fn an_optimisation_improves_an_objective() {
+    let bench = Bench::default();
+    let program = built().join("examples/ride");
+    let settings = "--set lattice.rows=3 --set lattice.columns=3 --set physics.steps=1024 \
+                    --set schedule.horizon=[256,512] --set loss.window=64";
+    let line = format!("optimize --iterations 60 --out a --quiet {settings}");
+    run_of(&program, &bench, &line);
+    let summary = bench.json("a/summary.json");
+    let number = |key: &str| summary[key].as_f64().unwrap();
+    let [loss, idle] = [number("loss_p50"), number("loss_idle_p50")];
+    // At rest, the robot sinks a little and covers no distance.
+    assert!(idle.abs() < 0.05 && loss < -0.2, "{loss} {idle}");
+    assert!(number("displacement_p50") > 0.2, "{summary}");
+    let told = run_of(&program, &bench, "resume a");
+    has(&told, &["with muscles at rest)"]);
 }
 
 /// A run that uses a law of a user's program is interrupted and resumed. It ends with the same bytes as an

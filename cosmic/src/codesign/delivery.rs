@@ -67,6 +67,9 @@ pub struct Delivery {
     /// Only for tasks other than distance: quantiles of minus the loss, over the starts of `spread`; if goals are given,
     /// over robots that vary a little and have sequences of goals.
     pub merit: Option<Quantiles>,
+    /// Only beside `merit`: the same quantiles of the same robot with a controller whose numbers are all 0, so that its
+    /// muscles rest.
+    pub idle_merit: Option<Quantiles>,
     /// Mean share of solid material (skeleton and actuator) over the edges.
     pub volume: f64,
     /// Mean share of actuators over the edges.
@@ -131,6 +134,8 @@ impl Evaluator {
         go_on()?;
         let other_steps = self.with_other_steps(&design, controller, &domains);
         go_on()?;
+        let idle_merit = self.idle_merit(&design, controller, progress.seed, &domains);
+        go_on()?;
         let unsteady = self.unsteady(&spreads[0], &other_steps);
         Some(Delivery {
             design: progress.design.clone(),
@@ -149,6 +154,7 @@ impl Evaluator {
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
             merit: self.quoted_merit(&spreads[0], &varied),
+            idle_merit,
             volume: seen.volume,
             actuator_volume: seen.actuator_volume,
             structure: seen.structure,
@@ -205,6 +211,26 @@ impl Evaluator {
             (false, GoalKind::Fixed | GoalKind::Two) => Some(own.merit),
             (false, GoalKind::Given) => Some(varied.merit),
         }
+    }
+
+    /// The quantiles of the [quoted merit](Self::quoted_merit) of a robot whose muscles rest. `domains` are those of the
+    /// perturbed starts.
+    fn idle_merit(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        seed: u64,
+        domains: &[Domain],
+    ) -> Option<Quantiles> {
+        if self.loss.is_far() {
+            return None;
+        }
+        let idle = controller.map(|_| 0.0);
+        let merit_in = |domains: &[Domain]| self.spreads(design, &[&idle], domains).remove(0).merit;
+        Some(match self.scene.controller.goals {
+            GoalKind::Given => merit_in(&self.varied(seed, Purpose::Variation)),
+            GoalKind::Fixed | GoalKind::Two => merit_in(domains),
+        })
     }
 
     /// The merit of a robot (the number by which robots are ranked) in the rollout from the unperturbed start. If this

@@ -91,6 +91,9 @@ keys! {
         /// over robots that vary a little and have sequences of goals. Absent if too many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         loss_p50: Option<f64>, "number", unit "the loss's";
+        /// Only beside `loss_p50`: the same median for the same robot while its muscles rest. The verdict compares them.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        loss_idle_p50: Option<f64>, "number", unit "the loss's";
         /// Mean share of solid material (skeleton and actuator) over the edges.
         volume as "V": f64, "number", columns ["V"];
         /// Mean share of actuators.
@@ -227,6 +230,7 @@ impl Summary {
             reliability: self.reliability.as_ref(),
             standstill: self.standstill,
             is_far: self.loss_p50.is_none(),
+            losses: self.loss_p50.zip(self.loss_idle_p50),
             is_undecided: self.is_undecided(),
             volumes: Some([self.volume, self.actuator_volume]),
             structure: self.structure,
@@ -302,6 +306,7 @@ impl Summary {
             reliability: Some(delivery.reliability.clone()),
             standstill: delivery.standstill,
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
+            loss_idle_p50: delivery.idle_merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volume,
             actuator_volume: delivery.actuator_volume,
             undecided: Some(delivery.structure.is_none()),

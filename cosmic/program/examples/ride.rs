@@ -1,0 +1,39 @@
+//! A user's own objective: robots that get far, but do not shake their payload.
+//!
+//! `cargo run --release -p cosmic-program --example ride -- optimize --out runs/ride`
+
+use std::process::ExitCode;
+
+use autodiff::Real;
+use cosmic::objective::Loss;
+use cosmic::simulator::Trajectory;
+use cosmic_program::Program;
+
+/// The loss: the mean square of the payload's vertical speed, in m²/s², minus the distance that the payload covers, in
+/// metres.
+struct Ride;
+
+impl Loss for Ride {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        (0..steps).step_by(16).chain([steps]).collect()
+    }
+
+    fn nodes(&self) -> usize {
+        1
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        let states = &trajectory.states;
+        let squares: Vec<R> = states.iter().map(|state| state.v[0].up().powi(2)).collect();
+        let [start, end] = [0, states.len() - 1].map(|k| states[k].x[0].forward());
+        R::sum_of(&squares) * R::lit(1.0 / states.len() as f64) - (end - start)
+    }
+}
+
+fn main() -> ExitCode {
+    let scene = "base = \"stability\"\n[objective]\nown_loss = \"ride\"";
+    Program::new()
+        .with_loss("ride", Ride)
+        .scene("ride", scene)
+        .run()
+}
