@@ -31,6 +31,17 @@ impl Kernel<3, 1> for Move {
     }
 }
 
+/// The heat of a node with a capacity and a temperature.
+#[derive(Clone)]
+struct Product;
+
+impl Kernel<2, 1> for Product {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+        [a * b]
+    }
+}
+
 /// A chain of nodes. Each part of a step is an operation with pointers.
 #[derive(Clone)]
 struct Chain {
@@ -73,7 +84,8 @@ impl Model for Chain {
         let [at_edges] = p.map_each_edge(graph, Spring, [push], &[stiffness], &[]);
         let at_nodes = p.sum_at_nodes(graph, at_edges);
         let [next] = p.map(Move, [x, force, at_nodes]);
-        let [smooth] = p.solve(graph, &[capacity], &[conductance], [next]);
+        let [heat] = p.map(Product, [capacity, next]);
+        let [smooth] = p.solve(graph, &[capacity], &[conductance], [heat]);
         let [products, _] = p.weighted(capacity, &[], &[smooth], &[]);
         let own: Vec<Option<usize>> = (0..NODES).map(Some).collect();
         let weighed = p.gather(products, &own);

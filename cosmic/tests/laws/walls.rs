@@ -162,7 +162,8 @@ fn derivatives_at_walls() {
     let (mut moving, mut in_foot) = (0, 0);
     let mut check = |drift: Fixed<Drifting<Coulomb, Terrain>>, node: [f64; 4]| {
         let [x, y, vx, vy] = drift.eval(node);
-        if [x.abs(), y, vx, vy] == [1.0, 0.0, 0.0, 0.0] {
+        // The height of the foot has a rounding error.
+        if y.abs() < 1e-12 && [x.abs(), vx, vy] == [1.0, 0.0, 0.0] {
             // A node that ends in the foot has no slope, so a gradient that is wrong by 1 % is 0 too.
             assert_eq!(verdict(&drift, node, 0.0), Verdict::Smooth);
             in_foot += 1;
