@@ -20,7 +20,9 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
             let found = serde_json::json!({ "verdict": verdict, "reason": "it falls < 3 times" });
             object.insert("reliability".to_owned(), found);
         }
-        object.insert("displacement_robust_p50".to_owned(), 2.0.into());
+        for key in ["displacement_robust_p50", "displacement_p50"] {
+            object.insert(key.to_owned(), 2.0.into());
+        }
         object.insert("displacement_clock_p50".to_owned(), clock.into());
         bench.write("a/summary.json", summary.to_string());
         let told = bench.ok("resume a").out;
