@@ -337,6 +337,9 @@ impl<'m> Measured<'m> {
         let (loss, idle) = self.losses?;
         let gain = idle - loss;
         let is_better = gain > LEAST_GAIN * loss.abs().max(idle.abs());
+        // Without rounding, a small negative loss would be shown as "-0.0000".
+        let shown = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
+        let [loss, idle] = [loss, idle].map(shown);
         let compared = format!("loss {loss:.4} ({idle:.4} with muscles at rest)");
         Some(match is_better {
             true => Item::figure(compared, Level::Good),
