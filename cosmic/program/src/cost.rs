@@ -12,9 +12,9 @@ use std::fmt;
 /// the rollout, and ranks robots. Measured for `earth` (f32), which takes 4.3 rollouts per iteration; the estimate is
 /// right within a factor of about 2.
 const ROLLOUTS_F32: f64 = 4.5;
-/// Like [`ROLLOUTS_F32`], for gradients in f64, which have half as many lanes.
+/// Like [`ROLLOUTS_F32`], for gradients in f64. Registers hold half as many numbers in f64.
 const ROLLOUTS_F64: f64 = 7.0;
-/// The measured rollout has at most this many substeps in a step, so that the measurement takes no time itself.
+/// The measured rollout has at most this many substeps in a step, so that the measurement is fast.
 const MOST_SUBSTEPS: usize = 64;
 /// The time of a step is the difference between rollouts of these numbers of steps.
 const MEASURED: [usize; 2] = [16, 64];

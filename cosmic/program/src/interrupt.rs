@@ -1,4 +1,5 @@
-//! Ctrl-C, SIGTERM, SIGHUP and SIGUSR1, which schedulers send before the time is up: the first of these signals asks a run to stop, the second ends the process at once.
+//! Handles Ctrl-C, SIGTERM, SIGHUP and SIGUSR1, the signal of schedulers before the time of a job is up. The first signal
+//! asks a run to stop, the second one ends the process at once.
 
 use crate::output::note;
 use cosmic::error::{Error, Result};
@@ -11,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Starts to listen for the signals. Unless `quiet` is true, the first signal is answered at once.
+    /// Starts to listen for the signals. Unless `quiet` is true, the first signal prints a note, except SIGUSR1.
     ///
     /// # Errors
     /// [`Error::Usage`] if the signal handler cannot be installed.

@@ -102,7 +102,7 @@ fn next(folder: &Path, registry: &Registry) -> String {
     let run = in_shell(folder);
     let mut text = format!(
         "next: cosmic report {run} writes a page on which the robot walks\n      cosmic robustness {run} tells how far \
-         it walks in other worlds"
+         it walks with random starts, friction, stiffness and masses"
     );
     // A robot of plain numbers shows what is possible; a robot of parts can be built.
     let has_parts = |scene: Scene| scene.materials.parts.skeleton != SkeletonPart::Numbers;

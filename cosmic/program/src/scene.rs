@@ -39,7 +39,7 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Check a scene: errors, warnings, and what the robot and its world are
+    /// Check a scene, and describe its robot, its world and its cost
     ///
     /// Reports errors with line, column and the allowed values (exit code 2), including errors that only `optimize`
     /// would report. Warns about settings that are probably a mistake or have no effect.

@@ -167,7 +167,7 @@ fn nonsense_is_warned_about() {
         ),
         (
             "lattice.file=pieces.json",
-            "the truss is in 2 pieces: no edges connect node 0 with node 3",
+            "the truss is in 2 pieces: no chain of edges connects node 0 with node 3",
         ),
         ("lattice.spacing=10", "the robot measures 50 m"),
         ("lattice.drop=3", "the robot starts 3 m above the ground"),

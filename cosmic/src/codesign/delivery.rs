@@ -41,8 +41,9 @@ pub struct Delivery {
     /// is the merit for the worse goal.
     pub selection: Quantiles,
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
-    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements. At most the
-    /// median merit of `other_steps` if that one is a reason not to trust the robot.
+    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements. If
+    /// the robot depends on the time step or the integrator, the score is at most the lowest median merit of
+    /// `other_steps`.
     pub selection_score: f64,
     /// Quantiles of the displacement along the ground of robots that vary a little, in metres: the figures to quote; see
     /// [`VARIED`](super::VARIED). If goals are given, these robots have the goal of the scene.

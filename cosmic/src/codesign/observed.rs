@@ -7,7 +7,7 @@ use super::standstill::Standstill;
 use crate::design::{Design, Mixture, Structure, volumes};
 use crate::domain::Domain;
 use crate::geometry::Vector;
-use crate::policy::Controller;
+use crate::policy::{Controller, frequency};
 use crate::simulator::{BarLoad, Divergence, Energy, Guarded, Loads, Span, Trajectory};
 
 /// The states in [`Observed::trajectory`] are this number of steps apart.
@@ -55,7 +55,7 @@ impl Evaluator {
         };
         let standstill = match divergence {
             Some(_) => None,
-            None => self.standstill(&trajectory),
+            None => self.standstill(controller, &trajectory),
         };
         let structure = design.layout();
         let structure = structure.map(|layout| Structure::new(&task.lattice, layout));
@@ -104,7 +104,11 @@ impl Evaluator {
     }
 
     /// Where and since when the robot of a full rollout stands still.
-    fn standstill(&self, seen: &Trajectory<f64>) -> Option<Standstill> {
+    fn standstill(
+        &self,
+        controller: &Controller<f64>,
+        seen: &Trajectory<f64>,
+    ) -> Option<Standstill> {
         let ground = self.task.ground();
         let times = seen
             .steps
@@ -114,7 +118,7 @@ impl Evaluator {
             .steps
             .iter()
             .map(|&step| ground.along(seen.position(step)));
-        let period = TAU / self.scene.controller.omega;
+        let period = TAU / frequency(&self.scene.controller, controller);
         Standstill::of(
             &times.collect::<Vec<_>>(),
             &places.collect::<Vec<_>>(),

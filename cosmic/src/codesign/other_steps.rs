@@ -90,7 +90,7 @@ impl Evaluator {
             ..own.clone()
         };
         let task = self.task.with_physics(&other, &self.scene.controller);
-        // With a stable step of 0 for any design, the limit of this design is computed.
+        // The 0 claims that no step is stable for every design, so the limit of this design is computed.
         let check = task.step_check(design, &self.start.x, 1.0, 0.0);
         let limit = check.exact.unwrap_or(check.bound);
         let needed = substeps as f64 * (limit.share(own.dt) / MARGIN).max(1.0);

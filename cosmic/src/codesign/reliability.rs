@@ -20,7 +20,8 @@ use crate::scene::Integrator;
 /// only the first and the third case count, and the tolerance is at least a quarter of the way to a goal.
 ///
 /// A delivered robot is also unreliable if its median over perturbed starts changes by more than [`STEADY`] with half the
-/// time step or with [another integrator](super::OtherSteps).
+/// time step or with [another integrator](super::OtherSteps), or if it should walk far but [stands
+/// still](super::Standstill).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
@@ -139,7 +140,7 @@ impl Merit {
         let half = (
             other.half.merit,
             "at half the time step".to_owned(),
-            "at the scene's".to_owned(),
+            "at the scene's time step".to_owned(),
         );
         let by_other = other.integrator.map(|(by, medians)| {
             let here = format!("with the scene's {}", name(integrator));
@@ -158,7 +159,11 @@ impl Merit {
                 Self::MinusLoss | Self::MinusShare => "its loss is",
             };
             match merit.is_finite() {
-                true => format!("{walks} {} {there}, {} {here}", shown(merit), shown(own)),
+                true => format!(
+                    "{walks} {} {there}, but {} {here}",
+                    shown(merit),
+                    shown(own)
+                ),
                 false => format!("it diverges {there}"),
             }
         };

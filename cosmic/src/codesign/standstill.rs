@@ -47,7 +47,7 @@ impl Standstill {
         let is_elsewhere = |mean: &f64| (mean - at).abs() > STILL * way;
         let moving = means.iter().rposition(is_elsewhere)?;
         // A mean is half a period late.
-        let since = (times[moving] - 0.5 * period).max(0.0);
+        let since = (times[moving] - 0.5 * period).max(0.5 * times[moving + 1]);
         (way >= LEAST * scale && since <= (1.0 - LAST) * end).then_some(Self { since, at })
     }
 

@@ -264,8 +264,8 @@ impl Truss {
     /// Reads a truss file.
     ///
     /// # Errors
-    /// [`Error::Read`] for a missing file or a folder, [`Error::Usage`] for a file that is too long or not UTF-8,
-    /// [`Error::Malformed`] with the place for a malformed truss.
+    /// [`Error::Read`] for a missing file or a folder, [`Error::Usage`] for a file that is too long, [`Error::Malformed`]
+    /// with the place for a file that is not UTF-8 and for a malformed truss.
     pub fn read(path: &Path) -> Result<Self> {
         let about = path.metadata().map_err(Error::reading(path))?;
         if !about.is_file() {

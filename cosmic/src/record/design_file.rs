@@ -95,12 +95,13 @@ impl DesignFile {
         Design::of_vectors(self.z.clone())
     }
 
-    /// Sorts the edges of this file, which may be listed in any order, as the scene's lattice does, and with them the
-    /// design vectors, the materials and the controller's numbers for edges. Errors name `file`.
+    /// Puts the edges of this file into the order of the scene's lattice. The design vectors, the materials and the
+    /// controller's numbers for edges move with them. A file with another number of edges is returned as it is, because
+    /// [`robot`](Self::robot) refuses it. Errors name `file`.
     ///
     /// # Errors
-    /// [`Error::Misfit`] for another number of edges; [`Error::Usage`] for an edge that the lattice does not have, and for
-    /// a policy whose numbers cannot be sorted.
+    /// [`Error::Misfit`] if `z` or `materials` does not have one entry for each edge; [`Error::Usage`] for an edge that the
+    /// lattice does not have, for an edge that is given twice, and for a policy whose numbers cannot be sorted.
     pub fn in_order(mut self, scene: &Scene, file: &str) -> Result<Self> {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let edges = lattice.edges.len();

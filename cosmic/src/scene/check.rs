@@ -93,8 +93,8 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
 }
 
 /// The horizon is the part of a rollout that carries the gradient. The window of a mean loss must fit into it. A horizon
-/// may be longer than the rollout, with which it then ends: most commands do not read the horizon, so they must not refuse
-/// a short rollout.
+/// that is longer than the rollout ends with the rollout. It is allowed, because most commands do not read the horizon and
+/// must accept a short rollout.
 fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
     let shortest = first.min(last);

@@ -85,14 +85,14 @@ impl Scene {
                 true => (&["parts.length", "materials.max_strain"], "is"),
                 false => (
                     &["parts.stroke", "materials.max_strain"],
-                    "has a stroke, and so a length, of",
+                    "has a stroke, so it must be at least",
                 ),
             };
             if short > 0 {
                 found.push((
                     keys,
                     format!(
-                        "{short} of {all} edges are too short for an actuator: the shortest shrinks to {:.4} m, but the device {what} {} m",
+                        "{short} of {all} edges are too short for an actuator: the shortest shrinks to {:.4} m, but the device {what} {} m long",
                         device.room(shortest),
                         device.least
                     ),

@@ -116,7 +116,7 @@ fn show(source: &SceneText, fault: &Fault) -> String {
     Renderer::plain().render(&report)
 }
 
-/// Adds to the error for a file that is not text what is allowed.
+/// Completes the error for a file that is not UTF-8: adds what is allowed.
 pub(super) fn not_text(mut error: Error) -> Error {
     if let Error::Malformed {
         allowed, report, ..

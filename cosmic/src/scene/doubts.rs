@@ -262,7 +262,7 @@ fn of_truss_in_pieces(scene: &Scene) -> Option<Finding> {
     let pieces: HashSet<usize> = piece.iter().copied().collect();
     let other = piece.iter().position(|of| *of != piece[0])?;
     let says = format!(
-        "the truss is in {} pieces: no edges connect node 0 with node {other}",
+        "the truss is in {} pieces: no chain of edges connects node 0 with node {other}",
         pieces.len()
     );
     let remedy = "add edges between the pieces, or merge nodes at the same place".to_owned();
@@ -319,10 +319,10 @@ fn slides(scene: &Scene) -> Option<Finding> {
     let margin = scene.friction_margin()?;
     let says = match margin {
         ..1.0 => "the robot slides down the slope",
-        ..FRICTION_MARGIN => "the robot barely holds on the slope",
+        ..FRICTION_MARGIN => "the robot barely stays in place on the slope",
         _ => return None,
     };
-    let least = scene.physics.friction / margin;
+    let least = scene.physics.incline_deg.to_radians().tan().abs();
     let keys = ["physics.incline_deg", "physics.friction"];
     let remedy = format!("a friction of {least:.2} holds it at rest; walking needs more");
     Some(Finding::new(scene, &keys, says.to_owned(), remedy))
@@ -334,9 +334,9 @@ fn too_heavy(scene: &Scene) -> Option<Finding> {
     let load = scene.share_of_lift(&lattice);
     (load > 1.0).then(|| {
         let lift = scene.lift(&lattice);
+        let weight = scene.payload_mass(&lattice) * scene.physics.gravity.abs();
         let says = format!(
-            "the payload weighs {:.3} N, but the actuators can lift {lift:.3} N at most",
-            load * lift
+            "the payload weighs {weight:.3} N, but the actuators can lift {lift:.3} N at most"
         );
         let remedy = "choose a lighter payload or stronger actuators".to_owned();
         Finding::new(scene, &["physics.payload_mass"], says, remedy)

@@ -65,17 +65,17 @@ impl Scene {
         }
     }
 
-    /// An upper bound on the weight that actuators can lift, N: the force along the normal of the ground of all bars
-    /// between two heights, if all of them were actuators that push at rest with their largest force. It is the bound
-    /// between those two heights where it is smallest. Infinite for a lattice whose nodes all lie at one height.
+    /// An upper bound on the weight that actuators can lift, N. For every gap between neighbouring heights of nodes, it
+    /// adds the upward forces of all bars across the gap, as if all were actuators that push at rest with their largest
+    /// force. The bound is the smallest of these sums. It is infinite for a lattice whose nodes all lie at one height.
     pub fn lift(&self, lattice: &Lattice) -> f64 {
         let law: Option<Actuator> = self.physics.forces.along_bars();
         let [.., strain] = self.materials.max_strain;
-        let force = |length: f64| match &law {
+        let force = |edge: usize| match &law {
             Some(law) => law.force,
             None => {
-                let [.., stiffness] = self.materials.of_length(length).stiffness;
-                stiffness * strain * length
+                let [.., stiffness] = self.materials.of_edge(lattice, edge).stiffness;
+                stiffness * strain * lattice.rest_length[edge]
             }
         };
         let up = |node: usize| lattice.places[node].up();
@@ -84,11 +84,11 @@ impl Scene {
         heights.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
         let between = |pair: &[f64]| {
             let middle = 0.5 * (pair[0] + pair[1]);
-            let edges = lattice.edges.iter().zip(&lattice.rest_length);
-            let across = edges.filter(|([i, j], _)| (up(*i) > middle) != (up(*j) > middle));
-            let lifts = across.map(|([i, j], &length)| {
+            let edges = lattice.edges.iter().enumerate();
+            let across = edges.filter(|(_, [i, j])| (up(*i) > middle) != (up(*j) > middle));
+            let lifts = across.map(|(edge, [i, j])| {
                 let offset = lattice.places[*j] - lattice.places[*i];
-                force(length) * (offset.up() / offset.norm()).abs()
+                force(edge) * (offset.up() / offset.norm()).abs()
             });
             lifts.sum::<f64>()
         };

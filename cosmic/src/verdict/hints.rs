@@ -35,7 +35,7 @@ impl Measured<'_> {
     }
 
     fn carries_much(&self) -> Option<String> {
-        (self.load > HEAVY).then(|| {
+        (self.load > HEAVY && self.load.is_finite()).then(|| {
             format!(
                 "the payload is heavy: it weighs {} of what the actuators can lift at most; try a lighter payload \
                  (`physics.payload_mass`) or stronger actuators",

@@ -19,9 +19,9 @@ impl Measured<'_> {
         ]
     }
 
-    /// The mass by which the power of a muscle is judged: its own, or the mean mass of a bar.
+    /// The mass by which the power of a muscle is judged: its own, or the mean mass of a bar with its share of the nodes.
     fn muscle_mass(&self) -> Option<f64> {
-        let mean = || Some(self.energy?.mass / self.bars.max(1) as f64);
+        let mean = || Some((self.energy?.mass - self.payload) / self.bars.max(1) as f64);
         self.sheet.mass.or_else(mean)
     }
 
@@ -58,12 +58,11 @@ impl Measured<'_> {
         let (least, room) = (device.least, device.room(bar));
         let says = format!("a bar of {} m leaves {} m", plain(bar), plain(room));
         Some(if room < least {
-            let why = if device.is_stated {
-                "is"
-            } else {
-                "has a stroke of"
+            let muscle = match device.is_stated {
+                true => format!("that is {} m long", plain(least)),
+                false => format!("with a stroke of {} m", plain(least)),
             };
-            let says = format!("{says} for a muscle that {why} {} m", plain(least));
+            let says = format!("{says} for a muscle {muscle}");
             Item::limit(says, Level::Bad)
         } else if device.is_stated {
             Item::limit(

@@ -92,8 +92,8 @@ fn a_median_that_changes_by_a_fifth_with_other_steps_is_a_reason() {
     assert_eq!(
         unsteady(FAR, [4.66, 2.34, 2.2]),
         [
-            "it walks 2.34 m at half the time step, 4.66 m at the scene's",
-            "it walks 2.20 m with leapfrog, 4.66 m with the scene's symplectic Euler"
+            "it walks 2.34 m at half the time step, but 4.66 m at the scene's time step",
+            "it walks 2.20 m with leapfrog, but 4.66 m with the scene's symplectic Euler"
         ]
     );
     // Both directions count, and a fifth is allowed.
@@ -112,7 +112,7 @@ fn a_median_that_changes_by_a_fifth_with_other_steps_is_a_reason() {
     let loss = unsteady(Merit::MinusLoss, [-0.3, -0.43, -0.3]);
     assert_eq!(
         loss,
-        ["its loss is 0.4300 at half the time step, 0.3000 at the scene's"]
+        ["its loss is 0.4300 at half the time step, but 0.3000 at the scene's time step"]
     );
 }
 

@@ -255,11 +255,14 @@ fn parts_that_do_not_fit_the_edges_are_doubted() {
     assert_eq!(
         long,
         [
-            "17 of 29 edges are too short for an actuator: the shortest shrinks to 0.1840 m, but the device has a stroke, and so a length, of 0.2 m"
+            "17 of 29 edges are too short for an actuator: the shortest shrinks to 0.1840 m, but the device has a stroke, so it must be at least 0.2 m long"
         ]
     );
     let long = doubts(&["parts.length=0.25"]);
-    assert!(long[0].contains("but the device is 0.25 m"), "{long:?}");
+    assert!(
+        long[0].contains("but the device is 0.25 m long"),
+        "{long:?}"
+    );
     assert_eq!(doubts(&["parts.stroke=0.18", "parts.length=off"]), [""; 0]);
     let thick = doubts(&["parts.outer=0.5", "parts.inner=0.49"]);
     assert!(thick[0].contains("29 of 29 edges"), "{thick:?}");

@@ -1,6 +1,6 @@
 //! The robot at which gradients are checked.
 //!
-//! A robot that stands still has no gradient: its foot sticks to the ground, whatever its design and its controller are.
+//! A robot that stands still has no gradient: its foot sticks to the ground for every design and every controller.
 //! Then reverse mode, forward mode and differences all return zero, and nothing is compared. Such a robot is thrown.
 
 use std::fmt;
