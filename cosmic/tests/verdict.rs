@@ -233,12 +233,12 @@ fn the_line_names_what_is_bad_and_what_is_doubtful() {
     );
     let verdict = judged(|loads| {
         (loads.tangled, loads.most_tangles) = (0.9, Some(41));
-        (loads.skeleton_strain, loads.power.p99) = (Some(0.17), 149.7);
+        (loads.skeleton_strain, loads.power.p99) = (Some(0.17), 140.0);
     });
     assert_eq!(
         verdict.to_text(),
         "0.50 m/s, 0.50 kg, carries 30 g, needs 1.0 W (2.0 of 180 W/kg). Would not work as built: bars pass through each \
-         other (up to 41 pairs), the skeleton stretches or shrinks by 17 %. Doubtful: one muscle gives 150 W of 15 W (2994 \
+         other (up to 41 pairs), the skeleton stretches or shrinks by 17 %. Doubtful: one muscle gives 140 W of 14 W (2979 \
          of 300 W/kg)."
     );
     assert_eq!(verdict.level(), Level::Bad);

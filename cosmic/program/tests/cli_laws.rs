@@ -199,16 +199,16 @@ fn ride_is_an_objective() {
 fn an_optimisation_improves_an_objective() {
     let bench = Bench::default();
     let program = built().join("examples/ride");
-    let settings = "--set lattice.rows=3 --set lattice.columns=3 --set physics.steps=1024 \
-                    --set schedule.horizon=[256,512] --set loss.window=64";
-    let line = format!("optimize --iterations 60 --out a --quiet {settings}");
+    let settings = "--set lattice.rows=4 --set lattice.columns=4 --set physics.steps=2048 \
+                    --set schedule.horizon=[512,1024] --set loss.window=64";
+    let line = format!("optimize --iterations 80 --out a --quiet {settings}");
     run_of(&program, &bench, &line);
     let summary = bench.json("a/summary.json");
     let number = |key: &str| summary[key].as_f64().unwrap();
     let [loss, idle] = [number("loss_p50"), number("loss_idle_p50")];
-    // At rest, the robot sinks a little and covers no distance.
-    assert!(idle.abs() < 0.05 && loss < -0.2, "{loss} {idle}");
-    assert!(number("displacement_p50") > 0.2, "{summary}");
+    // Its feet stick, so at rest it covers no distance. It walks 0.56 m in 4 s; other machines may find another robot.
+    assert!(idle.abs() < 0.05 && loss < -0.25, "{loss} {idle}");
+    assert!(number("displacement_p50") > 0.25, "{summary}");
     let told = run_of(&program, &bench, "resume a");
     has(&told, &["with muscles at rest)"]);
 }
