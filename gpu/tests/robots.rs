@@ -108,7 +108,7 @@ fn numbers_may_lie_in_a_buffer() {
     assert_eq!(program.spilled(), 0);
     for memory in [whole - 1, whole / 2, 0] {
         let spilled = Begun::new(&scene).printed(8, memory).program;
-        assert!(spilled.memory[1] <= memory && spilled.spilled > 0);
+        assert!(spilled.memory()[1] <= memory && spilled.spilled() > 0);
         assert_alike_in(&gpu, "small", &scene, memory);
     }
 }
