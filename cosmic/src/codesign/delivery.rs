@@ -131,11 +131,16 @@ impl Evaluator {
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
-        let ([robust, varied], robust_energy) = self.of_varied(&design, controller, progress.seed);
+        let varied_domains = self.varied(progress.seed, Purpose::Variation);
+        let ([robust, varied], robust_energy) =
+            self.of_varied(&design, controller, progress.seed, &varied_domains);
         go_on()?;
         let other_steps = self.with_other_steps(&design, controller, &domains);
         go_on()?;
-        let idle_merit = self.idle_merit(&design, controller, progress.seed, &domains);
+        let idle = controller.map(|_| 0.0);
+        let idle_merit = self
+            .quoted(&domains, &varied_domains)
+            .map(|domains| self.spreads(&design, &[&idle], domains).remove(0).merit);
         go_on()?;
         let unsteady = self.unsteady(&spreads[0], &other_steps);
         Some(Delivery {
@@ -154,7 +159,7 @@ impl Evaluator {
             spread: spreads[0].displacement,
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
-            merit: self.quoted_merit(&spreads[0], &varied),
+            merit: self.quoted(spreads[0].merit, varied.merit),
             idle_merit,
             volume: seen.volume,
             actuator_volume: seen.actuator_volume,
@@ -205,33 +210,14 @@ impl Evaluator {
         reliability.and(unsteady).and(stops.map(Standstill::reason))
     }
 
-    /// The quantiles of the merit to quote: `None` if robots are ranked by distance.
-    fn quoted_merit(&self, own: &Reaches, varied: &Reaches) -> Option<Quantiles> {
+    /// Chooses what belongs to the merit to quote, of perturbed starts and of robots that vary a little. `None` if robots are
+    /// ranked by distance.
+    fn quoted<T>(&self, perturbed: T, varied: T) -> Option<T> {
         match (self.loss.is_far(), self.scene.controller.goals) {
             (true, _) => None,
-            (false, GoalKind::Fixed | GoalKind::Two) => Some(own.merit),
-            (false, GoalKind::Given) => Some(varied.merit),
+            (false, GoalKind::Fixed | GoalKind::Two) => Some(perturbed),
+            (false, GoalKind::Given) => Some(varied),
         }
-    }
-
-    /// The quantiles of the [quoted merit](Self::quoted_merit) of a robot whose muscles rest. `domains` are those of the
-    /// perturbed starts.
-    fn idle_merit(
-        &self,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
-        seed: u64,
-        domains: &[Domain],
-    ) -> Option<Quantiles> {
-        if self.loss.is_far() {
-            return None;
-        }
-        let idle = controller.map(|_| 0.0);
-        let merit_in = |domains: &[Domain]| self.spreads(design, &[&idle], domains).remove(0).merit;
-        Some(match self.scene.controller.goals {
-            GoalKind::Given => merit_in(&self.varied(seed, Purpose::Variation)),
-            GoalKind::Fixed | GoalKind::Two => merit_in(domains),
-        })
     }
 
     /// The merit of a robot (the number by which robots are ranked) in the rollout from the unperturbed start. If this
@@ -265,28 +251,28 @@ impl Evaluator {
 
     /// Measures robots that vary a little. Returns their displacements towards the goal of the scene, and their merits with
     /// given goals; both are the same without given goals. Also returns the energy of the robot whose displacement is
-    /// nearest to the median.
+    /// nearest to the median. `domains` are those of the variation, with given goals if the scene has them.
     fn of_varied(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         seed: u64,
+        domains: &[Domain],
     ) -> ([Reaches; 2], Option<Energy>) {
         let reach = |domains: &[Domain]| self.spreads(design, &[controller], domains).remove(0);
-        let purpose = Purpose::Variation;
-        let mut domains = self.varied(seed, purpose);
-        let varied = reach(&domains);
-        let robust = match self.scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => varied,
-            GoalKind::Given => {
-                domains = self.drawn(&VARIED, seed, purpose);
-                reach(&domains)
-            }
+        let varied = reach(domains);
+        let energy = |robust: &Reaches, domains: &[Domain]| {
+            let domain = &domains[robust.typical?];
+            self.energy_in(design, controller, domain, robust.displacement.p50)
         };
-        let energy = robust
-            .typical
-            .and_then(|k| self.energy_in(design, controller, &domains[k], robust.displacement.p50));
-        ([robust, varied], energy)
+        match self.scene.controller.goals {
+            GoalKind::Fixed | GoalKind::Two => ([varied; 2], energy(&varied, domains)),
+            GoalKind::Given => {
+                let domains = self.drawn(&VARIED, seed, Purpose::Variation);
+                let robust = reach(&domains);
+                ([robust, varied], energy(&robust, &domains))
+            }
+        }
     }
 
     /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `domains`, in
@@ -379,11 +365,15 @@ impl Evaluator {
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
-        let of = |reached: &[Reached]| Reaches {
-            displacement: spread(reached, |r| r.moved[0]),
-            merit: spread(reached, |r| r.merit),
-            behind: (reached[0].behind).map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
-            typical: typical(reached),
+        let of = |reached: &[Reached]| {
+            let displacement = spread(reached, |r| r.moved[0]);
+            Reaches {
+                displacement,
+                merit: spread(reached, |r| r.merit),
+                behind: (reached[0].behind)
+                    .map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
+                typical: nearest(reached, displacement.p50),
+            }
         };
         reached.chunks_exact(domains.len()).map(of).collect()
     }
@@ -399,9 +389,8 @@ pub(super) struct Reaches {
     typical: Option<usize>,
 }
 
-/// The number of the rollout whose displacement is nearest to the median of all; `None` if there is no median.
-fn typical(reached: &[Reached]) -> Option<usize> {
-    let median = spread(reached, |r| r.moved[0]).p50;
+/// The number of the rollout whose displacement is nearest to a median; `None` if the median is not finite.
+fn nearest(reached: &[Reached], median: f64) -> Option<usize> {
     let off = |k: &usize| (reached[*k].moved[0] - median).abs();
     let there = (0..reached.len()).filter(|k| off(k).is_finite());
     there.min_by(|a, b| off(a).total_cmp(&off(b)))

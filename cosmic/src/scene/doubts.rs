@@ -331,10 +331,9 @@ fn slides(scene: &Scene) -> Option<Finding> {
 /// A warning if the payload is heavier than what the actuators can lift.
 fn too_heavy(scene: &Scene) -> Option<Finding> {
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
-    let load = scene.share_of_lift(&lattice);
-    (load > 1.0).then(|| {
-        let lift = scene.lift(&lattice);
-        let weight = scene.payload_mass(&lattice) * scene.physics.gravity.abs();
+    let weight = scene.payload_mass(&lattice) * scene.physics.gravity.abs();
+    let lift = scene.lift(&lattice);
+    (weight > lift).then(|| {
         let says = format!(
             "the payload weighs {weight:.3} N, but the actuators can lift {lift:.3} N at most"
         );
