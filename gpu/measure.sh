@@ -11,8 +11,8 @@ starts=${1:-256}
 beside=${2:-16}
 iterations=${3:-300}
 if [ -z "${PROGRAM:-}" ]; then
-  cargo build --release --manifest-path gpu/Cargo.toml
-  PROGRAM=${CARGO_TARGET_DIR:-gpu/target}/release/cosmic-gpu
+  cargo build --release -p cosmic-gpu
+  PROGRAM=${CARGO_TARGET_DIR:-target}/release/cosmic-gpu
 fi
 out=$(mktemp -d)
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the wheel `cosmic-codesign-gpu` into target/wheels: the same package with GPU support. It is installed in place of
 # `cosmic-codesign`. Arguments go to maturin.
-#   python/gpu-wheel.sh && pip install python/target/wheels/cosmic_codesign_gpu-*.whl
+#   python/gpu-wheel.sh && pip install target/wheels/cosmic_codesign_gpu-*.whl
 set -euo pipefail
 cd "$(dirname "$0")"
 sources=$(mktemp -d)
@@ -9,6 +9,6 @@ trap 'rm -rf "$sources"' EXIT
 cp -r cosmic README.md "$sources"
 sed 's|^name = "cosmic-codesign"|name = "cosmic-codesign-gpu"|; s|^\[tool.maturin\]|&\nmanifest-path = "'"$PWD"'/Cargo.toml"\nfeatures = ["gpu"]|' \
   pyproject.toml >"$sources/pyproject.toml"
-out=$PWD/target/wheels
+out=${CARGO_TARGET_DIR:-$PWD/../target}/wheels
 cd "$sources"
-maturin build --quiet --out "$out" "${@:---release}"
+maturin build --quiet --out "$out" "$@"

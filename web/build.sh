@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the page into web/dist, which any file server can host. If the target wasm32-unknown-unknown cannot be
-# installed, the script says so and ends with 0.
+# installed, the script says so and ends with 0. `web/build.sh --check` only checks formatting and lints.
 set -euo pipefail
 cd "$(dirname "$0")"
 target=wasm32-unknown-unknown
@@ -13,6 +13,11 @@ fi
 
 # Rollouts need more stack than the default of one megabyte.
 flags='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
+if [ "${1:-}" = --check ]; then
+  cargo fmt --check
+  RUSTFLAGS="$flags" cargo clippy --quiet --locked --target "$target" -- -D warnings
+  exit 0
+fi
 RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
 
 rm -rf dist

@@ -8,12 +8,11 @@ cd "$(dirname "$0")"
 say() { printf '\n== web: %s\n' "$1"; }
 
 say 'formatting, lints, build'
-cargo fmt --check
+./build.sh --check
 ./build.sh
 if ! ls dist/*/cosmic.wasm >/dev/null 2>&1; then
   exit 0
 fi
-RUSTFLAGS='-C target-feature=+simd128' cargo clippy --release --quiet --locked --target wasm32-unknown-unknown -- -D warnings
 
 say 'installing what the tests need'
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then

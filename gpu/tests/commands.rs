@@ -1,9 +1,9 @@
 //! The program `cosmic` with GPU support.
 
-mod device;
-
 use std::path::Path;
 use std::process::Command;
+
+use crate::device::gpu;
 
 /// A robot of nine nodes, designed in a few iterations.
 const SCENE: &str = "
@@ -65,7 +65,7 @@ fn an_unknown_adapter_is_refused() {
 
 #[test]
 fn commands_use_a_device() {
-    if device::gpu().is_none() {
+    if gpu().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

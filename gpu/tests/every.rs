@@ -1,15 +1,12 @@
 //! A program with every operation, on a device and on the processor.
 
-mod device;
-mod program;
-
 use std::sync::Arc;
 
+use crate::device::gpu;
+use crate::program::Every;
 use autodiff::wgsl::{Options, print};
 use autodiff::{CotangentBound, Rollout, Tape, Var};
 use cosmic_gpu::{Members, Population};
-use device::gpu;
-use program::Every;
 
 /// Numbers that are the same in every run, from -1 to 1.
 fn numbers(count: usize, salt: usize) -> Vec<f32> {

@@ -1,13 +1,12 @@
 //! Optimisations whose rollouts and gradients are computed on a device.
 
-mod device;
-
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::device::gpu;
 use cosmic::Error;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::population::{Batch, GradientBatch, Populations, Refused, RobotGradient};
@@ -15,7 +14,6 @@ use cosmic::record::{Observer, Run, RunPlan, Summary, history, optimise_on, resu
 use cosmic::scene::Scene;
 use cosmic::simulator::{Trajectory, Wanted};
 use cosmic_gpu::{Gpu, OnGpu};
-use device::gpu;
 
 /// Nine nodes, and 20 iterations that go through every phase.
 const SCENE: &str = "

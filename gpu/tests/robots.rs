@@ -1,9 +1,7 @@
 //! Robots of the built-in scenes, on a device and on the processor.
 
-mod alike;
-mod device;
-
-use alike::{Begun, assert_alike, assert_alike_in, positions};
+use crate::alike::{Begun, assert_alike, assert_alike_in, positions};
+use crate::device::gpu;
 use autodiff::Real;
 use cosmic::Registry;
 use cosmic::geometry::Vector;
@@ -15,7 +13,6 @@ use cosmic::settings::within;
 use cosmic::simulator::{Span, Wanted};
 use cosmic_gpu::{OnGpu, RobotsOnGpu};
 use cosmic_tests::{own_reference_folder, references};
-use device::gpu;
 
 #[test]
 fn scenes_begin_alike_on_a_device_and_on_the_processor() {
@@ -247,7 +244,9 @@ fn a_planted_error_is_seen() {
     let result = start + source[start..end].rfind(">(").expect("it returns an array") + 2;
     source.insert_str(result, "1.5f * ");
     // SAFETY: no index and no loop has changed.
-    printed.program = unsafe { printed.program.with_source(source) };
+    #[allow(unsafe_code)]
+    let program = unsafe { printed.program.with_source(source) };
+    printed.program = program;
     let compared = begun.compare(&gpu, printed).unwrap();
     println!("with an error: {compared:?}");
     assert!(compared.cosine < 0.999, "{compared:?}");
@@ -261,6 +260,7 @@ fn a_refused_program_is_written_to_a_file() {
     let program = begun.printed(8, usize::MAX).program;
     let broken = program.source().replace("fn forward(", "fn no_forward(");
     // SAFETY: no index and no loop has changed.
+    #[allow(unsafe_code)]
     let program = unsafe { program.with_source(broken.clone()) };
     let Err(refused) = cosmic_gpu::Population::new(&gpu, program) else {
         panic!("a program without an entry point was accepted");

@@ -1,10 +1,8 @@
 //! Printed programs, parsed and checked as a device would.
 
-mod program;
-
+use crate::program::Every;
 use autodiff::wgsl::{Options, Printed, print};
 use autodiff::{Elementary, Kernel, Model, Program, Real};
-use program::Every;
 
 /// Parses and checks a text as a device would.
 fn check(printed: &Printed) {

@@ -41,7 +41,7 @@ pub(super) fn support(gpu: Gpu<'_>) -> Result<&dyn GpuSupport> {
     gpu.ok_or_else(|| {
         Error::Usage(
             "this program was built without GPU support; in a clone of the project, run the program that has it with: \
-             cargo run --release --manifest-path gpu/Cargo.toml -- …"
+             cargo run --release -p cosmic-gpu -- …"
                 .into(),
         )
     })

@@ -8,7 +8,7 @@ fn a_program_without_gpu_support_names_the_one_that_has_it() {
     let bench = Bench::default();
     let words = [
         "this program was built without GPU support",
-        "cargo run --release --manifest-path gpu/Cargo.toml -- ",
+        "cargo run --release -p cosmic-gpu -- ",
     ];
     bench.fails("devices", 2, &words);
     bench.fails("explain tiny.toml --device gpu", 2, &words);

@@ -12,7 +12,7 @@ use cosmic::simulator::{
 use cosmic_gpu::{Gpu, GpuError, RobotsOnGpu, WORKGROUP};
 
 /// The mean of the positions of all nodes in all observed states: forward, and a little upward.
-pub fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
+pub(crate) fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
     let mean = |state: &State<R>| {
         let sum = (state.x.iter()).fold(R::zero(), |sum, x| sum + x[0] + R::lit(0.3) * x[1]);
         sum * R::lit(1.0 / state.x.len() as f64)
@@ -21,22 +21,22 @@ pub fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
 }
 
 /// The robots from which an optimisation of a scene begins with two seeds.
-pub struct Begun {
-    pub simulator: Simulator,
-    pub bodies: Vec<Body<f64>>,
-    pub controllers: Vec<Controller<f64>>,
-    pub starts: Vec<State<f64>>,
-    pub surroundings: [Surroundings<f64>; 1],
+pub(crate) struct Begun {
+    pub(crate) simulator: Simulator,
+    pub(crate) bodies: Vec<Body<f64>>,
+    pub(crate) controllers: Vec<Controller<f64>>,
+    pub(crate) starts: Vec<State<f64>>,
+    pub(crate) surroundings: [Surroundings<f64>; 1],
     /// The distance of neighbouring nodes, m.
-    pub spacing: f64,
+    pub(crate) spacing: f64,
 }
 
 impl Begun {
-    pub fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         Self::of([0, 1].map(|seed| Case::of_scene(scene, seed).unwrap()))
     }
 
-    pub fn of(cases: [Case; 2]) -> Self {
+    pub(crate) fn of(cases: [Case; 2]) -> Self {
         let first = &cases[0];
         let simulator = Simulator::new(&first.lattice, &first.physics, &first.observation);
         Self {
@@ -49,7 +49,7 @@ impl Begun {
         }
     }
 
-    pub fn robots(&self) -> Robots<'_, f64> {
+    pub(crate) fn robots(&self) -> Robots<'_, f64> {
         Robots {
             surroundings: &self.surroundings,
             bodies: &self.bodies,
@@ -57,7 +57,7 @@ impl Begun {
         }
     }
 
-    pub fn printed(&self, steps: usize, memory: usize) -> PrintedRobots {
+    pub(crate) fn printed(&self, steps: usize, memory: usize) -> PrintedRobots {
         let span = Span::from_start(vec![steps / 2, steps]);
         let wanted = Wanted {
             bodies: true,
@@ -73,7 +73,7 @@ impl Begun {
     }
 
     /// Compares the printed robots with rollouts in `f32` on the processor.
-    pub fn compare(&self, gpu: &Gpu, printed: PrintedRobots) -> Result<Compared, GpuError> {
+    pub(crate) fn compare(&self, gpu: &Gpu, printed: PrintedRobots) -> Result<Compared, GpuError> {
         let device = RobotsOnGpu::new(gpu, printed)?;
         let walked = device.rollouts(&self.robots(), &self.starts)?;
         let gradients = device.gradients(&self.robots(), &self.starts, loss)?;
@@ -111,7 +111,7 @@ impl Begun {
 
     /// The coordinates of the nodes that are above the ground at the start. A node exactly on the ground is at the kink of
     /// the contact, where rounding decides the slope.
-    pub fn flat_above(&self, k: usize, points: &[Vector<f64>]) -> Vec<f64> {
+    pub(crate) fn flat_above(&self, k: usize, points: &[Vector<f64>]) -> Vec<f64> {
         let columns = self.simulator.flatten(&self.starts[k]);
         let heights = &columns[points.len()..];
         let above = points.iter().zip(heights).filter(|(_, up)| **up > 1e-6);
@@ -120,7 +120,7 @@ impl Begun {
 
     /// The positions of a member, and the slopes of its loss by stiffnesses, strains, masses, presence, controller, and the
     /// positions and velocities at the start.
-    pub fn on_processor(&self, k: usize, span: &Span) -> (Vec<f64>, Vec<Vec<f64>>) {
+    pub(crate) fn on_processor(&self, k: usize, span: &Span) -> (Vec<f64>, Vec<Vec<f64>>) {
         let single = |x: f64| x as f32;
         let (body, start) = (self.bodies[k].map(single), self.starts[k].map(single));
         let controller = self.controllers[k].map(single);
@@ -188,21 +188,21 @@ impl Begun {
 
 /// How well a device agrees with the processor.
 #[derive(Debug)]
-pub struct Compared {
+pub(crate) struct Compared {
     /// The largest difference of two positions, in ten spacings.
-    pub position: f64,
+    pub(crate) position: f64,
     /// The smallest cosine between two groups of slopes.
-    pub cosine: f64,
+    pub(crate) cosine: f64,
 }
 
 /// The coordinates of all nodes in all observed states.
-pub fn positions<R: Real>(trajectory: &Trajectory<R>) -> Vec<R> {
+pub(crate) fn positions<R: Real>(trajectory: &Trajectory<R>) -> Vec<R> {
     let nodes = trajectory.states.iter().flat_map(|state| &state.x);
     nodes.flat_map(|x| [x[0], x[1]]).collect()
 }
 
 /// The cosine of the angle between two gradients.
-pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn cosine(a: &[f64], b: &[f64]) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     match dot(a, a) * dot(b, b) {
         0.0 => 1.0,
@@ -213,13 +213,13 @@ pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
 /// Asserts that a scene begins alike on a device and on the processor. Rounding in single precision moves positions by
 /// about 3e-7 in 64 steps; in 256 steps contacts amplify it, and only the directions of gradients are compared.
 #[track_caller]
-pub fn assert_alike(gpu: &Gpu, name: &str, scene: &Scene) {
+pub(crate) fn assert_alike(gpu: &Gpu, name: &str, scene: &Scene) {
     assert_alike_in(gpu, name, scene, gpu.memory_of_workgroup());
 }
 
 /// Like [`assert_alike`], for workgroups with this much memory, in bytes.
 #[track_caller]
-pub fn assert_alike_in(gpu: &Gpu, name: &str, scene: &Scene, memory: usize) {
+pub(crate) fn assert_alike_in(gpu: &Gpu, name: &str, scene: &Scene, memory: usize) {
     let begun = Begun::new(scene);
     for (steps, most) in [(64, 1e-5), (256, f64::INFINITY)] {
         let printed = begun.printed(steps, memory);
