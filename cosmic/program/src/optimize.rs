@@ -2,7 +2,6 @@
 
 use crate::arguments::{Settings, Work, count, seed};
 use crate::cost::Cost;
-use crate::device::{Gpu, On};
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
@@ -11,7 +10,7 @@ use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::{SCENE, read_scene};
-use cosmic::record::{RunPlan, Search, Summary, optimise_on, optimise_with};
+use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
 use cosmic::scene::{Scene, Setting, UnstableStep};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
@@ -48,8 +47,6 @@ pub(super) struct Arguments {
     /// New or empty folder for the results [default: runs/SCENE-SEED; with --from NAME and no SCENE, runs/NAME-on]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    on: On,
     #[command(flatten)]
     work: Work,
 }
@@ -90,7 +87,7 @@ struct Origin {
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let mut origin = self.origin(registry)?;
         if self.allow_unstable {
             origin.scene.physics.unstable_step = UnstableStep::Warn;
@@ -111,7 +108,6 @@ impl Arguments {
                 "`--search halving` needs several starts: add --starts N".into(),
             ));
         }
-        let device = self.on.open(gpu, self.work.threads)?;
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
         runs::carry_out(
@@ -120,12 +116,9 @@ impl Arguments {
             &self.work,
             introduction(&plan)?,
             |observer| match robot {
-                None => optimise_on(device, &folder, &plan, observer),
+                None => optimise(&folder, &plan, observer),
                 Some((design, controller)) => {
-                    let mut codesign = CoDesign::new(&plan.scene)?;
-                    if let Some(device) = device {
-                        codesign = codesign.on(device)?;
-                    }
+                    let codesign = CoDesign::new(&plan.scene)?;
                     let progress = codesign.begin_with(plan.seed, design, controller)?;
                     optimise_with(&folder, &plan, codesign, progress, observer)
                 }

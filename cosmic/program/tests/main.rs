@@ -11,7 +11,6 @@ mod cli_at_work;
 mod cli_beyond;
 mod cli_browser;
 mod cli_clock;
-mod cli_device;
 mod cli_diverged;
 mod cli_evaluate;
 mod cli_explain;

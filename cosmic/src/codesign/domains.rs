@@ -14,6 +14,7 @@ use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};
 use crate::scene::{GoalKind, RobustSettings, SelectionKind};
 use crate::simulator::Span;
+use crate::task::together;
 
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
 /// controllers: 1 % of a spacing in the start (with `lattice.units = "absolute"` 1 mm), 5 % of the friction, and 5 % of
@@ -91,7 +92,7 @@ impl Evaluator {
             let span = Span::from_start(vec![steps]);
             self.watched(&designs, controller, domains, span, precision)
         };
-        let chunks = domains.par_chunks(self.at_once(domains.len()));
+        let chunks = domains.par_chunks(together(domains.len()));
         let walked: Vec<_> = chunks.flat_map_iter(walk).collect();
         for (domain, walked) in domains.iter_mut().zip(walked) {
             if let Some(mut walked) = walked {

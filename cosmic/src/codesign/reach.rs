@@ -103,16 +103,6 @@ impl Evaluator {
                 ..reached[0]
             }
         };
-        if self.device.is_some() {
-            // A device simulates all of them together.
-            let of_each = designs
-                .iter()
-                .flat_map(|design| vec![design; domains.len()]);
-            let all: Vec<Domain> = (designs.iter().flat_map(|_| domains.clone())).collect();
-            let reached =
-                self.reach_many(&of_each.collect::<Vec<_>>(), controller, &all, precision);
-            return reached.chunks(domains.len()).map(rank).collect();
-        }
         let alone = |design: &Design<Mixture<f64>>| {
             rank(&self.reach_many(&[design], controller, &domains, precision))
         };
@@ -171,7 +161,7 @@ impl Evaluator {
         task: &Task,
     ) -> Vec<Reached> {
         let side_by_side = |designs: &[_]| self.try_many(designs, controller, task);
-        let groups = designs.par_chunks(self.at_once(designs.len()));
+        let groups = designs.par_chunks(together(designs.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
 
@@ -186,18 +176,13 @@ impl Evaluator {
         self.reach_many(&[design], controller, domains, precision)[0]
     }
 
-    /// Simulates a robot in full rollouts in several domains, and returns the results. They are computed on the device,
-    /// in single precision, if there is one, and otherwise on the processor, in double precision.
+    /// Simulates a robot in full rollouts in several domains, in parallel, and returns the results.
     pub fn reach_all(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> Vec<Reached> {
-        if self.device.is_some() && !domains.is_empty() {
-            let precision = GradientPrecision::F32;
-            return self.reach_many(&[design], controller, domains, precision);
-        }
         let reach = |domain: &Domain| self.reach(design, controller, domain);
         domains.par_iter().map(reach).collect()
     }
@@ -306,14 +291,6 @@ impl Evaluator {
         ground.point_to_ground(to) - ground.point_to_ground(from)
     }
 
-    /// How many of `rollouts` rollouts with one controller run together.
-    pub(super) fn at_once(&self, rollouts: usize) -> usize {
-        match self.device {
-            None => together(rollouts),
-            Some(_) => rollouts.max(1),
-        }
-    }
-
     /// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps
     /// in `steps`; `None` for a robot that diverges. `designs` has one design for all domains, or one for each.
     pub(super) fn watched(
@@ -329,17 +306,9 @@ impl Evaluator {
             ..span.clone()
         };
         let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
-        let all = match (precision, &self.device) {
-            (GradientPrecision::F64, _) => roll_in::<f64>(&borrowed, controller, domains, &watched),
-            (GradientPrecision::F32, None) => {
-                roll_in::<f32>(&borrowed, controller, domains, &watched)
-            }
-            (GradientPrecision::F32, Some(device)) => {
-                match device.roll(&borrowed, controller, domains, &watched) {
-                    Some(all) => all,
-                    None => return vec![None; domains.len()],
-                }
-            }
+        let all = match precision {
+            GradientPrecision::F64 => roll_in::<f64>(&borrowed, controller, domains, &watched),
+            GradientPrecision::F32 => roll_in::<f32>(&borrowed, controller, domains, &watched),
         };
         let seen = |(k, seen): (usize, Trajectory<f64>)| {
             let Domain { task, start } = &domains[k];

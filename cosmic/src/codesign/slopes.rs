@@ -115,7 +115,7 @@ impl Evaluator {
         match self.scene.schedule.stability_share {
             0.0 => [alone(0), None],
             1.0 => [None, alone(1)],
-            _ if together(2) == 2 || self.device.is_some() => self.slopes(both, at).map(Some),
+            _ if together(2) == 2 => self.slopes(both, at).map(Some),
             _ => rayon::join(|| alone(0), || alone(1)).into(),
         }
     }
@@ -149,9 +149,6 @@ impl Evaluator {
         sought: [Sought; N],
         at: &At,
     ) -> [Slope; N] {
-        if let Some(device) = &self.device {
-            return self.slopes_on(device, body, &sought, at);
-        }
         let horizon = &at.horizon;
         at.means(&self.task, |task, inputs| {
             let of_body;

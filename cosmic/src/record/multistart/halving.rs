@@ -8,7 +8,6 @@ use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::{Record, is_ranked_by_distance};
 use crate::error::{Result, fits};
 use crate::objective::of_scene;
-use crate::population::Populations;
 use crate::record::files::write_json;
 use crate::record::format::Format;
 use crate::record::history;
@@ -16,7 +15,6 @@ use crate::record::run::Observer;
 use crate::record::snapshot::RunPlan;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use std::sync::Arc;
 
 /// The format of the record of a search.
 pub const FORMAT: Format = Format::new("cosmic-search", 1);
@@ -64,12 +62,7 @@ impl Halving {
 }
 
 /// Runs the starts of a plan up to the last iteration at which starts are dropped, and drops the weak ones.
-pub(super) fn climb(
-    folder: &Path,
-    plan: &RunPlan,
-    device: &Option<Arc<dyn Populations>>,
-    observer: &mut dyn Observer,
-) -> Result<Halving> {
+pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Halving> {
     let settings = &plan.scene.search;
     let by_distance = is_ranked_by_distance(&plan.scene, &*of_scene(&plan.scene));
     let mut left: Vec<u64> = seeds(plan).collect();
@@ -78,8 +71,8 @@ pub(super) fn climb(
         if iteration >= plan.last_iteration() || left.len() == 1 {
             break;
         }
-        let standings = side_by_side(folder, &left, device, observer, |seed, device, observer| {
-            if let Some(mut run) = run_of(folder, seed, plan, device, iteration)? {
+        let standings = side_by_side(folder, &left, observer, |seed, observer| {
+            if let Some(mut run) = run_of(folder, seed, plan, iteration)? {
                 match run.advance(iteration, observer) {
                     // A start that diverged before the rung ranks last and does not stop the others.
                     Err(error) if error.is_of_rollouts() => {

@@ -4,28 +4,22 @@ use super::halving::{Halving, climb};
 use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::{CoDesign, first_best};
 use crate::error::{Error, Result};
-use crate::population::Populations;
 use crate::record::design_file::DESIGN;
 use crate::record::files::{copy_files, sweep, write_json};
 use crate::record::history::{DESIGNS, LINES, TABLE};
-use crate::record::run::{Lock, Observer, begin, keep_scene, on};
+use crate::record::run::{Lock, Observer, begin, keep_scene};
 use crate::record::snapshot::{RunPlan, Search, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
 use std::path::Path;
-use std::sync::Arc;
 
 /// The largest number of starts in a search, and of runs in a sweep. Each start and each run has its own folder.
 pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins a search in a new or empty folder.
-pub(in crate::record) fn create(
-    folder: &Path,
-    plan: &RunPlan,
-    device: Option<Arc<dyn Populations>>,
-) -> Result<Lock> {
+pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
     refuse_many(plan)?;
-    on(CoDesign::new(&plan.scene)?, device)?.begin(plan.seed)?;
+    CoDesign::new(&plan.scene)?.begin(plan.seed)?;
     let more = plan.starts.get() as u64 - 1;
     if plan.seed.checked_add(more).is_none() {
         let (first, last) = (plan.seed, u64::MAX);
@@ -53,7 +47,6 @@ fn refuse_many(plan: &RunPlan) -> Result<()> {
 pub(in crate::record) fn search(
     lock: Lock,
     plan: &RunPlan,
-    device: Option<Arc<dyn Populations>>,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let folder = lock.folder();
@@ -62,9 +55,9 @@ pub(in crate::record) fn search(
     keep_scene(folder, &plan.scene)?;
     let dropped = match plan.search {
         Search::Full => Halving::default(),
-        Search::Halving => climb(folder, plan, &device, observer)?,
+        Search::Halving => climb(folder, plan, observer)?,
     };
-    let mut ended = finish_left(folder, plan, &dropped, &device, observer)?.into_iter();
+    let mut ended = finish_left(folder, plan, &dropped, observer)?.into_iter();
     let mut starts = Vec::new();
     let mut delivered: Vec<Summary> = Vec::new();
     let mut diverged = None;
@@ -116,13 +109,12 @@ fn finish_left(
     folder: &Path,
     plan: &RunPlan,
     dropped: &Halving,
-    device: &Option<Arc<dyn Populations>>,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Result<Summary>>> {
     let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
     let left: Vec<u64> = seeds(plan).filter(is_left).collect();
-    side_by_side(folder, &left, device, observer, |seed, device, observer| {
-        let ended = match run_of(folder, seed, plan, device, usize::MAX)? {
+    side_by_side(folder, &left, observer, |seed, observer| {
+        let ended = match run_of(folder, seed, plan, usize::MAX)? {
             None => Summary::read(&folder_of(folder, seed)),
             Some(run) => run.finish(observer),
         };

@@ -3,7 +3,6 @@
 use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
-use crate::population::{Batcher, Populations};
 use crate::record::run::{Observer, Run, take_up};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use std::ops::ControlFlow;
@@ -20,30 +19,19 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
 /// Does `work` for every seed in parallel, one per thread, and returns the results in the order of the seeds. If one
 /// start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the folder
 /// of the search (`folder`), not the folder of a start.
-///
-/// With a device, all starts have a thread, and what they compute there is [batched](Batcher).
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     seeds: &[u64],
-    device: &Option<Arc<dyn Populations>>,
     observer: &mut dyn Observer,
-    work: impl Fn(u64, Option<Arc<dyn Populations>>, &mut dyn Observer) -> Result<T> + Sync,
+    work: impl Fn(u64, &mut dyn Observer) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    let crew = match device {
-        None => Crew::shared_out(rayon::current_num_threads(), seeds.len()),
-        Some(_) => Crew::on_device(seeds.len()),
-    };
-    let batcher = Batcher::of(device, crew);
+    let crew = Crew::shared_out(rayon::current_num_threads(), seeds.len());
     let observer = Mutex::new(observer);
     in_parallel(seeds.len(), crew, |k, failed| {
         let observer = &observer;
-        let device = Batcher::client(&batcher, k, crew);
-        let result = work(seeds[k], device, &mut OfOne { observer, failed });
+        let result = work(seeds[k], &mut OfOne { observer, failed });
         result.map_err(|mut error| {
-            if let Error::Interrupted { run, .. }
-            | Error::DeviceFailed { run, .. }
-            | Error::UnstableRun { run, .. } = &mut error
-            {
+            if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
                 *run = folder.into();
             }
             error
@@ -100,7 +88,6 @@ pub(super) fn run_of(
     folder: &Path,
     seed: u64,
     plan: &RunPlan,
-    device: Option<Arc<dyn Populations>>,
     until: usize,
 ) -> Result<Option<Run>> {
     let own = folder_of(folder, seed);
@@ -109,7 +96,7 @@ pub(super) fn run_of(
         ..RunPlan::new(&plan.name, plan.scene.clone(), seed)
     };
     if !own.join(SNAPSHOT).exists() {
-        return Run::create(&own, &of_one, device).map(Some);
+        return Run::create(&own, &of_one).map(Some);
     }
     let done = |snapshot: &Snapshot| snapshot.progress.as_ref().map_or(0, |p| p.iteration);
     let taken = take_up(&own, plan.scene.registry())?;
@@ -118,7 +105,7 @@ pub(super) fn run_of(
     }
     taken
         .filter(|(_, snapshot)| done(snapshot) < until)
-        .map(|(lock, snapshot)| Run::open(lock, snapshot, None, device))
+        .map(|(lock, snapshot)| Run::open(lock, snapshot, None))
         .transpose()
 }
 
