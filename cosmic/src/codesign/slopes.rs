@@ -14,7 +14,7 @@ use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
-use crate::scene::{GradientPrecision, HorizonMode, MovedBody};
+use crate::scene::{GradientPrecision, MovedBody};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
@@ -93,7 +93,6 @@ impl Evaluator {
         Horizon {
             first,
             steps: now.horizon(),
-            mode: self.scene.schedule.horizon_mode,
             cotangent_bound: gradient.cotangent_bound.map(bound),
         }
     }
@@ -179,10 +178,7 @@ impl Evaluator {
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
             return displacement;
         };
-        let steps = match at.horizon.mode {
-            HorizonMode::Head => at.horizon.steps.min(physics.steps),
-            HorizonMode::Tail => physics.steps,
-        };
+        let steps = at.horizon.steps.min(physics.steps);
         if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
             return displacement;
         }

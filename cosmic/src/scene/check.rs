@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    ActuatorPart, GoalKind, GroundSettings, HorizonMode, LatticeKind, LatticeSettings, Layout,
-    LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
+    ActuatorPart, GoalKind, GroundSettings, LatticeKind, LatticeSettings, Layout, LossKind, Named,
+    ProfileKind, Scene, StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -320,11 +320,6 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
             "given goals need the task \"reach\", but the task is \"{}\"",
             task.name()
         ),
-    );
-    found.require(
-        scene.schedule.horizon_mode == HorizonMode::Head,
-        given("schedule.horizon_mode"),
-        "given goals need the horizon_mode \"head\"".to_owned(),
     );
     let ([low, high], apart) = (goals.along, goals.apart);
     found.require(

@@ -69,8 +69,8 @@ pub use materials::{
     ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
 };
 pub use optimisation::{
-    AdamSettings, GradientPrecision, GradientSettings, HorizonMode, LossKind, LossSettings,
-    MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
+    AdamSettings, GradientPrecision, GradientSettings, LossKind, LossSettings, MmaSettings,
+    ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
 pub use read::{Lacks, ShownScene};

@@ -4,7 +4,7 @@ use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Sough
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
-use cosmic::scene::{GoalKind, GradientPrecision, HorizonMode, MovedBody, Named, Scene, TaskKind};
+use cosmic::scene::{GoalKind, GradientPrecision, MovedBody, Named, Scene, TaskKind};
 use cosmic::simulator::{Span, stability::Vibration};
 use cosmic::task::{Horizon, Task};
 
@@ -22,7 +22,7 @@ where
 /// agree with a finite difference.
 fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
     let (evaluator, progress) = begun(scene);
-    let (inputs, horizon) = (evaluator.inputs(&progress), Horizon::head(24));
+    let (inputs, horizon) = (evaluator.inputs(&progress), Horizon::of_steps(24));
     [DESIGN, CONTROLLER].map(|blocks| {
         let loss = |inputs: &Inputs<_>| loss_at(&evaluator, inputs, &horizon);
         let (_, gradient) = inputs.differentiate(blocks, loss);
@@ -88,30 +88,11 @@ fn bars_do_not_move_the_centre_of_mass() {
     assert!(mass < 1e-9 * payload, "{mass} {payload}");
 }
 
-/// In the mode "tail" a displacement counts from the start of the whole rollout.
-#[test]
-fn a_tail_counts_from_the_start() {
-    let mut scene = tiny();
-    scene.objective.body = MovedBody::Nodes;
-    let (evaluator, progress) = begun(&scene);
-    let inputs = evaluator.inputs(&progress);
-    let loss = |steps, mode| {
-        let horizon = Horizon {
-            mode,
-            ..Horizon::head(steps)
-        };
-        loss_at::<f64>(&evaluator, &inputs, &horizon)
-    };
-    let whole = loss(24, HorizonMode::Head);
-    assert_eq!(loss(8, HorizonMode::Tail), whole);
-    assert_ne!(loss(8, HorizonMode::Head), whole);
-}
-
 /// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.
 fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
     let (evaluator, progress) = begun(scene);
     let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
-    at.horizon = Horizon::head(steps);
+    at.horizon = Horizon::of_steps(steps);
     let [slope] = evaluator.slopes([Sought::Design(Projection::Performance)], &at);
     slope
 }
@@ -154,7 +135,7 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
         sticks: false,
         domains: Vec::new(),
         inputs: double.evaluator().inputs(&progress),
-        horizon: Horizon::head(24),
+        horizon: Horizon::of_steps(24),
     };
     for sought in [
         Sought::Design(Projection::Performance),
@@ -180,14 +161,11 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
 /// Two gradients in one call have the same bits as two calls, also over domains and with two goals.
 #[test]
 fn gradients_computed_together_are_bit_identical_to_single_ones() {
-    let check = |scene: &Scene, mode: HorizonMode| {
+    let check = |scene: &Scene| {
         let (evaluator, progress) = begun(scene);
         let at = At {
             sticks: false,
-            horizon: Horizon {
-                mode,
-                ..Horizon::head(20)
-            },
+            horizon: Horizon::of_steps(20),
             ..evaluator.point(&progress, &Schedule::at(scene, 1))
         };
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
@@ -199,14 +177,13 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
     };
     let mut scene = tiny();
     scene.start.tilt = 0.2;
-    check(&scene, HorizonMode::Head);
-    check(&scene, HorizonMode::Tail);
+    check(&scene);
     scene.gradient.precision = GradientPrecision::F32;
-    check(&scene, HorizonMode::Head);
+    check(&scene);
     scene.controller.goals = GoalKind::Two;
     scene.robust.samples = 2;
     scene.gradient.precision = GradientPrecision::F64;
-    check(&scene, HorizonMode::Head);
+    check(&scene);
 }
 
 /// The largest frequency of a vibration of the task's robot, in 1/s.
