@@ -78,7 +78,6 @@ mod record {
         mod write;
     }
     mod multistart {
-        mod halving;
         mod search;
     }
     mod run {

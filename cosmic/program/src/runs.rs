@@ -198,10 +198,7 @@ fn energy(energy: &Energy) -> String {
 fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> String {
     let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {
-        let end = match start.dropped_at {
-            Some(iteration) => format!("dropped after iteration {iteration}"),
-            None => metres(start.displacement_robust_p50) + unreliable(start.reliability.as_ref()),
-        };
+        let end = metres(start.displacement_robust_p50) + unreliable(start.reliability.as_ref());
         text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(

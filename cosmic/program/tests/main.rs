@@ -29,7 +29,6 @@ mod cli_reliable;
 mod cli_report;
 mod cli_scene;
 mod cli_script;
-mod cli_search;
 mod cli_set;
 mod cli_study;
 mod cli_sweep;

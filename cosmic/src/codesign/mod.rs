@@ -62,8 +62,6 @@ pub use observed::Observed;
 pub use other_steps::{Medians, OtherSteps};
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::{Quantiles, quantile};
-#[cfg(feature = "files")]
-pub(crate) use reach::is_ranked_by_distance;
 pub use reach::{Reached, first_best};
 pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
 pub use review::Review;

@@ -66,7 +66,7 @@ fn worse(a: f64, b: f64) -> f64 {
 
 /// True if robots are ranked by their displacement alone. The loss must be the loss for distance, and there must be a
 /// single goal.
-pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
+pub(super) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && scene.controller.goals != GoalKind::Two
 }
 

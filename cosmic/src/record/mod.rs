@@ -40,7 +40,7 @@ pub use multistart::MOST_RUNS;
 #[cfg(feature = "files")]
 pub use run::{Observer, Run};
 #[cfg(feature = "files")]
-pub use snapshot::{RunPlan, Search};
+pub use snapshot::RunPlan;
 #[cfg(feature = "files")]
 pub use summary::{DIVERGED, Start, StopReason, Summary};
 #[cfg(feature = "files")]

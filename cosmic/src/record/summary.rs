@@ -172,22 +172,18 @@ keys! {
         /// The verdict in the summary of the start.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
-        /// Only with `--search halving`: the iteration after which the search dropped the start.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
-        dropped_at: Option<usize>, "whole number";
     }
 }
 
 impl Start {
-    /// Makes the entry of a start in the list of starts. `summary` is `None` if the start was dropped or diverged.
-    pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
+    /// Makes the entry of a start in the list of starts. `summary` is `None` if the start diverged.
+    pub(super) fn new(seed: u64, summary: Option<&Summary>) -> Self {
         Self {
             seed,
             displacement_selection_p50: summary.and_then(|s| s.displacement_selection_p50),
             displacement_selection_score: summary.and_then(Summary::score),
             displacement_robust_p50: summary.and_then(|s| s.displacement_robust_p50),
             reliability: summary.and_then(|s| s.reliability.clone()),
-            dropped_at,
         }
     }
 }

@@ -329,7 +329,7 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The bounds on asymptotes must ascend, and so must the rungs. Only the task "far" can have a second goal: the loss
+/// The bounds on asymptotes must ascend. Only the task "far" can have a second goal: the loss
 /// for a second goal is minus the loss for the first. With other tasks, this would reward wasting energy or avoiding
 /// the target.
 fn searches(scene: &Scene, found: &mut Conflicts) {
@@ -338,12 +338,6 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
         least <= most,
         ["mma.asymin", "mma.asymax"],
         format!("the smallest distance of the asymptotes ({least}) is above the largest ({most})"),
-    );
-    let rungs = scene.search.rungs;
-    found.require(
-        rungs.is_sorted(),
-        ["search.rungs"; 2],
-        format!("`search.rungs` is {rungs:?}; the numbers must ascend"),
     );
     let task = scene.objective.task;
     found.require(

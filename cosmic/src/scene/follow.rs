@@ -157,7 +157,7 @@ const LAWS: [LawRule; 4] = [
 ];
 
 /// Every other rule. The declarations of the keys state them in words.
-const RULES: [Rule; 25] = [
+const RULES: [Rule; 24] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -194,9 +194,6 @@ const RULES: [Rule; 25] = [
     }),
     ("binarisation.threshold_over", |scene, _| {
         scene.binarisation.threshold_over = [20, 100].map(|of_300| iteration(scene, of_300));
-    }),
-    ("search.rungs", |scene, _| {
-        scene.search.rungs = [60, 200, 260].map(|of_300| iteration(scene, of_300));
     }),
     ("schedule.horizon", |scene, _| {
         // A goal should be reached within its time.

@@ -44,9 +44,7 @@ mod builtin;
 
 pub use any_design::AnyDesign;
 pub use base::Base;
-pub use beyond::{
-    GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, SearchSettings, TaskKind,
-};
+pub use beyond::{GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
 pub use chosen::Chosen;
 pub use departures::Departure;
@@ -126,7 +124,6 @@ settings! {
         /// Random variation of robots and surroundings.
         robust: RobustSettings;
         /// Which starts of a search continue.
-        search: SearchSettings;
         /// How goals are drawn.
         goals: GoalsSettings, read "if goals are given" if |s: &Scene| s.controller.goals == GoalKind::Given;
     }

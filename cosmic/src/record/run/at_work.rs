@@ -37,8 +37,7 @@ pub trait Observer: Send {
         ControlFlow::Continue(())
     }
 
-    /// Called when a run has done its iterations. In a search by halving, also called when a run reaches a rung and
-    /// waits there for the other starts.
+    /// Called when a run has done its iterations.
     fn end(&mut self, _run: &Run) {}
 
     /// Called with a warning. Each warning is given once, and the run continues.
