@@ -160,15 +160,6 @@ impl Task {
         }
     }
 
-    /// A copy of the task with the goal on the other side of the origin.
-    #[must_use]
-    pub fn turned_back(&self) -> Self {
-        Self {
-            simulator: self.simulator.turned_back(),
-            ..self.clone()
-        }
-    }
-
     /// The body that belongs to a design. It includes the [variation](Task::varied) of this task, if there is one.
     pub fn body<R: Real>(&self, design: &Design<Mixture<R>>) -> Body<R> {
         let (lattice, one_piece) = (&self.lattice, self.one_piece);

@@ -177,7 +177,6 @@ fn what_does_not_go_with_goals_is_refused() {
             "a policy that observes the robot",
         ),
         ("controller.goals=fixed", "needs goals = \"given\""),
-        ("controller.goals=two", "two goals need the task \"far\""),
     ] {
         let refused = errand.set(&[setting]).unwrap_err().to_string();
         assert!(refused.contains(says), "{setting}: {refused}");

@@ -23,7 +23,7 @@ impl<'a> ByNumber<'a> {
         let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
         let third = case.physics.steps / 3;
         let simulator = match case.observation.goals {
-            GoalKind::Fixed | GoalKind::Two => simulator,
+            GoalKind::Fixed => simulator,
             GoalKind::Given => {
                 let goals = Goals::at(Vector::new([0.4, 0.1]));
                 let goals = goals.then(third, Goal::Velocity(-0.2));

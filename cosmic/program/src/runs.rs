@@ -220,12 +220,6 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median)\n");
     }
-    if let Some(behind) = summary.displacement_behind_p50 {
-        text += &format!(
-            "with the goal behind: {behind:.3} m (negative is towards the goal); the worse of the two \
-             displacements decides the choice of the robot\n"
-        );
-    }
     if let Some(reason) = summary.unreliable() {
         text += &format!("unreliable: {reason}\n");
     }

@@ -43,8 +43,7 @@ impl CoDesign {
 
     /// Prepares the optimisation of a scene for the caller's loss instead of the scene's objective.
     ///
-    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true. In a scene with two
-    /// goals, the loss for the first goal is minimised and the loss for the second goal is maximised.
+    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true.
     ///
     /// ```
     /// use autodiff::Real;

@@ -41,7 +41,7 @@ impl Evaluator {
         let number = now.iteration as u64;
         let stream = |purpose| stream_of(progress.seed, purpose, number);
         let count = match goals {
-            GoalKind::Fixed | GoalKind::Two => robust.samples,
+            GoalKind::Fixed => robust.samples,
             GoalKind::Given => self.scene.goals.samples,
         };
         let domains = match robust.samples {
@@ -52,7 +52,7 @@ impl Evaluator {
             }
         };
         match goals {
-            GoalKind::Fixed | GoalKind::Two => (0, domains),
+            GoalKind::Fixed => (0, domains),
             GoalKind::Given => {
                 let rest = self.scene.physics.steps.saturating_sub(now.horizon());
                 self.with_a_goal(domains, progress, rest, stream(Purpose::Goals))
@@ -142,7 +142,7 @@ impl Evaluator {
         purpose: Purpose,
     ) -> Vec<Domain<'a>> {
         match self.scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => domains,
+            GoalKind::Fixed => domains,
             GoalKind::Given => {
                 let goals = &self.scene.goals;
                 let mut stream = stream_of(seed, Purpose::Errands, purpose as u64);

@@ -1,12 +1,10 @@
 //! Gradients of the loss with respect to the design and to the controller.
 
-use std::borrow::Cow;
-
 use autodiff::{CotangentBound, Real, Var};
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::reach::{Goal, Reached, is_ranked_by_distance};
+use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::design::{Design, Mixture};
@@ -195,7 +193,7 @@ impl Evaluator {
     /// The merit (the number by which robots are ranked) within the horizon; `None` if robots are ranked by their
     /// displacement alone.
     pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
+        (!self.is_far()).then_some(slope.merit)
     }
 
     /// The gradients of one task, computed in the number type `R`.
@@ -235,9 +233,7 @@ impl Evaluator {
         })
     }
 
-    /// The loss of each robot within a horizon, and the robot's result measured from `start`. With two goals, the loss
-    /// is the mean of the loss for the goal ahead and of minus the loss for the goal behind. The sign changes because
-    /// the payload must move backwards to reach the goal behind.
+    /// The loss of each robot within a horizon, and the robot's result measured from `start`.
     pub fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
@@ -249,21 +245,12 @@ impl Evaluator {
     where
         dyn AnyLoss: LossOf<R>,
     {
-        let towards = |goal: Goal| -> Vec<(R, Reached)> {
-            let task = match goal {
-                Goal::Ahead => Cow::Borrowed(task),
-                Goal::Behind => Cow::Owned(task.turned_back()),
-            };
-            let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
-            let lost = |seen: &Trajectory<R>| {
-                let loss = self.loss.loss_of(seen);
-                let moved = self.between(start, seen);
-                (loss, self.reached_by(moved, || loss.primal()))
-            };
-            seen.iter().map(lost).collect()
+        let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
+        let lost = |seen: &Trajectory<R>| {
+            let loss = self.loss.loss_of(seen);
+            let moved = self.between(start, seen);
+            (loss, self.reached_by(moved, || loss.primal()))
         };
-        self.towards_goals(towards, |(loss, ahead), (back, behind)| {
-            (R::lit(0.5) * (loss - back), ahead.with_behind(behind))
-        })
+        seen.iter().map(lost).collect()
     }
 }

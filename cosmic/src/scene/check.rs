@@ -51,7 +51,7 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, searches, goals,
+        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, asymptotes, goals,
         springs, terrain, parts,
     ] {
         rule(scene, &mut found);
@@ -329,24 +329,13 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The bounds on asymptotes must ascend. Only the task "far" can have a second goal: the loss
-/// for a second goal is minus the loss for the first. With other tasks, this would reward wasting energy or avoiding
-/// the target.
-fn searches(scene: &Scene, found: &mut Conflicts) {
+/// The bounds on asymptotes must ascend.
+fn asymptotes(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.mma.asymin, scene.mma.asymax);
     found.require(
         least <= most,
         ["mma.asymin", "mma.asymax"],
         format!("the smallest distance of the asymptotes ({least}) is above the largest ({most})"),
-    );
-    let task = scene.objective.task;
-    found.require(
-        scene.controller.goals != GoalKind::Two || task == TaskKind::Far,
-        ["controller.goals", "objective.task"],
-        format!(
-            "two goals need the task \"far\", but the task is \"{}\"",
-            task.name()
-        ),
     );
 }
 

@@ -198,7 +198,7 @@ const RULES: [Rule; 24] = [
     ("schedule.horizon", |scene, _| {
         // A goal should be reached within its time.
         let parts = match scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => [4, 2],
+            GoalKind::Fixed => [4, 2],
             GoalKind::Given => [2 * scene.goals.count, scene.goals.count],
         };
         scene.schedule.horizon = parts.map(|part| (scene.physics.steps / part).max(1));
@@ -222,7 +222,7 @@ const RULES: [Rule; 24] = [
     }),
     ("controller.goal_scale", |scene, world| {
         let scale = match scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => 0.05,
+            GoalKind::Fixed => 0.05,
             GoalKind::Given => 3.0,
         };
         scene.controller.goal_scale = scale / world.length;

@@ -36,7 +36,6 @@ mod check;
 mod fit;
 mod diagnostic;
 mod read;
-mod renamed;
 mod toml_file;
 mod whole;
 mod write;

@@ -154,15 +154,6 @@ impl Simulator {
         }
     }
 
-    /// A copy of this simulator in which the controller sees its goal in the opposite direction. Goals that are inputs of a
-    /// rollout stay as they are.
-    #[must_use]
-    pub fn turned_back(&self) -> Self {
-        let mut other = self.clone();
-        other.robot.settings = self.robot.settings.turned_back();
-        other
-    }
-
     /// The surroundings of the scene, whose numbers are constants: gravity, friction, the settings of the laws, and the
     /// goals if they are inputs of a rollout.
     pub fn surroundings<R: Real>(&self) -> Surroundings<R> {

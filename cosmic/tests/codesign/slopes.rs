@@ -4,7 +4,7 @@ use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Sough
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
-use cosmic::scene::{GoalKind, GradientPrecision, MovedBody, Named, Scene, TaskKind};
+use cosmic::scene::{GradientPrecision, MovedBody, Named, Scene, TaskKind};
 use cosmic::simulator::{Span, stability::Vibration};
 use cosmic::task::{Horizon, Task};
 
@@ -43,16 +43,6 @@ fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
         assert!(off < 1e-7 * slope.abs() + 1e-11, "{difference} {slope}");
         slope
     })
-}
-
-/// The robot falls freely, so that the loss has no kinks.
-#[test]
-fn the_gradient_for_two_goals_agrees_with_differences() {
-    let mut scene = tiny();
-    (scene.lattice.drop, scene.controller.goals) = (1.0, GoalKind::Two);
-    scene.controller.goal_scale = 1.0;
-    let slopes = slopes_agree_with_differences(&scene);
-    assert!(slopes.iter().all(|slope| *slope != 0.0));
 }
 
 /// The weights of the centre of mass and of the nodes in use depend on the design, and the gradients contain that.
@@ -95,19 +85,6 @@ fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
     at.horizon = Horizon::of_steps(steps);
     let [slope] = evaluator.slopes([Sought::Design(Projection::Performance)], &at);
     slope
-}
-
-/// A robot whose controller does not observe the goal moves the same way for both goals, in every domain. So the
-/// losses for the two goals cancel.
-#[test]
-fn both_goals_have_the_same_robot() {
-    let mut scene = tiny();
-    (scene.controller.goals, scene.controller.goal_scale) = (GoalKind::Two, 0.0);
-    scene.robust.samples = 3;
-    let slope = slope_in_domains(&scene, 20);
-    assert_eq!(slope.loss, 0.0);
-    // Two gradients cancel. They come from numbers below 1 that are rounded at 1e-16.
-    assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
 }
 
 #[test]
@@ -158,7 +135,7 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
     }
 }
 
-/// Two gradients in one call have the same bits as two calls, also over domains and with two goals.
+/// Two gradients in one call have the same bits as two calls, also over domains.
 #[test]
 fn gradients_computed_together_are_bit_identical_to_single_ones() {
     let check = |scene: &Scene| {
@@ -180,7 +157,6 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
     check(&scene);
     scene.gradient.precision = GradientPrecision::F32;
     check(&scene);
-    scene.controller.goals = GoalKind::Two;
     scene.robust.samples = 2;
     scene.gradient.precision = GradientPrecision::F64;
     check(&scene);
