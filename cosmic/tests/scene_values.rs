@@ -4,8 +4,8 @@
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    BUILTIN, ClockKind, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
-    StartKind,
+    BUILTIN, ClockKind, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene,
+    SelectionKind, StartKind,
 };
 
 #[test]

@@ -108,9 +108,8 @@ impl Simulator {
     }
 
     /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their numbers are
-    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.0.is_point`, `goal.1.along` and so
-    /// on, so that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
-    /// With an `is_point` of 1, `along` and `above` are a point, in metres. With 0, `along` is a velocity, in m/s.
+    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.1.along` and so on, in metres, so
+    /// that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
     ///
     /// # Panics
     /// If goals are not inputs of a rollout (`controller.goals = "given"`).

@@ -234,7 +234,7 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
                 let seen = domain
                     .task
                     .rollout(&design, &progress.controller, &domain.start, &span);
-                let goal = seen.goals.unwrap().points().next().unwrap();
+                let goal = seen.goals.unwrap().iter().next().unwrap();
                 ahead += usize::from(goal.forward() > domain.start.x[payload].forward());
             }
             assert_eq!((ahead, domains.len()), (4, 8));
