@@ -283,8 +283,7 @@ impl Task {
         StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
-    /// Computes the loss of a design over a horizon. The controller and the initial state are in `inputs`. In the mode
-    /// "tail", the steps before the horizon are simulated without derivatives.
+    /// Computes the loss of a design over a horizon. The controller and the initial state are in `inputs`.
     pub fn loss<R: Real>(
         &self,
         design: &Design<Mixture<R>>,

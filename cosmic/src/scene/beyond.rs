@@ -1,5 +1,4 @@
-//! Settings that go beyond the paper, all off by default: other tasks, robust designs, and a search over starts that
-//! drops weak starts early.
+//! Settings that go beyond the paper, all off by default: other tasks, robust designs, and given goals.
 
 use super::Scene;
 use super::chosen::Chosen;

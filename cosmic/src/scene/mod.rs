@@ -122,7 +122,6 @@ settings! {
         objective: ObjectiveSettings;
         /// Random variation of robots and surroundings.
         robust: RobustSettings;
-        /// Which starts of a search continue.
         /// How goals are drawn.
         goals: GoalsSettings, read "if goals are given" if |s: &Scene| s.controller.goals == GoalKind::Given;
     }
