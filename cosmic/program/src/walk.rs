@@ -20,8 +20,9 @@ use std::path::PathBuf;
 /// left when it ends, and the ratio of the two distances.
 ///
 /// The run's scene must have `controller.goals = "given"`, as `errand` has. A goal is a place along the ground in
-/// metres, counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and right: to the places that are a sixth of `goals.along` from its ends (1 m and -1 m in
-/// `errand`), for half of the scene's time each, in whole seconds (8 s in `errand`).
+/// metres, counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and
+/// right: to the places that are a sixth of `goals.along` from its ends (1 m and -1 m in `errand`), for half of the
+/// scene's time each, in whole seconds (8 s in `errand`).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The folder of the run, or a design file with scene.toml beside it
