@@ -145,7 +145,10 @@ impl<'a> Subject<'a> {
         self.reverse(|inputs| {
             let design = case.projected(case.projection, &inputs.z);
             let start = reached.states[0].map(Var::constant);
-            let seen = task.rollout(&design, &inputs.controller, &start, &span);
+            let mut seen = task.rollout(&design, &inputs.controller, &start, &span);
+            if !seen.start.is_empty() {
+                seen.start.clone_from(&inputs.start.x);
+            }
             -task.ground().along(seen.position(carried))
         })
     }
