@@ -28,7 +28,7 @@ fn main() -> Result<(), cosmic::Error> {
     let codesign = CoDesign::new(&scene)?;
     let (task, first) = (codesign.task(), codesign.begin(1)?);
     let mut inputs = codesign.evaluator().inputs(&first);
-    let horizon = Horizon::head(128);
+    let horizon = Horizon::of_steps(128);
     let mut losses = [0.0; 20];
     for value in &mut losses {
         let (loss, gradient) = inputs.differentiate(CONTROLLER, |robot| {

@@ -53,15 +53,6 @@ fn share_a_task(domains: &[Domain]) -> bool {
         .all(|domain| std::ptr::eq(first, &*domain.task))
 }
 
-/// Copies of the domains with the goal on the other side of the origin.
-pub fn turned_back(domains: &[Domain]) -> Vec<Domain<'static>> {
-    let turned = |domain: &Domain| Domain {
-        task: Cow::Owned(domain.task.turned_back()),
-        start: domain.start.clone(),
-    };
-    domains.iter().map(turned).collect()
-}
-
 /// Simulates robots with one controller, each in its own domain. `designs` has one design for all domains, or one for
 /// each domain. The trajectories are bit-identical to those of single [rollouts](Task::rollout), but take less time.
 /// The tasks of the domains must be [variations](Task::varied) of one task.

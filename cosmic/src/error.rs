@@ -163,22 +163,6 @@ pub enum Error {
         /// The number of all runs.
         total: usize,
     },
-    /// The device on which a run computed stopped working. The run is saved and can be resumed, also on the processor.
-    #[error(
-        "the GPU stopped working after iteration {iteration}: {why}; the run is saved; on the processor, {}; on a GPU, add \
-         --device gpu to this command",
-        go_on(run, *own_loss)
-    )]
-    DeviceFailed {
-        /// The run's folder.
-        run: PathBuf,
-        /// The number of iterations that the run has done.
-        iteration: usize,
-        /// True if the loss of the run is code of the program that began it. No command can resume such a run.
-        own_loss: bool,
-        /// What happened, as a sentence without a full stop.
-        why: String,
-    },
     /// A run was interrupted. It can be resumed.
     #[error("interrupted after iteration {iteration}; {}", go_on(run, *own_loss))]
     Interrupted {
@@ -257,7 +241,7 @@ impl Error {
             | Error::UnstableRun { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
-            Error::Interrupted { .. } | Error::DeviceFailed { .. } | Error::Stopped { .. } => 75,
+            Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }
     }
 }

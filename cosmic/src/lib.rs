@@ -9,8 +9,7 @@
 //! - Space: [`geometry`] has vectors, the ground and the coordinate frames.
 //! - The robot: [`lattice`] has its nodes and edges, [`design`] the design vectors that an optimiser changes, and
 //!   [`policy`] the controller. [`projection`] converts design vectors to materials and a body.
-//! - Its motion and score: [`simulator`] computes rollouts, and [`objective`] computes losses from them. [`population`]
-//!   is what a GPU must do to compute both for many robots. [`inputs`] has
+//! - Its motion and score: [`simulator`] computes rollouts, and [`objective`] computes losses from them. [`inputs`] has
 //!   the numbers with respect to which losses are differentiated. [`task`] joins all of these. [`domain`] draws random
 //!   variations of a robot and its surroundings. [`case`] is one rollout with all its numbers in a file.
 //! - The search for a good robot: [`optimiser`] is the package `cosmic-optimiser`, which does not depend on
@@ -39,7 +38,6 @@ pub mod projection;
 pub mod policy;
 pub mod simulator;
 pub mod objective;
-pub mod population;
 pub mod inputs;
 pub mod task;
 pub mod domain;

@@ -7,9 +7,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// The largest number of jobs that run together on a device. Each has two threads.
-const MOST_TOGETHER: usize = 512;
-
 /// How jobs are divided among threads.
 #[derive(Clone, Copy, Debug)]
 pub struct Crew {
@@ -36,15 +33,6 @@ impl Crew {
         Self {
             at_work,
             threads: (threads / at_work).max(1),
-        }
-    }
-
-    /// A crew for jobs that compute on a device: all of them run at the same time, up to a bound, each on a thread that
-    /// mostly waits.
-    pub fn on_device(jobs: usize) -> Self {
-        Self {
-            at_work: jobs.clamp(1, MOST_TOGETHER),
-            threads: 1,
         }
     }
 

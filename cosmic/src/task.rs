@@ -12,32 +12,28 @@ use crate::objective::{Loss, LossOf};
 use crate::policy::{Controller, Goals};
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
-    AnyDesign, ControllerSettings, HorizonMode, MaterialSettings, MovedBody, PhysicsSettings,
-    ProjectionSettings,
+    AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings,
 };
 use crate::simulator::stability::Vibration;
 use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
 
-/// The steps of a rollout that carry the gradient (D11).
+/// The steps of a rollout that carry the gradient (D11). The rollout ends after them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
     /// The number of steps on the clock at the start of the rollout.
     pub first: usize,
     /// The number of steps that carry the gradient.
     pub steps: usize,
-    /// The part of a rollout that carries the gradient: its first steps or its last steps.
-    pub mode: HorizonMode,
     /// The bound on the state's cotangent in the reverse sweep. With `None` the gradient is exact.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
 impl Horizon {
-    /// A horizon of the first `steps` steps of a rollout. The gradient is exact.
-    pub fn head(steps: usize) -> Self {
+    /// A horizon of `steps` steps from the start of the clock. The gradient is exact.
+    pub fn of_steps(steps: usize) -> Self {
         Self {
             first: 0,
             steps,
-            mode: HorizonMode::Head,
             cotangent_bound: None,
         }
     }
@@ -160,15 +156,6 @@ impl Task {
     pub fn with_goals(&self, goals: &Goals) -> Self {
         Self {
             simulator: self.simulator.with_goals(goals),
-            ..self.clone()
-        }
-    }
-
-    /// A copy of the task with the goal on the other side of the origin.
-    #[must_use]
-    pub fn turned_back(&self) -> Self {
-        Self {
-            simulator: self.simulator.turned_back(),
             ..self.clone()
         }
     }
@@ -296,8 +283,7 @@ impl Task {
         StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
-    /// Computes the loss of a design over a horizon. The controller and the initial state are in `inputs`. In the mode
-    /// "tail", the steps before the horizon are simulated without derivatives.
+    /// Computes the loss of a design over a horizon. The controller and the initial state are in `inputs`.
     pub fn loss<R: Real>(
         &self,
         design: &Design<Mixture<R>>,
@@ -330,12 +316,11 @@ impl Task {
         loss: &(impl Loss + ?Sized),
         horizon: &Horizon,
     ) -> Vec<Trajectory<R>> {
-        let seen = self.span_of(loss, horizon);
-        self.over_span(designs, inputs, seen, horizon.mode)
+        self.over_span(designs, inputs, &self.span_of(loss, horizon))
     }
 
     /// The span of the steps that carry the gradient over a horizon, with the states and the nodes that the loss reads.
-    pub(crate) fn span_of(&self, loss: &(impl Loss + ?Sized), horizon: &Horizon) -> Span {
+    fn span_of(&self, loss: &(impl Loss + ?Sized), horizon: &Horizon) -> Span {
         let steps = horizon.steps.min(self.physics.steps);
         Span {
             first: horizon.first,
@@ -360,26 +345,10 @@ impl Task {
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
         inputs: &Inputs<R>,
-        mut span: Span,
-        mode: HorizonMode,
+        span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let (simulator, controller) = (&self.simulator, &inputs.controller);
         let bodies = self.bodies(designs);
-        let mut starts = vec![inputs.start.clone(); bodies.len()];
-        if mode == HorizonMode::Tail {
-            span.first = self.physics.steps - span.steps();
-            let head = Span::from_start(vec![span.first]);
-            let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
-            let at_first = vec![inputs.start.map(R::detach); bodies.len()];
-            let detached = controller.map(R::detach);
-            let reached = simulator.rollout_many(&bodies, &detached, &at_first, &head);
-            starts = reached.into_iter().flat_map(|seen| seen.states).collect();
-        }
-        let mut seen = simulator.rollout_many(&bodies, controller, &starts, &span);
-        // The displacement counts from the start of the whole rollout, not from the first step of its tail.
-        for seen in seen.iter_mut().filter(|seen| !seen.start.is_empty()) {
-            seen.start.clone_from(&inputs.start.x);
-        }
-        seen
+        let starts = vec![&inputs.start; bodies.len()];
+        (self.simulator).rollout_many(&bodies, &inputs.controller, &starts, span)
     }
 }

@@ -65,7 +65,6 @@ mod policy {
     mod mlp;
     mod saved;
 }
-mod population;
 mod projection;
 mod property_design;
 mod property_files;
@@ -79,7 +78,6 @@ mod record {
         mod write;
     }
     mod multistart {
-        mod halving;
         mod search;
     }
     mod run {

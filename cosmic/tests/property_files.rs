@@ -138,7 +138,6 @@ proptest! {
             seed,
             starts: NonZeroUsize::MIN,
             iterations: NonZeroUsize::new(iterations),
-            search: Default::default(),
         };
         let text = serde_json::to_string(&plan.saved()).unwrap();
         let read: RunPlan<SavedScene> = serde_json::from_str(&text).unwrap();

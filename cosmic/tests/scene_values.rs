@@ -4,8 +4,8 @@
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    BUILTIN, GoalKind, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
-    StartKind,
+    BUILTIN, ClockKind, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene,
+    SelectionKind, StartKind,
 };
 
 #[test]
@@ -161,7 +161,7 @@ fn single_settings_replace_those_of_a_scene() {
         "physics.contact=none",
         "start.layout=\"tall\"",
         "adam.gradient_norm=off",
-        "controller.goals=two",
+        "controller.clock=learned",
         "schedule.cycle=dc",
         "physics.gravity=5",
     ];
@@ -174,7 +174,7 @@ fn single_settings_replace_those_of_a_scene() {
         (Layout::Tall, None)
     );
     assert!(
-        set.controller.goals == GoalKind::Two
+        set.controller.clock == ClockKind::Learned
             && set.schedule.cycle == [Pass::Design, Pass::Controller]
     );
     assert_eq!(set.physics.friction, scene.physics.friction);

@@ -1,33 +1,62 @@
-//! The program `cosmic` with GPU support, and a command more: `bench` measures how fast a GPU simulates a population.
+//! The program `cosmic-gpu`: lists the GPUs of this computer, and measures how fast they simulate a population.
 
 mod bench;
-mod support;
 
+use std::error::Error;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
+use cosmic_gpu::{Adapter, adapters};
 
-/// Measure robot-steps per second on a GPU against the number of robots, beside the processor
+/// Simulate populations of robots on a GPU
 #[derive(Parser)]
-#[command(name = "cosmic bench")]
-struct Bench {
-    #[command(flatten)]
-    settings: bench::Settings,
+#[command(name = "cosmic-gpu", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// List the GPUs of this computer, the one that is taken first
+    Devices,
+    /// Measure robot-steps per second on a GPU against the number of robots, beside the processor
+    Bench(bench::Settings),
+}
+
+fn devices() {
+    let found = adapters();
+    if found.is_empty() {
+        println!("no adapter of Vulkan, Metal or DirectX 12 was found");
+    }
+    for Adapter {
+        name,
+        device_type,
+        backend,
+        driver_info,
+        ..
+    } in found
+    {
+        println!("{name} ({device_type:?}, {backend:?}, {driver_info})");
+    }
+}
+
+fn run(command: &Command) -> Result<(), Box<dyn Error>> {
+    match command {
+        Command::Devices => {
+            devices();
+            Ok(())
+        }
+        Command::Bench(settings) => bench::run(settings),
+    }
 }
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args_os();
-    if arguments.nth(1).is_some_and(|command| command == "bench") {
-        let arguments = std::env::args_os().skip(1);
-        return match bench::run(&Bench::parse_from(arguments).settings) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                eprintln!("error: {error}");
-                ExitCode::from(2)
-            }
-        };
+    match run(&Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
     }
-    cosmic_program::Program::new()
-        .with_gpu(support::Support)
-        .run()
 }

@@ -1,21 +1,20 @@
-//! Populations of `cosmic` on a device.
+//! Batches of robots on a device.
 
 use std::collections::VecDeque;
-use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use autodiff::Var;
-use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
-use cosmic::population::{Batch, GradientBatch, Populations, Refused, RobotGradient};
-use cosmic::simulator::{PrintedRobots, Robots, Span, Surroundings, Trajectory, Wanted, Workgroup};
+use cosmic::simulator::{
+    PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
+};
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::device::{Gpu, GpuError};
 use crate::population::Population;
-use crate::robots::{ByParts, Differentiated, Losses, Member, RobotsOnGpu};
+use crate::robots::{Differentiated, Losses, Member, RobotsOnGpu};
 
 /// The number of invocations that carry one robot.
 pub const WORKGROUP: usize = 128;
@@ -23,12 +22,31 @@ pub const WORKGROUP: usize = 128;
 /// The most programs that a device keeps.
 const KEPT: usize = 32;
 
-/// A device that simulates populations. It keeps the latest programs that it has compiled.
+/// Robots that one simulator simulates over one span, each from its own start.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    /// The simulator.
+    pub simulator: Simulator,
+    /// The span of the rollouts.
+    pub span: Span,
+    /// One for all robots, or one for each.
+    pub surroundings: Vec<Surroundings<f64>>,
+    /// One for all robots, or one for each.
+    pub bodies: Vec<Body<f64>>,
+    /// One for all robots, or one for each.
+    pub controllers: Vec<Controller<f64>>,
+    /// The start of each robot.
+    pub starts: Vec<State<f64>>,
+}
+
+/// The reason why a device cannot simulate a batch, as a sentence without a full stop.
+pub type Refused = String;
+
+/// A device that simulates batches of robots. It divides a batch that does not fit into parts, and keeps the latest
+/// programs that it has compiled.
 pub struct OnGpu {
     gpu: Gpu,
     compiled: Mutex<VecDeque<Compiled>>,
-    /// The threads that prepare robots for the device.
-    pool: ThreadPool,
 }
 
 /// A program that is compiled, with its text. Without `reverses`, only its forward sweep is.
@@ -38,25 +56,7 @@ struct Compiled {
     population: Arc<Population>,
 }
 
-/// Robots of several populations that one program simulates.
-struct Joined<'a> {
-    device: RobotsOnGpu,
-    /// For each robot, the number of its population, and its number there.
-    members: Vec<[usize; 2]>,
-    asked: Vec<&'a Batch>,
-    /// Whether the robots share what their only population shares.
-    shares: bool,
-}
-
-/// The robots of a part of the members.
-struct Part {
-    surroundings: Vec<Surroundings<f64>>,
-    bodies: Vec<Body<f64>>,
-    controllers: Vec<Controller<f64>>,
-    starts: Vec<State<f64>>,
-}
-
-impl Part {
+impl Batch {
     fn robots(&self) -> Robots<'_, f64> {
         Robots {
             surroundings: &self.surroundings,
@@ -64,17 +64,50 @@ impl Part {
             controllers: &self.controllers,
         }
     }
+
+    /// Whether the robots share their body and their controller.
+    fn shares(&self) -> bool {
+        self.starts.len() > 1 && self.bodies.len() == 1 && self.controllers.len() == 1
+    }
+
+    /// The robots with these numbers. A single robot comes twice, so that it does not count as shared.
+    fn part(&self, members: Range<usize>) -> Self {
+        let numbers = match members.len() {
+            1 => vec![members.start; 2],
+            _ => members.collect(),
+        };
+        let shares = self.shares();
+        Self {
+            simulator: self.simulator.clone(),
+            span: self.span.clone(),
+            surroundings: picked(&self.surroundings, &numbers, shares),
+            bodies: picked(&self.bodies, &numbers, shares),
+            controllers: picked(&self.controllers, &numbers, shares),
+            starts: picked(&self.starts, &numbers, false),
+        }
+    }
+}
+
+/// The entries with these numbers. If all robots have the only entry, it is returned once where robots share entries.
+fn picked<T: Clone + Send + Sync>(list: &[T], numbers: &[usize], shares: bool) -> Vec<T> {
+    match list {
+        [only] if shares => vec![only.clone()],
+        list => {
+            let numbers = numbers.par_iter();
+            numbers.map(|&k| list[k % list.len()].clone()).collect()
+        }
+    }
 }
 
 /// The losses of a part of the robots. A single robot comes twice.
 struct OfPart<'a, L> {
     losses: &'a L,
-    members: &'a [[usize; 2]],
+    members: Range<usize>,
 }
 
 impl<L> OfPart<'_, L> {
     fn number(&self, robot: usize) -> usize {
-        self.members[robot % self.members.len()][1]
+        self.members.start + robot % self.members.len()
     }
 }
 
@@ -88,24 +121,15 @@ impl<L: Losses> Losses for OfPart<'_, L> {
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
         self.losses.loss(self.number(robot), walk)
     }
-    fn origin(&self, robot: usize) -> Option<&[Vector<f64>]> {
-        self.losses.origin(self.number(robot))
-    }
 }
 
 impl OnGpu {
-    /// Prepares a device. Its work is prepared on this many threads, by default one per core.
-    ///
-    /// # Errors
-    /// If the threads cannot be started.
-    pub fn new(gpu: Gpu, threads: Option<NonZeroUsize>) -> Result<Self, GpuError> {
-        let threads = threads.map_or(0, NonZeroUsize::get);
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        Ok(Self {
+    /// Prepares a device.
+    pub fn new(gpu: Gpu) -> Self {
+        Self {
             gpu,
             compiled: Mutex::default(),
-            pool: pool.map_err(|error| GpuError::Failed(error.to_string()))?,
-        })
+        }
     }
 
     /// The device.
@@ -113,11 +137,59 @@ impl OnGpu {
         &self.gpu
     }
 
-    /// The robots of a population as a program, with which it can be joined to others. If `by` is `None`, only the forward
-    /// sweep must fit a workgroup. Numbers that do not fit lie in a buffer.
-    pub fn printed(&self, asked: &Batch, by: Option<Wanted>) -> Result<PrintedRobots, Refused> {
+    /// Computes the rollouts of a batch. If its span is watched, all observations of a robot that exceeded a bound are NaN.
+    ///
+    /// # Errors
+    /// If the device stopped working, or cannot simulate such robots.
+    pub fn rollouts(&self, asked: &Batch) -> Result<Vec<Trajectory<f64>>, Refused> {
+        let device = self.device(asked, None)?;
+        let mut walks = Vec::with_capacity(asked.starts.len());
+        for members in parts(&device, asked, false) {
+            let part = asked.part(members.clone());
+            let walked = device.rollouts(&part.robots(), &part.starts);
+            walks.extend(walked.map_err(refused)?.into_iter().take(members.len()));
+        }
+        Ok(walks)
+    }
+
+    /// The losses of a batch and their gradients by any numbers. The robots of `asked` must have the values of those of
+    /// `losses`.
+    ///
+    /// # Errors
+    /// If the device stopped working, or cannot simulate such robots.
+    pub fn differentiated(
+        &self,
+        asked: &Batch,
+        by: Wanted,
+        losses: &impl Losses,
+    ) -> Result<Vec<Differentiated>, Refused> {
+        let device = self.device(asked, Some(by))?;
+        let mut answers = Vec::with_capacity(asked.starts.len());
+        for members in parts(&device, asked, true) {
+            let part = asked.part(members.clone());
+            let count = members.len();
+            let losses = OfPart { losses, members };
+            let found = device.differentiated(&part.robots(), &part.starts, &losses);
+            answers.extend(found.map_err(refused)?.into_iter().take(count));
+        }
+        Ok(answers)
+    }
+
+    /// The compiled program of a batch. If `by` is `None`, it has only the forward sweep.
+    fn device(&self, asked: &Batch, by: Option<Wanted>) -> Result<RobotsOnGpu, Refused> {
+        let printed = self.printed(asked, by)?;
+        let population = self.compiled(&printed, by.is_some()).map_err(refused)?;
+        Ok(RobotsOnGpu::of(population, printed))
+    }
+
+    /// Prints the program of a batch. If `by` is `None`, only the forward sweep must fit a workgroup. Numbers that do not
+    /// fit lie in a buffer.
+    fn printed(&self, asked: &Batch, by: Option<Wanted>) -> Result<PrintedRobots, Refused> {
         let wanted = by.unwrap_or_default();
-        let (shares, two) = (shares(asked), |count: usize| if count == 1 { 1 } else { 2 });
+        let (shares, two) = (
+            asked.shares(),
+            |count: usize| if count == 1 { 1 } else { 2 },
+        );
         let [surroundings, bodies, controllers] = match shares {
             true => [
                 asked.surroundings.len(),
@@ -153,33 +225,6 @@ impl OnGpu {
         }
     }
 
-    /// The losses of a population and their gradients by any numbers. The robots of `asked` must have the values of those
-    /// of `losses`.
-    ///
-    /// # Errors
-    /// If the device stopped working, or cannot simulate such robots.
-    pub fn differentiated(
-        &self,
-        asked: &Batch,
-        by: Wanted,
-        losses: &impl Losses,
-    ) -> Result<Vec<Differentiated>, Refused> {
-        self.pool.install(|| {
-            let mut answers = Vec::with_capacity(asked.starts.len());
-            for joined in self.joined(&[asked], &[by], true)? {
-                for members in joined.parts(true) {
-                    let part = joined.part(members);
-                    let losses = OfPart { losses, members };
-                    let found = joined
-                        .device
-                        .differentiated(&part.robots(), &part.starts, &losses);
-                    answers.extend(found.map_err(refused)?.into_iter().take(members.len()));
-                }
-            }
-            Ok(answers)
-        })
-    }
-
     /// Compiles a program, unless it is compiled already.
     fn compiled(
         &self,
@@ -207,70 +252,18 @@ impl OnGpu {
         });
         Ok(population)
     }
-
-    /// Joins populations that have the same program and the same span.
-    fn joined<'a>(
-        &self,
-        asked: &[&'a Batch],
-        wanted: &[Wanted],
-        reverses: bool,
-    ) -> Result<Vec<Joined<'a>>, Refused> {
-        let mut joined: Vec<Joined> = Vec::new();
-        for (p, (batch, wanted)) in asked.iter().zip(wanted).enumerate() {
-            let is_same = |other: &&mut Joined| {
-                let [first, _] = other.members[0];
-                !other.shares
-                    && !shares(batch)
-                    && other.device.printed().wanted == *wanted
-                    && is_alike(asked[first], batch)
-            };
-            let members = (0..batch.starts.len()).map(|k| [p, k]);
-            if let Some(other) = joined.iter_mut().find(is_same) {
-                other.members.extend(members);
-                continue;
-            }
-            let printed = self.printed(batch, reverses.then_some(*wanted))?;
-            let population = self.compiled(&printed, reverses).map_err(refused)?;
-            joined.push(Joined {
-                device: RobotsOnGpu::of(population, printed),
-                members: members.collect(),
-                asked: asked.to_vec(),
-                shares: shares(batch),
-            });
-        }
-        Ok(joined)
-    }
 }
 
-/// Whether one program simulates the robots of both populations over the same span.
-fn is_alike(a: &Batch, b: &Batch) -> bool {
-    let kind = |batch: &Batch| {
-        let Span {
-            first,
-            nodes,
-            watched,
-            cotangent_bound,
-            metered,
-            ..
-        } = batch.span;
-        let weighs = !batch.bodies[0].presence.is_empty();
-        let identity = batch.simulator.identity();
-        (
-            identity,
-            first,
-            nodes,
-            watched,
-            cotangent_bound,
-            metered,
-            weighs,
-        )
-    };
-    kind(a) == kind(b) && a.span.observed == b.span.observed
-}
-
-/// Whether the robots of a population share something.
-fn shares(asked: &Batch) -> bool {
-    asked.starts.len() > 1 && asked.bodies.len() == 1 && asked.controllers.len() == 1
+/// The numbers of the robots, in parts that fit the device.
+fn parts(
+    device: &RobotsOnGpu,
+    asked: &Batch,
+    reverses: bool,
+) -> impl Iterator<Item = Range<usize>> + use<> {
+    let (count, room) = (asked.starts.len(), device.room(reverses).max(2));
+    (0..count)
+        .step_by(room)
+        .map(move |first| first..(first + room).min(count))
 }
 
 fn refused(error: GpuError) -> Refused {
@@ -278,140 +271,5 @@ fn refused(error: GpuError) -> Refused {
         // The caller says that the device stopped working.
         GpuError::Failed(why) => why,
         error => error.told(&std::env::temp_dir()),
-    }
-}
-
-impl Joined<'_> {
-    /// The robots with these numbers. A single robot comes twice, so that it does not count as shared.
-    fn part(&self, members: &[[usize; 2]]) -> Part {
-        let members = match members {
-            [only] => &[*only, *only],
-            members => members,
-        };
-        if self.shares {
-            let asked = self.asked[members[0][0]];
-            let chosen = |k: &[usize; 2]| k[1];
-            let numbers: Vec<usize> = members.iter().map(chosen).collect();
-            return Part {
-                surroundings: picked(&asked.surroundings, &numbers),
-                bodies: picked(&asked.bodies, &numbers),
-                controllers: picked(&asked.controllers, &numbers),
-                starts: numbers.iter().map(|&k| asked.starts[k].clone()).collect(),
-            };
-        }
-        let all = members.par_iter().map(|&[p, k]| (self.asked[p], k));
-        Part {
-            surroundings: (all.clone())
-                .map(|(of, k)| of.surroundings[k % of.surroundings.len()].clone())
-                .collect(),
-            bodies: (all.clone())
-                .map(|(of, k)| of.bodies[k % of.bodies.len()].clone())
-                .collect(),
-            controllers: (all.clone())
-                .map(|(of, k)| of.controllers[k % of.controllers.len()].clone())
-                .collect(),
-            starts: all.map(|(of, k)| of.starts[k].clone()).collect(),
-        }
-    }
-
-    /// The members in parts that fit the device.
-    fn parts(&self, reverses: bool) -> impl Iterator<Item = &[[usize; 2]]> {
-        self.members.chunks(self.device.room(reverses).max(2))
-    }
-}
-
-/// The entries with these numbers if each robot has its own, otherwise the only entry.
-fn picked<T: Clone>(list: &[T], numbers: &[usize]) -> Vec<T> {
-    match list {
-        [only] => vec![only.clone()],
-        list => numbers.iter().map(|&k| list[k].clone()).collect(),
-    }
-}
-
-/// Lists with room for an answer for each robot of each population.
-fn places<T: Clone>(asked: &[&Batch]) -> Vec<Vec<Option<T>>> {
-    asked
-        .iter()
-        .map(|asked| vec![None; asked.starts.len()])
-        .collect()
-}
-
-fn filled<T>(places: Vec<Vec<Option<T>>>) -> Vec<Vec<T>> {
-    let each = |list: Vec<Option<T>>| {
-        let list = list.into_iter();
-        list.map(|answer| answer.expect("every robot is in one part"))
-            .collect()
-    };
-    places.into_iter().map(each).collect()
-}
-
-impl Populations for OnGpu {
-    fn name(&self) -> String {
-        self.gpu.adapter().name.clone()
-    }
-
-    fn check(&self, asked: &Batch, by: Option<Wanted>) -> Result<(), Refused> {
-        let printed = self.printed(asked, by)?;
-        let compiled = self.compiled(&printed, by.is_some());
-        compiled.map(drop).map_err(refused)
-    }
-
-    fn rollouts(&self, asked: &[Batch]) -> Result<Vec<Vec<Trajectory<f64>>>, Refused> {
-        self.pool.install(|| {
-            let asked: Vec<&Batch> = asked.iter().collect();
-            let wanted = vec![Wanted::default(); asked.len()];
-            let mut answers = places(&asked);
-            for joined in self.joined(&asked, &wanted, false)? {
-                for members in joined.parts(false) {
-                    let part = joined.part(members);
-                    let walked = joined.device.rollouts(&part.robots(), &part.starts);
-                    for (&[p, k], walked) in members.iter().zip(walked.map_err(refused)?) {
-                        answers[p][k] = Some(walked);
-                    }
-                }
-            }
-            Ok(filled(answers))
-        })
-    }
-
-    fn gradients(&self, asked: &[GradientBatch]) -> Result<Vec<Vec<RobotGradient>>, Refused> {
-        self.pool.install(|| {
-            let of: Vec<&Batch> = asked.iter().map(|asked| &asked.of).collect();
-            let wanted: Vec<Wanted> = asked.iter().map(|asked| asked.by).collect();
-            let mut answers = places(&of);
-            for joined in self.joined(&of, &wanted, true)? {
-                for members in joined.parts(true) {
-                    let part = joined.part(members);
-                    // A single robot comes twice.
-                    let member = |k: usize| members[k % members.len()];
-                    let losses = ByParts {
-                        robots: part.robots(),
-                        starts: &part.starts,
-                        wanted: joined.device.printed().wanted,
-                        by_start: false,
-                        loss: |k: usize, walk: &Trajectory<Var<f64>>| {
-                            asked[member(k)[0]].loss.loss_of(walk)
-                        },
-                        origin: |k: usize| {
-                            let [p, k] = member(k);
-                            asked[p].origins.get(k).map(Vec::as_slice)
-                        },
-                    };
-                    let found = (joined.device)
-                        .differentiated(&part.robots(), &part.starts, &losses)
-                        .map_err(refused)?;
-                    for (j, (&[p, k], found)) in members.iter().zip(found).enumerate() {
-                        let (body, controller, _) = losses.split(j, &found.gradient);
-                        answers[p][k] = Some(RobotGradient {
-                            loss: found.loss,
-                            trajectory: found.trajectory,
-                            body,
-                            controller,
-                        });
-                    }
-                }
-            }
-            Ok(filled(answers))
-        })
     }
 }

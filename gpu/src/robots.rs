@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use autodiff::{Real, Tape, Var};
-use cosmic::geometry::{Vector, fill, flat};
+use cosmic::geometry::{fill, flat};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory, Wanted};
@@ -61,11 +61,6 @@ pub trait Losses: Sync {
 
     /// The loss of a walk.
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64>;
-
-    /// The positions from which the displacement of a robot counts, if these are not its start.
-    fn origin(&self, _robot: usize) -> Option<&[Vector<f64>]> {
-        None
-    }
 }
 
 /// The loss of a robot and its gradient by the numbers of [`Losses`].
@@ -80,23 +75,17 @@ pub struct Differentiated {
 }
 
 /// A loss of robots by the numbers of their bodies, their controllers and their starts, as far as they are wanted.
-pub(crate) struct ByParts<'a, L, O> {
-    pub(crate) robots: Robots<'a, f64>,
-    pub(crate) starts: &'a [State<f64>],
-    pub(crate) wanted: Wanted,
-    pub(crate) by_start: bool,
-    pub(crate) loss: L,
-    pub(crate) origin: O,
+struct ByParts<'a, L> {
+    robots: Robots<'a, f64>,
+    starts: &'a [State<f64>],
+    wanted: Wanted,
+    loss: L,
 }
 
-impl<'a, L, O> ByParts<'a, L, O> {
-    /// The gradient of a robot by its body, by its controller, and by its start: zeros for a body or a controller that is not
-    /// wanted, and nothing for a start that is not.
-    pub(crate) fn split(
-        &self,
-        robot: usize,
-        mut gradient: &[f64],
-    ) -> (Body<f64>, Vec<f64>, Vec<f64>) {
+impl<L> ByParts<'_, L> {
+    /// The gradient of a robot by its body, by its controller, and by its start: zeros for a body or a controller that is
+    /// not wanted.
+    fn split(&self, robot: usize, mut gradient: &[f64]) -> (Body<f64>, Vec<f64>, Vec<f64>) {
         let (_, body, controller) = of_member(&self.robots, robot);
         let mut next = |is_wanted: bool, len: usize| match is_wanted {
             true => {
@@ -116,10 +105,9 @@ impl<'a, L, O> ByParts<'a, L, O> {
     }
 }
 
-impl<'a, L, O> Losses for ByParts<'a, L, O>
+impl<L> Losses for ByParts<'_, L>
 where
-    L: Fn(usize, &Trajectory<Var<f64>>) -> Var<f64> + Sync,
-    O: Fn(usize) -> Option<&'a [Vector<f64>]> + Sync,
+    L: Fn(&Trajectory<Var<f64>>) -> Var<f64> + Sync,
 {
     fn numbers(&self, robot: usize) -> Vec<f64> {
         let (_, body, controller) = of_member(&self.robots, robot);
@@ -130,10 +118,8 @@ where
         if self.wanted.controllers {
             numbers.extend(controller.numbers());
         }
-        if self.by_start {
-            let start = &self.starts[robot];
-            numbers.extend([flat(&start.x), flat(&start.v)].concat());
-        }
+        let start = &self.starts[robot];
+        numbers.extend([flat(&start.x), flat(&start.v)].concat());
         numbers
     }
 
@@ -154,11 +140,9 @@ where
             own.copy_from_slice(next(own.len()));
         }
         let mut start = self.starts[robot].map(Var::constant);
-        if self.by_start {
-            let count = 2 * start.x.len();
-            fill(&mut start.x, next(count));
-            fill(&mut start.v, next(count));
-        }
+        let count = 2 * start.x.len();
+        fill(&mut start.x, next(count));
+        fill(&mut start.v, next(count));
         Member {
             surroundings: surroundings.map(Var::constant),
             body,
@@ -167,12 +151,8 @@ where
         }
     }
 
-    fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
-        (self.loss)(robot, walk)
-    }
-
-    fn origin(&self, robot: usize) -> Option<&[Vector<f64>]> {
-        (self.origin)(robot)
+    fn loss(&self, _: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
+        (self.loss)(walk)
     }
 }
 
@@ -330,9 +310,7 @@ impl RobotsOnGpu {
             robots: *robots,
             starts,
             wanted: self.printed.wanted,
-            by_start: true,
-            loss: |_: usize, walk: &Trajectory<Var<f64>>| loss(walk),
-            origin: |_| None,
+            loss,
         };
         let found = self.differentiated(robots, starts, &losses)?;
         let mut gradients = Gradients {
@@ -388,10 +366,7 @@ impl RobotsOnGpu {
             let member = losses.robot(k, own);
             let seen = [&self.at_start(&member.start), seen].concat();
             let (surroundings, start) = (&member.surroundings, &member.start);
-            let mut walk = (self.printed).trajectory(&seen, surroundings, &member.body, start);
-            if let (Some(origin), false) = (losses.origin(k), walk.start.is_empty()) {
-                walk.start = origin.iter().map(|x| x.map(Var::constant)).collect();
-            }
+            let walk = (self.printed).trajectory(&seen, surroundings, &member.body, start);
             trajectory = Some(walk.map(|x| x.value()));
             losses.loss(k, &walk)
         });

@@ -1,108 +1,49 @@
-//! The program `cosmic` with GPU support.
+//! The program `cosmic-gpu`.
 
-use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
-use crate::device::gpu;
+use crate::device;
 
-/// A robot of nine nodes, designed in a few iterations.
-const SCENE: &str = "
-base = 'stability'
-lattice = { columns = 3, rows = 3 }
-[physics]
-steps = 64
-[schedule]
-iterations = 8
-attraction_from = 4
-snap_at = 6
-horizon = [32, 64]
-horizon_over = [2, 5]
-[loss]
-window = 16
-[gradient]
-precision = 'f32'
-";
-
-/// Runs the program in a folder. Returns its exit code, standard output and standard error.
-fn cosmic(folder: &Path, line: &str) -> (i32, String, String) {
+/// Runs the program on the adapter with this name, or on the first one.
+fn cosmic_gpu(line: &str, adapter: Option<&str>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic-gpu"));
-    let done = command.args(line.split_whitespace()).current_dir(folder);
-    let done = done.output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (
-        done.status.code().unwrap(),
-        text(done.stdout),
-        text(done.stderr),
-    )
+    command.args(line.split_whitespace());
+    if let Some(name) = adapter {
+        command.args(["--device", name]);
+    }
+    command.output().unwrap()
 }
 
-#[track_caller]
-fn ok(folder: &Path, line: &str) -> String {
-    let (code, out, error) = cosmic(folder, line);
-    assert_eq!(code, 0, "{line}: {out}{error}");
-    out
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Without an adapter, `--device gpu` says what was looked for.
 #[test]
 fn an_unknown_adapter_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("tiny.toml"), SCENE).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic-gpu"));
-    let line = "optimize tiny.toml --starts 2 --device gpu --out run";
-    command
-        .args(line.split_whitespace())
-        .current_dir(folder.path());
-    let done = command
-        .env("COSMIC_GPU", "no such adapter")
-        .output()
-        .unwrap();
+    let done = cosmic_gpu("bench earth", Some("no such adapter"));
     assert_eq!(done.status.code(), Some(2));
-    let error = String::from_utf8(done.stderr).unwrap();
+    let error = text(&done.stderr);
     assert!(error.contains("there is no GPU to run on"), "{error}");
-    assert!(!folder.path().join("run").exists());
 }
 
 #[test]
-fn commands_use_a_device() {
-    if gpu().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    std::fs::write(folder.join("tiny.toml"), SCENE).unwrap();
-    println!("{}", ok(folder, "devices"));
-    let explained = ok(folder, "explain tiny.toml --device gpu");
-    println!("{explained}");
-    for words in [
-        "on the GPU",
-        "adapter",
+fn devices_are_listed_and_measured() {
+    let Some(gpu) = device::gpu() else { return };
+    let name = &gpu.adapter().name;
+    let listed = text(&cosmic_gpu("devices", None).stdout);
+    assert!(listed.contains(name), "{listed}");
+    let line = "bench stability --robots 2 --steps 8 --workgroup 64 --only-device";
+    let done = cosmic_gpu(line, Some(name));
+    let measured = text(&done.stdout);
+    println!("{measured}");
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    for work in [
+        "forward",
+        "gradients of designs",
         "gradients of controllers",
-        "robots at once",
     ] {
-        assert!(explained.contains(words), "{explained}");
+        let row = measured.lines().find(|row| row.contains(work)).expect(work);
+        let rate = row.split('|').nth(5).expect(row).trim();
+        assert!(rate.parse::<f64>().expect(row) > 0.0, "{row}");
     }
-    let implicit = ok(
-        folder,
-        "explain tiny.toml --set physics.integrator=implicit --device gpu",
-    );
-    assert!(
-        implicit.contains("not possible: ") && implicit.contains("solves linear equations"),
-        "{implicit}"
-    );
-    ok(
-        folder,
-        "optimize tiny.toml --starts 3 --device gpu --out run",
-    );
-    let robust = ok(folder, "robustness run --samples 4 --device gpu --json");
-    assert!(robust.contains("\"p50\""), "{robust}");
-    ok(folder, "sweep plan tiny.toml --seeds 2 --out sweep");
-    ok(folder, "sweep run sweep --device gpu");
-    assert!(ok(folder, "sweep status sweep").contains("2"));
-    let (code, _, error) = cosmic(
-        folder,
-        "optimize tiny.toml --set gradient.precision=f64 --device gpu --out other",
-    );
-    assert_eq!(code, 2);
-    assert!(error.contains("double precision"), "{error}");
 }

@@ -4,7 +4,6 @@ mod alike;
 mod commands;
 mod device;
 mod every;
-mod optimise;
 mod program;
 mod robots;
 mod text;

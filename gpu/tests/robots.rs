@@ -7,11 +7,10 @@ use cosmic::Registry;
 use cosmic::geometry::Vector;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Contact, Impact, Law, Node, NodeForce, contact, on_nodes};
-use cosmic::population::{Batch, Populations};
 use cosmic::scene::{BUILTIN, Integrator, Scene};
 use cosmic::settings::within;
 use cosmic::simulator::{Span, Wanted};
-use cosmic_gpu::{OnGpu, RobotsOnGpu};
+use cosmic_gpu::{Batch, OnGpu, RobotsOnGpu};
 use cosmic_tests::{own_reference_folder, references};
 
 #[test]
@@ -50,9 +49,9 @@ fn robots_may_share_body_and_controller() {
         ..shared.clone()
     };
     // Two robots at a time.
-    let device = OnGpu::new(gpu.with_memory(1), None).unwrap();
-    let walked = device.rollouts(&[shared.clone(), own]).unwrap();
-    let pairs = walked[0].iter().zip(&walked[1]).zip(&shared.starts);
+    let device = OnGpu::new(gpu.with_memory(1));
+    let [of_shared, of_own] = [&shared, &own].map(|batch| device.rollouts(batch).unwrap());
+    let pairs = of_shared.iter().zip(&of_own).zip(&shared.starts);
     for ((shared, own), start) in pairs {
         let [a, b] = [shared, own].map(positions);
         let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
@@ -61,6 +60,26 @@ fn robots_may_share_body_and_controller() {
         // The state at the start is observed too.
         assert!((shared.states[0].x[5][1] - start.x[5][1]).abs() < 1e-7);
     }
+}
+
+/// Work for a device that is lost ends with an error.
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(gpu) = gpu() else { return };
+    let begun = Begun::new(&Scene::load("stability").unwrap());
+    let batch = Batch {
+        simulator: begun.simulator.clone(),
+        span: Span::from_start(vec![32]),
+        surroundings: begun.surroundings.to_vec(),
+        bodies: begun.bodies.clone(),
+        controllers: begun.controllers.clone(),
+        starts: begun.starts.clone(),
+    };
+    let device = OnGpu::new(gpu);
+    device.rollouts(&batch).unwrap();
+    device.gpu().give_up();
+    let error = device.rollouts(&batch).unwrap_err();
+    assert!(!error.is_empty());
 }
 
 /// In a watched span, the observations of a robot that was too fast are NaN, also those before.

@@ -6,10 +6,9 @@ use crate::errors::{Error, refused};
 use autodiff::Var;
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::Body;
-use cosmic::population::{Batch, Populations, Refused};
 use cosmic::simulator::{Trajectory, Wanted};
 use cosmic::task::Task;
-use cosmic_gpu::{Gpu, Losses, Member, OnGpu};
+use cosmic_gpu::{Batch, Gpu, Losses, Member, OnGpu, Refused};
 use pyo3::prelude::*;
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -41,15 +40,18 @@ impl Device {
         {
             return Ok(Arc::clone(device));
         }
-        let gpu = Gpu::of_environment().and_then(|gpu| OnGpu::new(gpu, None));
-        let device = Arc::new(Self(gpu.map_err(|error| refused(error.to_string()))?));
+        let gpu = Gpu::of_environment().map_err(|error| refused(error.to_string()))?;
+        let device = Arc::new(Self(OnGpu::new(gpu)));
         *opened = Some((process, Arc::clone(&device)));
         Ok(device)
     }
 
     /// The exception for work that the device cannot do.
     pub(crate) fn failed(&self, why: &str) -> PyErr {
-        Error::new_err(format!("{} cannot simulate this: {why}", self.0.name()))
+        Error::new_err(format!(
+            "{} cannot simulate this: {why}",
+            self.0.gpu().adapter().name
+        ))
     }
 
     /// Computes the rollouts of all robots, in single precision.
@@ -58,8 +60,7 @@ impl Device {
         task: &Task,
         asked: &Asked<R>,
     ) -> Result<Vec<Trajectory<R>>, Refused> {
-        let batch = batch(task, asked);
-        let walks = self.0.rollouts(&[batch])?.into_iter().flatten();
+        let walks = self.0.rollouts(&batch(task, asked))?.into_iter();
         Ok(walks.map(|walk| walk.map(R::lit)).collect())
     }
 

@@ -146,7 +146,7 @@ impl Driven {
                 &mut stream,
             ))
         })?;
-        let points: Vec<f64> = goals.points().flatten().collect();
+        let points: Vec<f64> = goals.iter().flatten().collect();
         let shape = [settings.count, 2];
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
         Ok((changes, array(py, points, &shape)?))

@@ -33,9 +33,7 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         | Library::Read { .. }
         | Library::Write { .. }
         | Library::Taken(_) => FileError::new_err(says),
-        Library::Interrupted { .. } | Library::DeviceFailed { .. } | Library::Stopped { .. } => {
-            InterruptedError::new_err(says)
-        }
+        Library::Interrupted { .. } | Library::Stopped { .. } => InterruptedError::new_err(says),
         // The library's own message names Rust functions, so it is not used.
         Library::OwnLoss { file, .. } => InputError::new_err(format!(
             "{file}: this run has a loss in Python; pass it to cosmic.resume as `loss`"

@@ -102,7 +102,7 @@ impl Loss for PythonLoss {
 
 /// The goals to which a robot goes before it is in the states after these numbers of steps.
 fn goals_at<R: Real>(goals: &Goals<R>, steps: &[usize]) -> Vec<f64> {
-    let points: Vec<_> = goals.points().collect();
+    let points: Vec<_> = goals.iter().collect();
     let goal = |&step: &usize| points[goals.place(step.saturating_sub(1))].map(|x| x.primal());
     steps.iter().flat_map(goal).collect()
 }

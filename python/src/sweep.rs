@@ -94,7 +94,6 @@ pub(crate) fn sweep_run(
             folder: &folder,
             plan,
             registry: &Registry::default(),
-            device: None,
         };
         Ok(match sweep.run_one(index, watch, &is_stopped)? {
             RunOutcome::Done(_) => "done",

@@ -65,7 +65,7 @@ fn the_loss_of_errands_has_the_right_gradient() {
 
 /// The loss of a robot whose payload starts where it is at rest, and then is at these places while its goals hold. A
 /// place counts from the payload at rest, in metres along the ground.
-pub(crate) fn loss_at((scene, case): (&Scene, &Case), goals: &Goals, along: [f64; 3]) -> f64 {
+fn loss_at((scene, case): (&Scene, &Case), goals: &Goals, along: [f64; 3]) -> f64 {
     let (loss, start) = (Errand::of_scene(scene), case.start.x[0].forward());
     let place = |&step: &usize| {
         let mut state = case.start.clone();
@@ -149,7 +149,7 @@ fn goals_are_drawn_in_the_interval_and_apart() {
         for k in 0..200 {
             let goals = draw_goals(&task, &scene.goals, 4, k % 2 == 0, &mut stream);
             let mut last = 0.0;
-            for (k, point) in goals.points().enumerate() {
+            for (k, point) in goals.iter().enumerate() {
                 let place = point[0] - start;
                 assert!(along[0] <= place && place <= along[1], "{place}");
                 // The place of the payload at the start is added and subtracted again.
@@ -177,8 +177,6 @@ fn what_does_not_go_with_goals_is_refused() {
             "a policy that observes the robot",
         ),
         ("controller.goals=fixed", "needs goals = \"given\""),
-        ("schedule.horizon_mode=tail", "horizon_mode \"head\""),
-        ("controller.goals=two", "two goals need the task \"far\""),
     ] {
         let refused = errand.set(&[setting]).unwrap_err().to_string();
         assert!(refused.contains(says), "{setting}: {refused}");

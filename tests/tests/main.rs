@@ -32,5 +32,4 @@ mod scale;
 mod stability;
 mod surroundings;
 mod time_step;
-mod velocity_goals;
 mod void_edges;

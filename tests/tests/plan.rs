@@ -90,7 +90,7 @@ fn nodes_that_a_loss_does_not_observe_change_no_bit() {
         ground: case.task().ground(),
         settings: LossSettings::default(),
     };
-    let horizon = Horizon::head(STEPS);
+    let horizon = Horizon::of_steps(STEPS);
     let [payload, all] = [true, false].map(|alone| {
         let loss = Far(far.clone(), alone);
         case.inputs().differentiate(ALL, |inputs| {

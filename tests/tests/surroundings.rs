@@ -5,7 +5,7 @@ use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, Var, gradient};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
-use cosmic::policy::{Goal, Goals};
+use cosmic::policy::Goals;
 use cosmic::scene::GoalKind;
 use cosmic::simulator::{Simulator, Span};
 
@@ -23,10 +23,10 @@ impl<'a> ByNumber<'a> {
         let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
         let third = case.physics.steps / 3;
         let simulator = match case.observation.goals {
-            GoalKind::Fixed | GoalKind::Two => simulator,
+            GoalKind::Fixed => simulator,
             GoalKind::Given => {
                 let goals = Goals::at(Vector::new([0.4, 0.1]));
-                let goals = goals.then(third, Goal::Velocity(-0.2));
+                let goals = goals.then(third, Vector::new([-0.2, 0.1]));
                 simulator.with_goals(&goals.then(2 * third, Vector::new([0.2, 0.15])))
             }
         };

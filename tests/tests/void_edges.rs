@@ -10,7 +10,7 @@ use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::objective::Displacement;
 use cosmic::projection::Variation;
-use cosmic::scene::{HorizonMode, PhysicsSettings, Scene, VoidEdges};
+use cosmic::scene::{PhysicsSettings, Scene, VoidEdges};
 use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Simulator, Span};
 use cosmic::task::{Horizon, Task};
@@ -120,66 +120,54 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
 fn task_loss<R: Real>(
     (case, task): (&Case, &Task),
     (design, inputs): (&Design<Mixture<R>>, &Inputs<R>),
-    mode: HorizonMode,
 ) -> R {
-    let horizon = Horizon {
-        first: 0,
-        steps: STEPS / 2,
-        mode,
-        cotangent_bound: None,
-    };
+    let horizon = Horizon::of_steps(STEPS / 2);
     let loss = Displacement::at_end(task.ground());
     assert!(case.physics.steps == STEPS);
     task.loss(design, inputs, &loss, &horizon)
 }
 
-const MODES: [HorizonMode; 2] = [HorizonMode::Head, HorizonMode::Tail];
-
 /// The loss and its gradient with respect to the design have the same bits whether or not a scene drops void edges.
 #[test]
 fn nothing_is_dropped_in_a_design_gradient() {
-    for mode in MODES {
-        let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
-            let case = case("baseline_tall", choice);
-            let (inputs, task) = (case.inputs(), case.task());
-            let reverse = inputs.differentiate(DESIGN, |inputs| {
-                let design = Design::of_shares(&inputs.z);
-                task_loss((&case, &task), (&design, inputs), mode)
-            });
-            let mut moved = inputs.lift::<Dual<f64, 1>>();
-            moved.z[40][0].tangent[0] = 1.0;
-            let design = Design::of_shares(&moved.z);
-            let forward = task_loss((&case, &task), (&design, &moved), mode);
-            (reverse, (forward.value, forward.tangent))
+    let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
+        let case = case("baseline_tall", choice);
+        let (inputs, task) = (case.inputs(), case.task());
+        let reverse = inputs.differentiate(DESIGN, |inputs| {
+            let design = Design::of_shares(&inputs.z);
+            task_loss((&case, &task), (&design, inputs))
         });
-        assert_eq!(kept, dropped);
-        let ((_, gradient), (_, tangent)) = kept;
-        assert!(gradient.iter().any(|g| *g != 0.0) && tangent != [0.0]);
-    }
+        let mut moved = inputs.lift::<Dual<f64, 1>>();
+        moved.z[40][0].tangent[0] = 1.0;
+        let design = Design::of_shares(&moved.z);
+        let forward = task_loss((&case, &task), (&design, &moved));
+        (reverse, (forward.value, forward.tangent))
+    });
+    assert_eq!(kept, dropped);
+    let ((_, gradient), (_, tangent)) = kept;
+    assert!(gradient.iter().any(|g| *g != 0.0) && tangent != [0.0]);
 }
 
 /// If a scene drops void edges, the gradient with respect to the controller's weights is the gradient for a robot that
 /// does not have these edges.
 #[test]
 fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
-    for mode in MODES {
-        let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
-            let case = case("baseline_tall", choice);
-            let (inputs, task) = (case.inputs(), case.task());
-            let (value, gradient) = inputs.differentiate(CONTROLLER, |inputs: &Inputs<_>| {
-                let design = case.projected(case.projection, &inputs.z);
-                task_loss((&case, &task), (&design, inputs), mode)
-            });
-            let design = case.own_design();
-            assert_eq!(value, task_loss((&case, &task), (&design, &inputs), mode));
-            (value, gradient)
+    let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
+        let case = case("baseline_tall", choice);
+        let (inputs, task) = (case.inputs(), case.task());
+        let (value, gradient) = inputs.differentiate(CONTROLLER, |inputs: &Inputs<_>| {
+            let design = case.projected(case.projection, &inputs.z);
+            task_loss((&case, &task), (&design, inputs))
         });
-        assert!(kept.0 != dropped.0, "{mode:?}: nothing is dropped");
-        let length = |g: &[f64]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
-        let off: Vec<f64> = kept.1.iter().zip(&dropped.1).map(|(a, b)| a - b).collect();
-        // If void edges are kept, they change positions by about 1e-7 m, in robots whose cells have 0.1 m.
-        assert!(length(&off) < 1e-4 * length(&kept.1), "{mode:?}");
-    }
+        let design = case.own_design();
+        assert_eq!(value, task_loss((&case, &task), (&design, &inputs)));
+        (value, gradient)
+    });
+    assert!(kept.0 != dropped.0, "nothing is dropped");
+    let length = |g: &[f64]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let off: Vec<f64> = kept.1.iter().zip(&dropped.1).map(|(a, b)| a - b).collect();
+    // If void edges are kept, they change positions by about 1e-7 m, in robots whose cells have 0.1 m.
+    assert!(length(&off) < 1e-4 * length(&kept.1));
 }
 
 /// Edges of a design with mixtures are never dropped. The equal mixtures of a start are not a layout, and neither are

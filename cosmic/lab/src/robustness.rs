@@ -3,7 +3,6 @@
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use serde::Serialize;
 
@@ -12,8 +11,7 @@ use crate::table::{Column, Table};
 use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::domain::{Domain, draw};
-use cosmic::error::{Error, Result};
-use cosmic::population::Populations;
+use cosmic::error::Result;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::result_of;
@@ -120,8 +118,6 @@ pub struct DrawnDomains {
     pub settings: Vec<String>,
     /// The laws and losses that the scenes of the designs may name.
     pub registry: Registry,
-    /// The device that simulates the designs, in single precision; `None` for the processor.
-    pub device: Option<Arc<dyn Populations>>,
 }
 
 /// Rolls out the designs of finished runs in the drawn domains. Designs on lattices of equal size get equal draws.
@@ -147,10 +143,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     };
     let scene = scene.set(&trial.settings)?;
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
-    let mut codesign = CoDesign::new(&scene)?;
-    if let Some(device) = &trial.device {
-        codesign = codesign.rolling_on(Arc::clone(device))?;
-    }
+    let codesign = CoDesign::new(&scene)?;
     let (task, design) = (codesign.task(), case.own_design());
     let mut stream = stream(trial.seed, Purpose::Robustness);
     let draw = |_| draw(task, &trial.scatter, &mut stream);
@@ -174,9 +167,6 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         .evaluator()
         .reach_all(&design, &case.controller, &open_loop);
     let by_clock: Vec<f64> = by_clock.iter().map(|r| r.moved[0]).collect();
-    if let Some(why) = codesign.device_error() {
-        return Err(Error::Usage(format!("the GPU stopped working: {why}")));
-    }
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Quantiles::of(&far);

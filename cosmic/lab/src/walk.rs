@@ -5,7 +5,7 @@ use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::{Body, State};
-use cosmic::policy::{Controller, Goal, Goals};
+use cosmic::policy::{Controller, Goals};
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::GoalKind;
 use cosmic::simulator::{Guarded, Span, Trajectory};
@@ -38,11 +38,8 @@ pub struct Walk {
 /// The part of a walk in which one goal holds. Positions and distances are along the ground, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// The goal, counted from the payload at the start. A velocity leads to the place that the robot reaches at this
-    /// velocity when the goal ends.
+    /// The goal, counted from the payload at the start.
     pub goal: f64,
-    /// If the goal is a velocity: this velocity, and the mean velocity of the robot while the goal holds, in m/s.
-    pub velocity: Option<[f64; 2]>,
     /// When the goal begins, in seconds.
     pub from: f64,
     /// When the goal ends, in seconds.
@@ -188,20 +185,13 @@ impl Walker<'_> {
     pub(crate) fn legs(&self, goals: &Goals, trajectory: &Trajectory<f64>) -> Vec<Leg> {
         let (start, physics) = (self.place(), &self.task.physics);
         let along = |step: usize| self.task.ground().along(trajectory.position(step)) - start;
-        let leg = |(time, goal): (Range<usize>, Goal)| {
+        let leg = |(time, goal): (Range<usize>, Vector<f64>)| {
             let ends = [time.start, time.end];
             let [first, last] = ends.map(along);
             let [from, until] = ends.map(|step| step as f64 * physics.dt);
-            let (goal, velocity) = match goal {
-                Goal::Point(point) => (point.forward() - start, None),
-                Goal::Velocity(velocity) => (
-                    first + velocity * (until - from),
-                    Some([velocity, (last - first) / (until - from)]),
-                ),
-            };
+            let goal = goal.forward() - start;
             Leg {
                 goal,
-                velocity,
                 from,
                 until,
                 is_ahead: goal > first,
@@ -238,7 +228,6 @@ pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
         Err(Error::Diverged { .. }) => Ok(Way {
             leg: Leg {
                 goal,
-                velocity: None,
                 from: 0.0,
                 until: case.physics.steps as f64 * case.physics.dt,
                 is_ahead: goal > 0.0,
@@ -252,7 +241,7 @@ pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
     goals.map(way).collect()
 }
 
-/// Returns the table of legs, with a row for each. If a goal is a velocity, there are columns for velocities.
+/// Returns the table of legs, with a row for each.
 pub fn table(legs: &[Leg]) -> Table {
     let column = |name, says, unit, digits| {
         Column::new(name, says)
@@ -263,10 +252,10 @@ pub fn table(legs: &[Leg]) -> Table {
         Some(x) if x.is_nan() => "diverged".into(),
         number => Cell::from(number),
     };
-    let place = "place of the goal along the ground, counted from the payload at the start; a velocity leads to this place";
+    let place = "place of the goal along the ground, counted from the payload at the start";
     let left = "distance from the goal when it ends";
     let ratio = "`left` divided by `way`: 0 at the goal, 1 if the robot came no nearer";
-    let table = Table::of("goals", "", legs)
+    Table::of("goals", "", legs)
         .add(column("goal", place, "m", 3), |leg| leg.goal)
         .add(column("from", "when the goal begins", "s", 1), |leg| {
             leg.from
@@ -283,18 +272,6 @@ pub fn table(legs: &[Leg]) -> Table {
         })
         .add(column("ratio", ratio, "", 2), move |leg| {
             unless_diverged(leg.ratio())
-        });
-    if legs.iter().all(|leg| leg.velocity.is_none()) {
-        return table.done();
-    }
-    let reached = "mean velocity of the robot while the goal holds";
-    table
-        .add(
-            column("velocity", "velocity that is the goal", "m/s", 3),
-            |leg| leg.velocity.map(|[told, _]| told),
-        )
-        .add(column("reached", reached, "m/s", 3), |leg| {
-            leg.velocity.map(|[_, reached]| reached)
         })
         .done()
 }

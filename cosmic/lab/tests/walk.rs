@@ -1,7 +1,7 @@
 use crate::small::small;
 use cosmic::case::Case;
 use cosmic::error::Error;
-use cosmic::policy::{Goal, Goals};
+use cosmic::policy::Goals;
 use cosmic::scene::GoalKind;
 use cosmic::simulator::Span;
 use cosmic_lab::walk::{Leg, place, table, to_nine_goals, walk};
@@ -51,38 +51,6 @@ fn a_walk_measures_the_ways_of_a_rollout() {
     }
     assert!(found.trajectory.steps.contains(&40));
     near(found.path[found.path.len() - 1][1], end - start);
-}
-
-/// A velocity leads to a place, and the table compares it with the mean velocity. Without velocities, the table does not
-/// have these columns.
-#[test]
-fn a_walk_measures_velocities() {
-    let case = robot(None);
-    let goals = Goals::at(place(&case, 0.4)).then(40, Goal::Velocity(-0.25));
-    let found = walk(&case, &goals, STEPS).unwrap();
-    let [middle, end] = along(&case, &goals, [40, STEPS]);
-    let seconds = (STEPS - 40) as f64 * case.physics.dt;
-    let [first, leg] = found.legs[..] else {
-        panic!("{:?}", found.legs)
-    };
-    // Distances are differences of a few numbers below 1; the velocity divides one by 0.1 s.
-    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-14, "{a} is not {b}");
-    let [told, reached] = leg.velocity.unwrap();
-    assert_eq!((first.velocity, told), (None, -0.25));
-    near(reached, (end - middle) / seconds);
-    near(
-        leg.goal,
-        middle - place(&case, 0.0).forward() - 0.25 * seconds,
-    );
-    near(leg.way, 0.25 * seconds);
-    near(leg.left, (end - middle + 0.25 * seconds).abs());
-
-    let shown = table(&found.legs).to_text();
-    let lines: Vec<&str> = shown.lines().collect();
-    assert!(lines[0].ends_with("velocity, m/s  reached, m/s"), "{shown}");
-    assert!(lines[1].ends_with("\u{2013}"), "{shown}");
-    assert!(lines[2].contains("  \u{2212}0.250  "), "{shown}");
-    assert!(!table(&[first]).to_text().contains("velocity"));
 }
 
 /// A walk may be longer than the rollouts of the scene. It begins like a shorter one.

@@ -1,6 +1,5 @@
 //! `cosmic explain`.
 
-use crate::device::{Gpu, On, support};
 use crate::output::{print, print_json};
 use crate::source::{Source, SourceArguments};
 use clap::Args;
@@ -24,15 +23,13 @@ pub(super) struct Arguments {
     /// all steps if the rollout is shorter
     #[arg(long)]
     measure: bool,
-    #[command(flatten)]
-    on: On,
     /// Write JSON
     #[arg(long)]
     json: bool,
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let Source { case, scene } = self.robot.read(registry)?;
         let stable = StableStep::of(&case);
         // A reference case has no loss and no horizons, so those of the paper's scene are used.
@@ -43,24 +40,14 @@ impl Arguments {
         } else {
             Plan::of(&case)
         };
-        let on_gpu = match self.on.is_gpu() {
-            true => support(gpu)?.explain(&case, &scene)?,
-            false => Vec::new(),
-        };
         let source = &self.robot.source;
         if !self.json {
             let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
             let (rollout, plan) = (rollout_text(&case, &stable), plan_text(&plan));
-            let on_gpu = on_gpu_text(&on_gpu);
-            return print(&format!("{source}\n{rollout}{plan}{speed}{on_gpu}"));
+            return print(&format!("{source}\n{rollout}{plan}{speed}"));
         }
         let rollout = rollout_json(&case, &stable);
         let mut value = json!({ "source": source, "rollout": rollout, "plan": plan.terms });
-        if self.on.is_gpu() {
-            let facts = on_gpu.into_iter();
-            let facts = facts.map(|(name, fact)| (name.replace(' ', "_"), fact));
-            value["gpu"] = Value::Object(facts.collect());
-        }
         if let Some(speed) = speed {
             value["measured"] = speed_json(&speed);
         }
@@ -258,20 +245,6 @@ fn speed_text(speed: &Speed) -> String {
         speed.steps,
         rows.concat()
     )
-}
-
-/// Lists how a robot runs on a GPU.
-fn on_gpu_text(facts: &[(&str, Value)]) -> String {
-    let text = |fact: &Value| {
-        fact.as_str()
-            .map_or_else(|| fact.to_string(), str::to_owned)
-    };
-    let rows = facts.iter();
-    let rows = rows.map(|(name, fact)| format!("    {name:<30} {}\n", text(fact)));
-    match facts {
-        [] => String::new(),
-        _ => format!("  on the GPU\n{}", rows.collect::<String>()),
-    }
 }
 
 /// The measured times as JSON, in microseconds per step.

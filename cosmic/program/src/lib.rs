@@ -9,7 +9,6 @@ mod progress;
 mod runs;
 mod source;
 mod cost;
-mod device;
 mod optimize;
 mod resume;
 mod evaluate;
@@ -34,11 +33,8 @@ use cosmic::lattice::Truss;
 use cosmic::laws::Choice;
 use cosmic::objective::Loss;
 use cosmic::policy::Policy;
-use device::Gpu;
-pub use device::GpuSupport;
 use output::{complain, written};
 use std::ffi::OsString;
-use std::fmt::{self, Debug, Formatter};
 use std::process::ExitCode;
 
 /// Design a walking robot: its bars, their materials and its controller together.
@@ -65,33 +61,31 @@ enum Command {
     Study(study::Arguments),
     Sweep(sweep::Arguments),
     Scene(scene::Arguments),
-    Devices(device::Arguments),
     Completions(completions::Arguments),
 }
 
 impl Command {
-    fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
-        self.carry_out(registry, gpu)
+    fn run(&self, registry: &Registry) -> Result<()> {
+        self.carry_out(registry)
             .map_err(|error| or_scene(error, registry))
     }
 
-    fn carry_out(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+    fn carry_out(&self, registry: &Registry) -> Result<()> {
         match self {
-            Command::Optimize(arguments) => arguments.run(registry, gpu),
-            Command::Resume(arguments) => arguments.run(registry, gpu),
+            Command::Optimize(arguments) => arguments.run(registry),
+            Command::Resume(arguments) => arguments.run(registry),
             Command::Evaluate(arguments) => arguments.run(registry),
             Command::Gradcheck(arguments) => arguments.run(registry),
             Command::Verify(arguments) => arguments.run(registry),
-            Command::Explain(arguments) => arguments.run(registry, gpu),
+            Command::Explain(arguments) => arguments.run(registry),
             Command::Report(arguments) => arguments.run(registry),
             Command::Walk(arguments) => arguments.run(registry),
             Command::Compare(arguments) => arguments.run(registry),
-            Command::Robustness(arguments) => arguments.run(registry, gpu),
+            Command::Robustness(arguments) => arguments.run(registry),
             Command::Export(arguments) => arguments.run(registry),
             Command::Study(arguments) => arguments.run(registry),
-            Command::Sweep(arguments) => arguments.run(registry, gpu),
+            Command::Sweep(arguments) => arguments.run(registry),
             Command::Scene(arguments) => arguments.run(registry),
-            Command::Devices(arguments) => arguments.run(gpu),
             Command::Completions(arguments) => arguments.run(command(registry)),
         }
     }
@@ -157,18 +151,9 @@ fn command(registry: &Registry) -> clap::Command {
 ///     program.scene("bounce", "[physics]\ncontact = \"trampoline\"").run()
 /// }
 /// ```
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Program {
     registry: Registry,
-    gpu: Option<Box<dyn GpuSupport>>,
-}
-
-impl Debug for Program {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        let mut shown = f.debug_struct("Program");
-        shown.field("registry", &self.registry);
-        shown.field("gpu", &self.gpu.is_some()).finish()
-    }
 }
 
 impl Program {
@@ -177,19 +162,9 @@ impl Program {
         Self::default()
     }
 
-    /// Adds support for GPUs: the command `devices`, and the option `--device gpu` of other commands.
-    #[must_use]
-    pub fn with_gpu(self, gpu: impl GpuSupport + 'static) -> Self {
-        Self {
-            gpu: Some(Box::new(gpu)),
-            ..self
-        }
-    }
-
     fn map(self, change: impl FnOnce(Registry) -> Registry) -> Self {
         Self {
             registry: change(self.registry),
-            ..self
         }
     }
 
@@ -252,7 +227,7 @@ impl Program {
         self,
         arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
     ) -> ExitCode {
-        let Self { registry, gpu } = self;
+        let Self { registry } = self;
         let mut command = command(&registry);
         let matches = command.try_get_matches_from_mut(arguments);
         let cli = matches.and_then(|matches| {
@@ -260,7 +235,7 @@ impl Program {
             cli.map_err(|request| request.format(&mut command))
         });
         match cli {
-            Ok(cli) => exit_code(cli.command.run(&registry, gpu.as_deref())),
+            Ok(cli) => exit_code(cli.command.run(&registry)),
             Err(request) => refuse(&request),
         }
     }

@@ -2,17 +2,15 @@
 
 use crate::arguments::{Settings, Work, count, seed};
 use crate::cost::Cost;
-use crate::device::{Gpu, On};
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::{SCENE, read_scene};
-use cosmic::record::{RunPlan, Search, Summary, optimise_on, optimise_with};
-use cosmic::scene::{Scene, Setting, UnstableStep};
+use cosmic::record::{RunPlan, Summary, optimise, optimise_with};
+use cosmic::scene::{Scene, UnstableStep};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -28,9 +26,6 @@ pub(super) struct Arguments {
     /// Try this many seeds, starting with --seed, and keep the best robot
     #[arg(long, value_name = "N", default_value = "1", value_parser = count, allow_negative_numbers = true)]
     starts: NonZeroUsize,
-    /// full: finish all starts; halving: drop weak starts early, as set in [search] of the scene
-    #[arg(long, default_value = "full", value_parser = search())]
-    search: Search,
     /// Start with the robot in a run's folder or a design.json. If every edge already has one material, the run starts
     /// after the snap and only fine-tunes
     #[arg(long, value_name = "RUN", conflicts_with = "starts")]
@@ -49,16 +44,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    on: On,
-    #[command(flatten)]
     work: Work,
-}
-
-fn search() -> impl TypedValueParser<Value = Search> {
-    PossibleValuesParser::new(["full", "halving"]).map(|name| match &*name {
-        "halving" => Search::Halving,
-        _ => Search::Full,
-    })
 }
 
 /// Returns the lines to print before a run: a description of the robot, of the world and of the cost, each in one line,
@@ -69,15 +55,8 @@ fn introduction(plan: &RunPlan) -> Result<Vec<String>> {
     let cost = format!("cost: {}", Cost::of_plan(plan)?);
     let doubts = plan.scene.doubts().into_iter();
     let doubts = doubts.map(|doubt| format!("warning: {doubt}"));
-    let changed = plan.scene.changed().into_iter();
-    let unread = changed.filter(|s| plan.search == Search::Full && s.key.starts_with("search."));
-    let unread = unread.map(|Setting { key, value, .. }| {
-        format!(
-            "warning: this setting has no effect: it is read only with --search halving ({key} = {value})"
-        )
-    });
     let lines = [robot, world, cost].into_iter();
-    Ok(lines.chain(doubts).chain(unread).collect())
+    Ok(lines.chain(doubts).collect())
 }
 
 /// The scene in which the robot is optimised, and its source.
@@ -90,7 +69,7 @@ struct Origin {
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let mut origin = self.origin(registry)?;
         if self.allow_unstable {
             origin.scene.physics.unstable_step = UnstableStep::Warn;
@@ -101,17 +80,10 @@ impl Arguments {
             seed: self.seed,
             starts: self.starts,
             iterations: None,
-            search: self.search,
         };
         let from = self.from.as_deref();
         let robot = from.map(|from| robot(from, &plan.scene)).transpose()?;
         let plan = plan.fitted(self.iterations, robot.as_ref().map(|(design, _)| design))?;
-        if plan.search == Search::Halving && plan.starts.get() == 1 {
-            return Err(Error::Usage(
-                "`--search halving` needs several starts: add --starts N".into(),
-            ));
-        }
-        let device = self.on.open(gpu, self.work.threads)?;
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
         runs::carry_out(
@@ -120,12 +92,9 @@ impl Arguments {
             &self.work,
             introduction(&plan)?,
             |observer| match robot {
-                None => optimise_on(device, &folder, &plan, observer),
+                None => optimise(&folder, &plan, observer),
                 Some((design, controller)) => {
-                    let mut codesign = CoDesign::new(&plan.scene)?;
-                    if let Some(device) = device {
-                        codesign = codesign.on(device)?;
-                    }
+                    let codesign = CoDesign::new(&plan.scene)?;
                     let progress = codesign.begin_with(plan.seed, design, controller)?;
                     optimise_with(&folder, &plan, codesign, progress, observer)
                 }

@@ -119,11 +119,6 @@ pub(super) fn answer_planned(output: &Output, sweep: &Path, runs: usize) -> Resu
     )
 }
 
-/// Texts as one text, one per line.
-pub(super) fn lines_of(texts: &[String]) -> String {
-    texts.iter().map(|text| format!("{text}\n")).collect()
-}
-
 /// The paths as text, one per line.
 pub(super) fn lines<P: AsRef<Path>>(paths: &[P]) -> String {
     let line = |path: &P| format!("{}\n", path.as_ref().display());

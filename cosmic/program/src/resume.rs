@@ -1,13 +1,12 @@
 //! `cosmic resume`.
 
 use crate::arguments::Work;
-use crate::device::{Gpu, On};
 use crate::runs;
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
-use cosmic::record::{allow_unstable, resume_on};
+use cosmic::record::{allow_unstable, resume};
 use std::path::PathBuf;
 
 /// Continue a run from its last snapshot; a finished run stays as it is
@@ -20,20 +19,17 @@ pub(super) struct Arguments {
     #[arg(long)]
     allow_unstable: bool,
     #[command(flatten)]
-    on: On,
-    #[command(flatten)]
     work: Work,
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
-        let device = self.on.open(gpu, self.work.threads)?;
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         if self.allow_unstable {
             allow_unstable(&self.run, registry)?;
         }
         let is_finished = self.run.join(SUMMARY).exists();
         let done = runs::carry_out(&self.run, registry, &self.work, Vec::new(), |observer| {
-            resume_on(device, &self.run, registry, observer)
+            resume(&self.run, registry, observer)
         });
         match done {
             // A finished run already reported that its median diverged. This is no error when it is resumed.

@@ -1,7 +1,6 @@
 //! `cosmic robustness`.
 
 use crate::arguments::{Settings, Work, number, seed, whole};
-use crate::device::{Gpu, On};
 use crate::output::answer;
 use crate::runs;
 use clap::Args;
@@ -46,8 +45,6 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    on: On,
-    #[command(flatten)]
     work: Work,
 }
 
@@ -63,7 +60,7 @@ fn up_to(most: f64) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let scatter = RobustSettings {
             samples: self.samples.into(),
             start: self.start,
@@ -80,7 +77,6 @@ impl Arguments {
             },
             settings: self.settings.set.clone(),
             registry: registry.clone(),
-            device: self.on.open(gpu, self.work.threads)?,
         };
         let pool = runs::pool(self.work.threads)?;
         let found = pool.install(|| measure(&self.runs, &domains))?;

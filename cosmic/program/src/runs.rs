@@ -198,10 +198,7 @@ fn energy(energy: &Energy) -> String {
 fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> String {
     let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {
-        let end = match start.dropped_at {
-            Some(iteration) => format!("dropped after iteration {iteration}"),
-            None => metres(start.displacement_robust_p50) + unreliable(start.reliability.as_ref()),
-        };
+        let end = metres(start.displacement_robust_p50) + unreliable(start.reliability.as_ref());
         text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
@@ -222,12 +219,6 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     }
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median)\n");
-    }
-    if let Some(behind) = summary.displacement_behind_p50 {
-        text += &format!(
-            "with the goal behind: {behind:.3} m (negative is towards the goal); the worse of the two \
-             displacements decides the choice of the robot\n"
-        );
     }
     if let Some(reason) = summary.unreliable() {
         text += &format!("unreliable: {reason}\n");

@@ -7,7 +7,7 @@ use clap::Args;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
-use cosmic::policy::{Goal, Goals};
+use cosmic::policy::Goals;
 use cosmic_lab::report::{Animations, RobotFiles, write_walk};
 use cosmic_lab::table::plain;
 use cosmic_lab::walk::{self, Walk};
@@ -17,19 +17,19 @@ use std::path::PathBuf;
 /// Let a robot walk to goals, and show how near it gets
 ///
 /// Prints a row for each goal: its place, when it begins and ends, the way to it when it begins, the distance that is
-/// left when it ends, and the ratio of the two distances. For a velocity, also the mean velocity that the robot reached.
+/// left when it ends, and the ratio of the two distances.
 ///
 /// The run's scene must have `controller.goals = "given"`, as `errand` has. A goal is a place along the ground in
-/// metres, counted from the payload at the start, or a velocity, such as 0.2m/s: positive is ahead. Without --goal, the
-/// robot walks right, left and right: to the places that are a sixth of `goals.along` from its ends (1 m and -1 m in
-/// `errand`), for half of the scene's time each, in whole seconds (8 s in `errand`).
+/// metres, counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and
+/// right: to the places that are a sixth of `goals.along` from its ends (1 m and -1 m in `errand`), for half of the
+/// scene's time each, in whole seconds (8 s in `errand`).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The folder of the run, or a design file with scene.toml beside it
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// A goal, and the time at which it begins; can be repeated, as in `--goal 1.2 --goal -1@5s --goal 0.2m/s@10s`. The
-    /// first goal begins at 0 s and needs no time
+    /// A goal, and the time at which it begins; can be repeated, as in `--goal 1.2 --goal -1@5s`. The first goal begins
+    /// at 0 s and needs no time
     #[arg(long = "goal", value_name = "X[@TIME]", value_parser = told, allow_hyphen_values = true)]
     goals: Vec<Told>,
     /// How long the robot walks, s [default: the scene's time, or longer, until the last goal had half of that time]
@@ -56,30 +56,24 @@ const MOST_STEPS: usize = 1_000_000;
 struct Told {
     /// The argument, for messages.
     text: String,
-    /// The place along the ground, counted from the payload at the start, m; or the velocity, m/s.
+    /// The place along the ground, counted from the payload at the start, m.
     along: f64,
-    is_velocity: bool,
     /// When the goal begins, s.
     time: Option<f64>,
 }
 
-/// Parses a goal, such as `1.2`, `-1@5s` or `0.2m/s@8s`.
+/// Parses a goal, such as `1.2` or `-1@5s`.
 fn told(text: &str) -> std::result::Result<Told, String> {
     let (along, time) = match text.split_once('@') {
         Some((along, time)) => (along, Some(time)),
         None => (text, None),
     };
-    let (along, is_velocity) = match along.strip_suffix("m/s") {
-        Some(velocity) => (velocity, true),
-        None => (along, false),
-    };
-    let expected = "expected a place from -1000 to 1000 m, or a velocity from -1000m/s to 1000m/s, and its time after \
-                    `@`, as in 1.2, -1@5s or 0.2m/s@8s";
+    let expected =
+        "expected a place from -1000 to 1000 m, and its time after `@`, as in 1.2 or -1@5s";
     let of_time = |time: &str| seconds(time.strip_suffix('s').unwrap_or(time));
     Ok(Told {
         text: text.to_owned(),
         along: number(along, |x| x.abs() <= 1e3, expected.to_owned())?,
-        is_velocity,
         time: time.map(of_time).transpose()?,
     })
 }
@@ -188,10 +182,7 @@ impl<'a> Plan<'a> {
             let says = "the first goal must begin at 0 s; leave out its time, or put another goal before it";
             return refuse(first, says.to_owned());
         }
-        let goal = |told: &Told| match told.is_velocity {
-            true => Goal::Velocity(told.along),
-            false => walk::place(self.case, told.along).into(),
-        };
+        let goal = |told: &Told| walk::place(self.case, told.along);
         let mut goals = Goals::at(goal(first));
         let mut before = 0;
         for told in later {

@@ -29,10 +29,6 @@ horizon_over = [2, 5]
 window = 16
 [objective]
 task = \"climb\"
-[search]
-rungs = [4, 12, 12]
-keep = [0.5, 0.5, 0.5]
-window = 4
 ";
 
 /// A scene of a robot that takes goals.
@@ -159,8 +155,8 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
     bench.write("errand.toml", ERRAND);
     bench.write("goals.toml", "[[trials]]\nscene = 'errand.toml'\n");
     for command in [
-        "optimize tiny.toml --starts 2 --search halving --out runs/halved",
-        "optimize --from runs/halved --out runs/on",
+        "optimize tiny.toml --starts 2 --out runs/several",
+        "optimize --from runs/several --out runs/on",
         "export runs/on --csv --svg --dxf --stl",
         "robustness runs/on --samples 1 --out runs/robustness.csv",
         "sweep plan tiny.toml --seeds 1 --out runs/s",
@@ -190,7 +186,7 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
         COLUMNS,
         &table.fold(head, |text, row| text + &row),
     );
-    let rare = "bars.csv solid.csv start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
+    let rare = "bars.csv solid.csv start.json check.json entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");
     }

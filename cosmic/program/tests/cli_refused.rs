@@ -225,15 +225,6 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_be_resumed() {
     refused(bench.cosmic("resume a"), "a");
     // If there are several starts, the message names the folder of the search.
     refused(bench.optimize("several", "--starts 2"), "several");
-    // If a search with halving is resumed, it stops at the same iteration each time.
-    let search = "[search]\nrungs = [5, 6, 6]\nkeep = [0.5, 0.5, 0.5]\nwindow = 2\n";
-    bench.write("search.toml", text.to_owned() + search);
-    let halving = "optimize search.toml --out halved --starts 2 --search halving --threads 1";
-    refused(bench.cosmic(halving), "halved");
-    for _ in 0..2 {
-        bench.fails("resume halved --threads 1", 2, &[]);
-        assert_eq!(bench.lines("halved/starts/0/history.jsonl"), 4);
-    }
     let said = bench.cosmic("resume a --allow-unstable");
     has(&said.error, &["warning: "]);
     let all = bench.read("a/history.jsonl");

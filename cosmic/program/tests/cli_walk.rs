@@ -103,11 +103,6 @@ fn the_table_has_the_numbers_of_a_rollout() {
     );
     has(lines[2], &[&format!("  {:.3}  ", (end + 0.2).abs())]);
     assert_eq!(BENCH.ok("walk run --goal 0.3 --quiet").out, "");
-
-    let rows = walked("--goal 0.3 --goal=-0.2m/s@0.4s --seconds 1");
-    assert_eq!(rows[0]["velocity"], Value::Null);
-    near(&rows[1]["velocity"], -0.2);
-    near(&rows[1]["way"], 0.12);
 }
 
 /// Without goals, the robot walks to and fro. A walk takes the time of the scene, or longer.
@@ -132,10 +127,8 @@ fn wrong_goals_and_times_are_refused() {
         ("--goal x", "expected a place from -1000 to 1000 m"),
         ("--goal 1001", "expected a place from -1000 to 1000 m"),
         ("--goal 1,5", "use a decimal point: 1.5"),
-        ("--goal m/s", "or a velocity from -1000m/s to 1000m/s"),
-        ("--goal NaNm/s", "or a velocity from -1000m/s to 1000m/s"),
-        ("--goal 0,2m/s", "use a decimal point: 0.2"),
-        ("--goal 0.2m/s@x", "expected a time from 0 to 1e6 s"),
+        ("--goal 0.2m/s", "expected a place from -1000 to 1000 m"),
+        ("--goal 1@x", "expected a time from 0 to 1e6 s"),
         ("--goal 1@", "expected a time from 0 to 1e6 s"),
         ("--goal 1@-2s", "expected a time from 0 to 1e6 s"),
         (

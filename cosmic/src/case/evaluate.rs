@@ -88,7 +88,12 @@ impl Case {
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
-        task.loss(&design, inputs, &loss, &Horizon::head(self.physics.steps))
+        task.loss(
+            &design,
+            inputs,
+            &loss,
+            &Horizon::of_steps(self.physics.steps),
+        )
     }
 
     /// Simulates the case. The results hold the states after the steps in `record` (see

@@ -197,7 +197,6 @@ keys! {
     goal_scale: f64 = controller.goal_scale,
     #[serde(default)]
     goal_relative: bool = controller.goal_relative,
-    // The second of two goals is not in a case: for a rollout, two goals are a fixed goal.
     #[serde(default, deserialize_with = "word", skip_serializing_if = "are_not_given")]
     goals: GoalKind = controller.goals,
     offset_scale: f64 = controller.offset_scale,

@@ -4,19 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::evaluator::Evaluator;
-use super::on_device::{OnDevice, batch_of};
 use super::progress::Progress;
-use super::schedule::Schedule;
-use super::slopes::Sought;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
 use crate::policy::Controller;
-use crate::population::{Batch, Populations, Refused};
 use crate::projection::Projection;
-use crate::scene::{GradientPrecision, Scene};
-use crate::simulator::{Span, StepCheck};
+use crate::scene::Scene;
+use crate::simulator::StepCheck;
 use crate::task::Task;
 
 /// The optimisation of a scene, ready to begin.
@@ -47,8 +43,7 @@ impl CoDesign {
 
     /// Prepares the optimisation of a scene for the caller's loss instead of the scene's objective.
     ///
-    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true. In a scene with two
-    /// goals, the loss for the first goal is minimised and the loss for the second goal is maximised.
+    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true.
     ///
     /// ```
     /// use autodiff::Real;
@@ -114,85 +109,10 @@ impl CoDesign {
         })
     }
 
-    /// This optimisation, but the rollouts and gradients that it computes in single precision are computed on a device.
-    /// What it computes in double precision, such as the delivery, stays on the processor.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if the scene does not compute gradients in single precision (`gradient.precision`), or if the
-    /// device refuses the rollouts or the gradients of this scene.
-    pub fn on(mut self, device: Arc<dyn Populations>) -> Result<Self> {
-        if self.scene().gradient.precision != GradientPrecision::F32 {
-            return Err(Error::Usage(
-                "the scene computes gradients in double precision, but a GPU computes in single precision; add \
-                 --set gradient.precision=f32"
-                    .into(),
-            ));
-        }
-        self.check_device(&*device)?;
-        self.evaluator.device = Some(OnDevice::new(device));
-        Ok(self)
-    }
-
-    /// Like [`on`](Self::on), but for [rollouts](Evaluator::reach_all) only, and for scenes of any precision.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if the device refuses the rollouts of this scene.
-    pub fn rolling_on(mut self, device: Arc<dyn Populations>) -> Result<Self> {
-        let progress = self.first(0)?;
-        let asked = self.rolled(&progress);
-        device.check(&asked, None).map_err(refused_by(&*device))?;
-        self.evaluator.device = Some(OnDevice::new(device));
-        Ok(self)
-    }
-
-    /// The rollout of a robot, for checks.
-    fn rolled(&self, progress: &Progress) -> Batch {
-        let span = Span {
-            watched: true,
-            metered: self.evaluator.loss.reads_efforts(),
-            ..Span::from_start(vec![self.scene().physics.steps])
-        };
-        let design = self.evaluator.design(progress);
-        let nominal = [self.evaluator.nominal()];
-        batch_of(&[&design], &progress.controller, &nominal, &span)
-    }
-
-    /// Checks that a device can compute the rollouts and the gradients of this scene.
-    fn check_device(&self, device: &dyn Populations) -> Result<()> {
-        let evaluator = &self.evaluator;
-        let progress = self.first(0)?;
-        let at = evaluator.point(&progress, &Schedule::at(self.scene(), 1));
-        let design = evaluator.design(&progress);
-        let nominal = [evaluator.nominal()];
-        let mut all = Vec::new();
-        for sought in [
-            Sought::Design(Projection::Performance),
-            Sought::Controller(&design),
-        ] {
-            let asked = evaluator.asked(&nominal, &[sought], &at);
-            all.extend(asked.into_iter().map(|asked| (asked.of, Some(asked.by))));
-        }
-        all.push((self.rolled(&progress), None));
-        let mut all = all.iter();
-        all.try_for_each(|(asked, by)| device.check(asked, *by))
-            .map_err(refused_by(device))
-    }
-
     /// Sets the flag with which another thread stops all rollouts, so that an iteration ends soon. The result of an
     /// iteration during which the flag was set is meaningless.
     pub fn stop_by(&mut self, stop: Option<Arc<AtomicBool>>) {
         self.evaluator.task.simulator.stop = stop;
-    }
-
-    /// True if rollouts and gradients are computed on a [device](Self::on).
-    pub fn is_on_device(&self) -> bool {
-        self.evaluator.device.is_some()
-    }
-
-    /// The error with which the device stopped working. After it, the last iteration does not count.
-    pub fn device_error(&self) -> Option<&str> {
-        let failed = self.evaluator.device.as_ref()?.failed()?;
-        Some(failed)
     }
 
     /// Begins an optimisation: returns the state before the first iteration. Its design is the initial design of the
@@ -375,15 +295,5 @@ impl CoDesign {
         let start = self.start_of(seed)?;
         let design = self.task().projected(Projection::Performance, &start);
         Ok(self.evaluator.step_check_of(&design))
-    }
-}
-
-/// The error of a device that refuses a scene.
-fn refused_by(device: &dyn Populations) -> impl Fn(Refused) -> Error {
-    move |why| {
-        Error::Usage(format!(
-            "{} cannot run this scene: {why}; leave out --device gpu to run it on the processor",
-            device.name()
-        ))
     }
 }

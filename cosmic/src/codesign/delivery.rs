@@ -8,7 +8,7 @@ use super::evaluator::Evaluator;
 use super::other_steps::OtherSteps;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
-use super::reach::{Reached, first_best, is_ranked_by_distance};
+use super::reach::{Reached, first_best};
 use super::reliability::Reliability;
 use super::standstill::Standstill;
 use crate::design::{Design, Material, Mixture, Structure};
@@ -37,8 +37,7 @@ pub struct Delivery {
     /// Displacement of the payload along the ground in the same unperturbed rollout, in metres.
     pub along: f64,
     /// The quantiles by which the controller was chosen: those of its merit over perturbed starts. The merit is the
-    /// displacement along the ground in metres; for tasks other than distance, it is minus the loss. With two goals, it
-    /// is the merit for the worse goal.
+    /// displacement along the ground in metres; for tasks other than distance, it is minus the loss.
     pub selection: Quantiles,
     /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
     /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements. If
@@ -53,9 +52,6 @@ pub struct Delivery {
     pub reliability: Reliability,
     /// Medians with half the time step and with another integrator, over the starts of `spread`.
     pub other_steps: OtherSteps,
-    /// Only with two goals: quantiles of the displacement when the goal is behind the robot, over the starts of
-    /// `spread`, in metres. A negative displacement is towards that goal.
-    pub behind: Option<Quantiles>,
     /// Quantiles of the displacement along the ground over perturbed starts, in metres. These starts are not the starts
     /// of `selection`. They flatter: a robot that is built is never so close to its design.
     pub spread: Quantiles,
@@ -155,7 +151,6 @@ impl Evaluator {
             robust: robust.displacement,
             reliability: self.reliability(&varied, merit, unsteady, seen.standstill),
             other_steps,
-            behind: spreads[0].behind,
             spread: spreads[0].displacement,
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
@@ -215,7 +210,7 @@ impl Evaluator {
     fn quoted<T>(&self, perturbed: T, varied: T) -> Option<T> {
         match (self.loss.is_far(), self.scene.controller.goals) {
             (true, _) => None,
-            (false, GoalKind::Fixed | GoalKind::Two) => Some(perturbed),
+            (false, GoalKind::Fixed) => Some(perturbed),
             (false, GoalKind::Given) => Some(varied),
         }
     }
@@ -228,7 +223,7 @@ impl Evaluator {
         controller: &Controller<f64>,
         along: f64,
     ) -> f64 {
-        if is_ranked_by_distance(&self.scene, &*self.loss) {
+        if self.is_far() {
             return along;
         }
         self.reach(design, controller, &self.nominal()).merit
@@ -266,7 +261,7 @@ impl Evaluator {
             self.energy_in(design, controller, domain, robust.displacement.p50)
         };
         match self.scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => ([varied; 2], energy(&varied, domains)),
+            GoalKind::Fixed => ([varied; 2], energy(&varied, domains)),
             GoalKind::Given => {
                 let domains = self.drawn(&VARIED, seed, Purpose::Variation);
                 let robust = reach(&domains);
@@ -370,8 +365,6 @@ impl Evaluator {
             Reaches {
                 displacement,
                 merit: spread(reached, |r| r.merit),
-                behind: (reached[0].behind)
-                    .map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
                 typical: nearest(reached, displacement.p50),
             }
         };
@@ -384,7 +377,6 @@ impl Evaluator {
 pub(super) struct Reaches {
     pub(super) displacement: Quantiles,
     pub(super) merit: Quantiles,
-    behind: Option<Quantiles>,
     /// The number of the rollout whose displacement is nearest to the median; `None` if there is no median.
     typical: Option<usize>,
 }

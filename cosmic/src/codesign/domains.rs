@@ -14,6 +14,7 @@ use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};
 use crate::scene::{GoalKind, RobustSettings, SelectionKind};
 use crate::simulator::Span;
+use crate::task::together;
 
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
 /// controllers: 1 % of a spacing in the start (with `lattice.units = "absolute"` 1 mm), 5 % of the friction, and 5 % of
@@ -40,7 +41,7 @@ impl Evaluator {
         let number = now.iteration as u64;
         let stream = |purpose| stream_of(progress.seed, purpose, number);
         let count = match goals {
-            GoalKind::Fixed | GoalKind::Two => robust.samples,
+            GoalKind::Fixed => robust.samples,
             GoalKind::Given => self.scene.goals.samples,
         };
         let domains = match robust.samples {
@@ -51,7 +52,7 @@ impl Evaluator {
             }
         };
         match goals {
-            GoalKind::Fixed | GoalKind::Two => (0, domains),
+            GoalKind::Fixed => (0, domains),
             GoalKind::Given => {
                 let rest = self.scene.physics.steps.saturating_sub(now.horizon());
                 self.with_a_goal(domains, progress, rest, stream(Purpose::Goals))
@@ -91,7 +92,7 @@ impl Evaluator {
             let span = Span::from_start(vec![steps]);
             self.watched(&designs, controller, domains, span, precision)
         };
-        let chunks = domains.par_chunks(self.at_once(domains.len()));
+        let chunks = domains.par_chunks(together(domains.len()));
         let walked: Vec<_> = chunks.flat_map_iter(walk).collect();
         for (domain, walked) in domains.iter_mut().zip(walked) {
             if let Some(mut walked) = walked {
@@ -141,7 +142,7 @@ impl Evaluator {
         purpose: Purpose,
     ) -> Vec<Domain<'a>> {
         match self.scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => domains,
+            GoalKind::Fixed => domains,
             GoalKind::Given => {
                 let goals = &self.scene.goals;
                 let mut stream = stream_of(seed, Purpose::Errands, purpose as u64);

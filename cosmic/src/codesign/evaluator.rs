@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::on_device::OnDevice;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use crate::design::{Design, Mixture};
@@ -27,8 +26,6 @@ pub struct Evaluator {
     pub start: State<f64>,
     /// The time step, s, below which every design of the lattice is stable.
     stable_step_of_any_design: f64,
-    /// The device that computes in the precision of gradients, in place of the processor.
-    pub(super) device: Option<OnDevice>,
 }
 
 impl Evaluator {
@@ -58,7 +55,6 @@ impl Evaluator {
                 .with_one_piece(scene.design.one_piece)
                 .with_moved(scene.objective.body),
             scene: scene.clone(),
-            device: None,
         })
     }
 

@@ -228,8 +228,7 @@ keys! {
         /// Displacement along the ground in the rollout that the gradient is computed from. `null` if the robot flies
         /// apart in that rollout; the gradient is used in either case.
         displacement_horizon: Option<f64>, "number or `null`", unit "m", columns ["displacement_horizon"];
-        /// Only for tasks other than `far`: minus the loss over the horizon; with two goals, the merit for the
-        /// worse goal.
+        /// Only for tasks other than `far`: minus the loss over the horizon.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         merit_horizon: Option<f64>, "number", unit "the loss's";
         /// The loss over the horizon. With two gradients, it is the loss of the first gradient, or the loss that is

@@ -1,6 +1,6 @@
 //! Full rollouts of robots: their displacement, and their merit, which is the number by which robots are ranked.
 
-use std::borrow::{Borrow, Cow};
+use std::borrow::Borrow;
 
 use autodiff::Real;
 use rayon::prelude::*;
@@ -10,12 +10,12 @@ use super::progress::Progress;
 use super::quantiles::Quantiles;
 use super::reliability::Merit;
 use crate::design::{Design, Material, Mixture};
-use crate::domain::{Domain, rollouts, turned_back};
+use crate::domain::{Domain, rollouts};
 use crate::geometry::Vector;
 use crate::lattice::State;
-use crate::objective::{AnyLoss, LossOf};
+use crate::objective::LossOf;
 use crate::policy::Controller;
-use crate::scene::{GoalKind, GradientPrecision, Scene, SelectionKind};
+use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
 
@@ -26,12 +26,8 @@ pub struct Reached {
     /// ground, then the component normal to it.
     pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
-    /// distance, minus the loss. With two goals, it is the merit for the worse goal. A robot that was ranked
-    /// in several rollouts has a quantile of their merits.
+    /// distance, minus the loss. A robot that was ranked in several rollouts has a quantile of their merits.
     pub merit: f64,
-    /// Only with two goals: the displacement along the ground in metres when the goal is behind the robot. A negative
-    /// displacement is towards that goal.
-    pub behind: Option<f64>,
 }
 
 impl Reached {
@@ -39,35 +35,6 @@ impl Reached {
     pub fn along(&self) -> f64 {
         self.moved.forward()
     }
-
-    /// Joins the results for the two goals: this one for the goal ahead, and `behind` for the goal behind the robot.
-    /// The merit is the lower one of the two. The merit of `behind` counts with the opposite sign, because for the goal
-    /// behind the payload must move backwards, or the loss must be large.
-    pub fn with_behind(self, behind: Self) -> Self {
-        Self {
-            merit: worse(self.merit, -behind.merit),
-            behind: Some(behind.along()),
-            ..self
-        }
-    }
-}
-
-/// The goal of a rollout. Only scenes with two goals have a goal behind the robot.
-#[derive(Clone, Copy)]
-pub(super) enum Goal {
-    Ahead,
-    Behind,
-}
-
-/// The lower of two merits (numbers by which robots are ranked). NaN if one of them is NaN.
-fn worse(a: f64, b: f64) -> f64 {
-    if a < b || a.is_nan() { a } else { b }
-}
-
-/// True if robots are ranked by their displacement alone. The loss must be the loss for distance, and there must be a
-/// single goal.
-pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
-    loss.is_far() && scene.controller.goals != GoalKind::Two
 }
 
 impl Evaluator {
@@ -103,16 +70,6 @@ impl Evaluator {
                 ..reached[0]
             }
         };
-        if self.device.is_some() {
-            // A device simulates all of them together.
-            let of_each = designs
-                .iter()
-                .flat_map(|design| vec![design; domains.len()]);
-            let all: Vec<Domain> = (designs.iter().flat_map(|_| domains.clone())).collect();
-            let reached =
-                self.reach_many(&of_each.collect::<Vec<_>>(), controller, &all, precision);
-            return reached.chunks(domains.len()).map(rank).collect();
-        }
         let alone = |design: &Design<Mixture<f64>>| {
             rank(&self.reach_many(&[design], controller, &domains, precision))
         };
@@ -171,7 +128,7 @@ impl Evaluator {
         task: &Task,
     ) -> Vec<Reached> {
         let side_by_side = |designs: &[_]| self.try_many(designs, controller, task);
-        let groups = designs.par_chunks(self.at_once(designs.len()));
+        let groups = designs.par_chunks(together(designs.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
 
@@ -186,18 +143,13 @@ impl Evaluator {
         self.reach_many(&[design], controller, domains, precision)[0]
     }
 
-    /// Simulates a robot in full rollouts in several domains, and returns the results. They are computed on the device,
-    /// in single precision, if there is one, and otherwise on the processor, in double precision.
+    /// Simulates a robot in full rollouts in several domains, in parallel, and returns the results.
     pub fn reach_all(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> Vec<Reached> {
-        if self.device.is_some() && !domains.is_empty() {
-            let precision = GradientPrecision::F32;
-            return self.reach_many(&[design], controller, domains, precision);
-        }
         let reach = |domain: &Domain| self.reach(design, controller, domain);
         domains.par_iter().map(reach).collect()
     }
@@ -206,16 +158,14 @@ impl Evaluator {
     pub(super) fn merit(&self) -> Merit {
         let scale = self.task.lattice.scale;
         match (self.loss.is_far(), self.scene.controller.goals) {
-            (false, GoalKind::Given) => Merit::MinusShare,
-            (false, _) => Merit::MinusLoss,
-            (true, GoalKind::Two) => Merit::ShorterWay { scale },
             (true, _) => Merit::Distance { scale },
+            (false, GoalKind::Fixed) => Merit::MinusLoss,
+            (false, GoalKind::Given) => Merit::MinusShare,
         }
     }
 
     /// Simulates robots in full rollouts in several domains, side by side, and returns their results. `designs` has one
-    /// design for all domains, or one for each. With two goals, every robot is also simulated towards the goal behind
-    /// it. Domains may have shorter time steps than the scene, in whose steps the loss counts.
+    /// design for all domains, or one for each. Domains may have shorter time steps than the scene, in whose steps the loss counts.
     pub(super) fn reach_many(
         &self,
         designs: &[impl Borrow<Design<Mixture<f64>>>],
@@ -235,39 +185,16 @@ impl Evaluator {
             metered: self.loss.reads_efforts(),
             ..Span::from_start(observed)
         };
-        let towards = |goal: Goal| -> Vec<Reached> {
-            let domains = match goal {
-                Goal::Ahead => Cow::Borrowed(domains),
-                Goal::Behind => Cow::Owned(turned_back(domains)),
-            };
-            let seen = self.watched(designs, controller, &domains, span.clone(), precision);
-            let pairs = domains.iter().zip(seen);
-            let reached = pairs.map(|(domain, seen)| {
-                let seen = seen.map(|seen| seen.in_longer_steps(finer));
-                self.reached_in(&domain.start, seen.as_ref())
-            });
-            reached.collect()
-        };
-        self.towards_goals(towards, Reached::with_behind)
+        let seen = self.watched(designs, controller, domains, span, precision);
+        let pairs = domains.iter().zip(seen);
+        let reached = pairs.map(|(domain, seen)| {
+            let seen = seen.map(|seen| seen.in_longer_steps(finer));
+            self.reached_in(&domain.start, seen.as_ref())
+        });
+        reached.collect()
     }
 
-    /// Calls `roll` for the goal ahead. In a scene with two goals, also calls it for the goal behind, and joins the two
-    /// results of each robot.
-    pub(super) fn towards_goals<T>(
-        &self,
-        roll: impl Fn(Goal) -> Vec<T>,
-        join: impl Fn(T, T) -> T,
-    ) -> Vec<T> {
-        // All rollouts for the goal ahead come first, because the bits of a gradient depend on the order.
-        let ahead = roll(Goal::Ahead);
-        if self.scene.controller.goals != GoalKind::Two {
-            return ahead;
-        }
-        let pairs = ahead.into_iter().zip(roll(Goal::Behind));
-        pairs.map(|(ahead, behind)| join(ahead, behind)).collect()
-    }
-
-    /// The result of a rollout towards one goal. If the rollout diverged (`seen` is `None`), all its numbers are NaN.
+    /// The result of a rollout. If the rollout diverged (`seen` is `None`), all its numbers are NaN.
     fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
         let Some(seen) = seen else {
             return self.reached_by(Vector::NAN, || f64::NAN);
@@ -276,7 +203,7 @@ impl Evaluator {
         self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
     }
 
-    /// The result of a robot for one goal, from the displacement `moved` of its payload. `loss` computes the loss; it
+    /// The result of a robot, from the displacement `moved` of its payload. `loss` computes the loss; it
     /// is called only if the merit is minus the loss.
     pub(super) fn reached_by(&self, moved: Vector<f64>, loss: impl Fn() -> f64) -> Reached {
         Reached {
@@ -286,7 +213,6 @@ impl Evaluator {
             } else {
                 -loss()
             },
-            behind: None,
         }
     }
 
@@ -306,14 +232,6 @@ impl Evaluator {
         ground.point_to_ground(to) - ground.point_to_ground(from)
     }
 
-    /// How many of `rollouts` rollouts with one controller run together.
-    pub(super) fn at_once(&self, rollouts: usize) -> usize {
-        match self.device {
-            None => together(rollouts),
-            Some(_) => rollouts.max(1),
-        }
-    }
-
     /// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps
     /// in `steps`; `None` for a robot that diverges. `designs` has one design for all domains, or one for each.
     pub(super) fn watched(
@@ -329,17 +247,9 @@ impl Evaluator {
             ..span.clone()
         };
         let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
-        let all = match (precision, &self.device) {
-            (GradientPrecision::F64, _) => roll_in::<f64>(&borrowed, controller, domains, &watched),
-            (GradientPrecision::F32, None) => {
-                roll_in::<f32>(&borrowed, controller, domains, &watched)
-            }
-            (GradientPrecision::F32, Some(device)) => {
-                match device.roll(&borrowed, controller, domains, &watched) {
-                    Some(all) => all,
-                    None => return vec![None; domains.len()],
-                }
-            }
+        let all = match precision {
+            GradientPrecision::F64 => roll_in::<f64>(&borrowed, controller, domains, &watched),
+            GradientPrecision::F32 => roll_in::<f32>(&borrowed, controller, domains, &watched),
         };
         let seen = |(k, seen): (usize, Trajectory<f64>)| {
             let Domain { task, start } = &domains[k];

@@ -57,11 +57,6 @@ pub enum Merit {
         /// The scale of the lattice, m.
         scale: f64,
     },
-    /// With two goals, a robot walks one distance towards each goal. This is the shorter of these distances, in metres.
-    ShorterWay {
-        /// The scale of the lattice, m.
-        scale: f64,
-    },
     /// Minus the loss.
     MinusLoss,
     /// With given goals: minus the loss, over rollouts with different goals.
@@ -86,11 +81,10 @@ impl Merit {
         if ![p10, p50, unperturbed].iter().all(|x| x.is_finite()) {
             return unreliable("rollouts diverge".to_owned());
         }
-        let (least, of_which) = match self {
-            Self::Distance { scale } => (LEAST_DISTANCE * scale, ""),
-            Self::ShorterWay { scale } => (LEAST_DISTANCE * scale, " of the shorter displacement"),
-            Self::MinusLoss => (0.0, ""),
-            Self::MinusShare => (LEAST_SHARE, ""),
+        let least = match self {
+            Self::Distance { scale } => LEAST_DISTANCE * scale,
+            Self::MinusLoss => 0.0,
+            Self::MinusShare => LEAST_SHARE,
         };
         let tolerance = 0.5 * p50.abs().max(least);
         let is_low = p50 - p10 > tolerance;
@@ -110,11 +104,11 @@ impl Merit {
                 -unperturbed, -p50
             ),
             (true, _) => format!(
-                "the 10 % quantile{of_which} of varied robots is {p10:.3} m, more than {tolerance:.3} m below their \
+                "the 10 % quantile of varied robots is {p10:.3} m, more than {tolerance:.3} m below their \
                  median of {p50:.3} m"
             ),
             (false, _) => format!(
-                "the unperturbed rollout reaches {unperturbed:.3} m{of_which}, more than {tolerance:.3} m away \
+                "the unperturbed rollout reaches {unperturbed:.3} m, more than {tolerance:.3} m away \
                  from the median of {p50:.3} m of varied robots"
             ),
         })
@@ -124,13 +118,13 @@ impl Merit {
     /// other steps; empty if these medians are close. `integrator` is that of the scene.
     pub fn unsteady(self, own: f64, other: &OtherSteps, integrator: Integrator) -> Vec<String> {
         let least = match self {
-            Self::Distance { scale } | Self::ShorterWay { scale } => LEAST_WALK * scale,
+            Self::Distance { scale } => LEAST_WALK * scale,
             Self::MinusLoss => 0.0,
             Self::MinusShare => LEAST_SHARE,
         };
         let shown = |merit: f64| match self {
             Self::MinusLoss | Self::MinusShare => format!("{:.4}", -merit),
-            Self::Distance { .. } | Self::ShorterWay { .. } => format!("{merit:.2} m"),
+            Self::Distance { .. } => format!("{merit:.2} m"),
         };
         let name = |integrator: Integrator| match integrator {
             Integrator::SymplecticEuler => "symplectic Euler",
@@ -155,7 +149,6 @@ impl Merit {
         let says = |(merit, there, here): (f64, String, String)| {
             let walks = match self {
                 Self::Distance { .. } => "it walks",
-                Self::ShorterWay { .. } => "its shorter displacement is",
                 Self::MinusLoss | Self::MinusShare => "its loss is",
             };
             match merit.is_finite() {

@@ -1,12 +1,10 @@
 //! Gradients of the loss with respect to the design and to the controller.
 
-use std::borrow::Cow;
-
 use autodiff::{CotangentBound, Real, Var};
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::reach::{Goal, Reached, is_ranked_by_distance};
+use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::design::{Design, Mixture};
@@ -14,7 +12,7 @@ use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
-use crate::scene::{GradientPrecision, HorizonMode, MovedBody};
+use crate::scene::{GradientPrecision, MovedBody};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
@@ -93,7 +91,6 @@ impl Evaluator {
         Horizon {
             first,
             steps: now.horizon(),
-            mode: self.scene.schedule.horizon_mode,
             cotangent_bound: gradient.cotangent_bound.map(bound),
         }
     }
@@ -115,7 +112,7 @@ impl Evaluator {
         match self.scene.schedule.stability_share {
             0.0 => [alone(0), None],
             1.0 => [None, alone(1)],
-            _ if together(2) == 2 || self.device.is_some() => self.slopes(both, at).map(Some),
+            _ if together(2) == 2 => self.slopes(both, at).map(Some),
             _ => rayon::join(|| alone(0), || alone(1)).into(),
         }
     }
@@ -149,9 +146,6 @@ impl Evaluator {
         sought: [Sought; N],
         at: &At,
     ) -> [Slope; N] {
-        if let Some(device) = &self.device {
-            return self.slopes_on(device, body, &sought, at);
-        }
         let horizon = &at.horizon;
         at.means(&self.task, |task, inputs| {
             let of_body;
@@ -182,10 +176,7 @@ impl Evaluator {
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
             return displacement;
         };
-        let steps = match at.horizon.mode {
-            HorizonMode::Head => at.horizon.steps.min(physics.steps),
-            HorizonMode::Tail => physics.steps,
-        };
+        let steps = at.horizon.steps.min(physics.steps);
         if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
             return displacement;
         }
@@ -202,7 +193,7 @@ impl Evaluator {
     /// The merit (the number by which robots are ranked) within the horizon; `None` if robots are ranked by their
     /// displacement alone.
     pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
+        (!self.is_far()).then_some(slope.merit)
     }
 
     /// The gradients of one task, computed in the number type `R`.
@@ -242,9 +233,7 @@ impl Evaluator {
         })
     }
 
-    /// The loss of each robot within a horizon, and the robot's result measured from `start`. With two goals, the loss
-    /// is the mean of the loss for the goal ahead and of minus the loss for the goal behind. The sign changes because
-    /// the payload must move backwards to reach the goal behind.
+    /// The loss of each robot within a horizon, and the robot's result measured from `start`.
     pub fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
@@ -256,21 +245,12 @@ impl Evaluator {
     where
         dyn AnyLoss: LossOf<R>,
     {
-        let towards = |goal: Goal| -> Vec<(R, Reached)> {
-            let task = match goal {
-                Goal::Ahead => Cow::Borrowed(task),
-                Goal::Behind => Cow::Owned(task.turned_back()),
-            };
-            let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
-            let lost = |seen: &Trajectory<R>| {
-                let loss = self.loss.loss_of(seen);
-                let moved = self.between(start, seen);
-                (loss, self.reached_by(moved, || loss.primal()))
-            };
-            seen.iter().map(lost).collect()
+        let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
+        let lost = |seen: &Trajectory<R>| {
+            let loss = self.loss.loss_of(seen);
+            let moved = self.between(start, seen);
+            (loss, self.reached_by(moved, || loss.primal()))
         };
-        self.towards_goals(towards, |(loss, ahead), (back, behind)| {
-            (R::lit(0.5) * (loss - back), ahead.with_behind(behind))
-        })
+        seen.iter().map(lost).collect()
     }
 }

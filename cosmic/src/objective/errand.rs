@@ -7,7 +7,6 @@ use autodiff::Real;
 
 use super::Loss;
 use crate::geometry::Ground;
-use crate::policy::Goal;
 use crate::scene::{LossSettings, Scene};
 use crate::simulator::Trajectory;
 
@@ -19,18 +18,12 @@ use crate::simulator::Trajectory;
 /// from the payload at the start of the rollout. What is left is the distance of the payload from the goal, plus its
 /// speed along the ground multiplied by a time. Both are means over the last part of the goal's time, for which
 /// `loss.window` and `loss.every` hold. At most half of the time counts.
-///
-/// The way of a goal that is a velocity is the distance that the payload covers at this velocity while the goal holds, from
-/// where it is when the goal begins. What is left is its distance from the end of this way when the goal ends. The
-/// velocity must not be 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errand {
     ground: Ground,
     settings: LossSettings,
     /// The time by which a speed is multiplied, s.
     settle: f64,
-    /// The time step, s.
-    dt: f64,
     /// The numbers of steps at which goals may change.
     changes: Vec<usize>,
 }
@@ -42,7 +35,6 @@ impl Errand {
             ground: Ground::from(&scene.physics),
             settings: scene.loss.clone(),
             settle: scene.objective.settle,
-            dt: scene.physics.dt,
             changes: scene.goals.changes(scene.physics.steps).collect(),
         }
     }
@@ -83,18 +75,11 @@ impl Loss for Errand {
         for (time, goal) in goals.times(trajectory.last_step()) {
             let along = |step: usize| self.ground.along(trajectory.position(step));
             let speed = |step: usize| self.ground.along(trajectory.velocity(step));
-            let place = goal.place(along(time.start), time.len() as f64 * self.dt);
-            let off = |step: usize| (along(step) - place).abs();
-            left.push(match goal {
-                Goal::Point(_) => {
-                    let settle = R::lit(self.settle);
-                    let off = |step: usize| off(step) + speed(step).abs() * settle;
-                    let offs: Vec<R> = self.read(time).map(off).collect();
-                    let mean = R::sum_of(&offs) * R::lit(1.0 / offs.len() as f64);
-                    mean / (place - before).abs()
-                }
-                Goal::Velocity(_) => off(time.end) / off(time.start),
-            });
+            let (place, settle) = (goal.forward(), R::lit(self.settle));
+            let off = |step: usize| (along(step) - place).abs() + speed(step).abs() * settle;
+            let offs: Vec<R> = self.read(time).map(off).collect();
+            let mean = R::sum_of(&offs) * R::lit(1.0 / offs.len() as f64);
+            left.push(mean / (place - before).abs());
             before = place;
         }
         R::sum_of(&left) * R::lit(1.0 / left.len() as f64)

@@ -1,87 +1,22 @@
 //! Goals: where a robot is to go. They are inputs of a rollout, and may change while the robot walks.
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use autodiff::Real;
 use autodiff::arrays::Kernel;
 
 use crate::geometry::Vector;
-use crate::scene::ControllerSettings;
 
-/// Where a robot is to go: to a point, or on and on at a velocity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Goal<R = f64> {
-    /// A point in the ground's frame, measured from the world's origin: along the ground and normal to it, in metres.
-    Point(Vector<R>),
-    /// A velocity along the ground, in m/s. A negative one is backwards.
-    Velocity(R),
-}
-
-impl<R> From<Vector<R>> for Goal<R> {
-    fn from(point: Vector<R>) -> Self {
-        Self::Point(point)
-    }
-}
-
-impl<R: Copy> Goal<R> {
-    /// This goal with `f` applied to every number.
-    pub fn map<S>(self, f: impl Fn(R) -> S) -> Goal<S> {
-        match self {
-            Self::Point(point) => Goal::Point(point.map(f)),
-            Self::Velocity(velocity) => Goal::Velocity(f(velocity)),
-        }
-    }
-}
-
-impl<R: Real> Goal<R> {
-    /// The place along the ground where the robot is to be `time` seconds after it was at `from`, in metres.
-    pub fn place(self, from: R, time: f64) -> R {
-        match self {
-            Self::Point(point) => point.forward(),
-            Self::Velocity(velocity) => from + velocity * R::lit(time),
-        }
-    }
-
-    /// The numbers of the surroundings: the position or the velocity along the ground, the height, and 1 for a point or
-    /// 0 for a velocity.
-    pub(crate) fn to_numbers(self) -> [R; 3] {
-        match self {
-            Self::Point(point) => [point.forward(), point.up(), R::one()],
-            Self::Velocity(velocity) => [velocity, R::zero(), R::zero()],
-        }
-    }
-
-    /// The goal with these numbers of the surroundings.
-    pub(crate) fn of_numbers([along, above, is_point]: [R; 3]) -> Self {
-        match is_point.is_zero() {
-            true => Self::Velocity(along),
-            false => Self::Point(Vector::upright(along, above)),
-        }
-    }
-
-    /// The point and the number with which [`Offset`] computes the offset of this goal, if positions are measured from
-    /// `origin`. A velocity is a point that keeps `lead` seconds ahead of the robot.
-    pub(crate) fn observed_as(self, origin: Vector<R>, lead: f64) -> (Vector<R>, R) {
-        match self {
-            Self::Point(point) => (point - origin, R::one()),
-            Self::Velocity(velocity) => {
-                let ahead = velocity * R::lit(lead);
-                (Vector::upright(ahead, R::zero()), R::zero())
-            }
-        }
-    }
-}
-
-/// The goals of a robot, one after the other.
+/// The goals of a robot, one after the other. A goal is a point in the ground's frame, measured from the world's origin:
+/// along the ground and normal to it, in metres.
 ///
 /// Robots of one batch may have different goals, but change them at the same steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goals<R = f64> {
     /// The first goal.
-    pub first: Goal<R>,
+    pub first: Vector<R>,
     /// The later goals, each with the number of steps after which it replaces the goal before it, ascending.
-    pub later: Vec<(usize, Goal<R>)>,
+    pub later: Vec<(usize, Vector<R>)>,
 }
 
 impl<R: Copy> Goals<R> {
@@ -95,9 +30,9 @@ impl<R: Copy> Goals<R> {
     }
 
     /// A goal that does not change.
-    pub fn at(goal: impl Into<Goal<R>>) -> Self {
+    pub fn at(goal: Vector<R>) -> Self {
         Self {
-            first: goal.into(),
+            first: goal,
             later: Vec::new(),
         }
     }
@@ -107,31 +42,20 @@ impl<R: Copy> Goals<R> {
     /// # Panics
     /// If the last goal began later or at the same step.
     #[must_use]
-    pub fn then(mut self, steps: usize, goal: impl Into<Goal<R>>) -> Self {
+    pub fn then(mut self, steps: usize, goal: Vector<R>) -> Self {
         let last = self.later.last().map_or(0, |&(steps, _)| steps);
         assert!(
             steps > last,
             "a goal begins after {steps} steps, and the goal before it after {last}"
         );
-        self.later.push((steps, goal.into()));
+        self.later.push((steps, goal));
         self
     }
 
     /// All goals in order.
-    pub fn iter(&self) -> impl Iterator<Item = Goal<R>> {
+    pub fn iter(&self) -> impl Iterator<Item = Vector<R>> {
         let later = self.later.iter().map(|&(_, goal)| goal);
         std::iter::once(self.first).chain(later)
-    }
-
-    /// All goals in order, if each is a point.
-    ///
-    /// # Panics
-    /// If a goal is a velocity.
-    pub fn points(&self) -> impl Iterator<Item = Vector<R>> {
-        self.iter().map(|goal| match goal {
-            Goal::Point(point) => point,
-            Goal::Velocity(_) => panic!("expected goals that are points, but one is a velocity"),
-        })
     }
 
     /// The number of goals.
@@ -156,7 +80,7 @@ impl<R: Copy> Goals<R> {
     }
 
     /// Each goal with the steps in which it holds, in a rollout of `steps` steps. Goals that begin later are left out.
-    pub fn times(&self, steps: usize) -> impl Iterator<Item = (Range<usize>, Goal<R>)> {
+    pub fn times(&self, steps: usize) -> impl Iterator<Item = (Range<usize>, Vector<R>)> {
         let changes = self.later.iter().map(|&(from, _)| from);
         let from = [0].into_iter().chain(changes.clone());
         let to = changes.chain([usize::MAX]);
@@ -189,41 +113,33 @@ impl Goals {
     }
 }
 
-/// The time by which a goal that is a velocity keeps ahead of the robot, s: one and a half periods of the clock at the
-/// frequency `omega`. Trained robots then walk at about that velocity. It is at most 1e6 s, so that without a clock the
-/// observed goal is the direction.
-pub(crate) fn lead(settings: &ControllerSettings) -> f64 {
-    (1.5 * TAU / settings.omega).min(1e6)
-}
-
-/// The kernel that multiplies the numbers of the first goal of a rollout by 1 if it holds, or else by 0.
+/// The kernel that multiplies the first goal of a rollout by 1 if it holds, or else by 0.
 pub(crate) struct Hold;
 
-impl Kernel<3, 2> for Hold {
+impl Kernel<2, 1> for Hold {
     #[inline(always)]
-    fn eval<R: Real>(&self, [goal, is_point, holds]: [R; 3]) -> [R; 2] {
-        [holds * goal, holds * is_point]
+    fn eval<R: Real>(&self, [goal, holds]: [R; 2]) -> [R; 1] {
+        [holds * goal]
     }
 }
 
-/// The kernel that adds the numbers of another goal to such sums, multiplied by 1 if it holds, or else by 0.
+/// The kernel that adds another goal to such a sum, multiplied by 1 if it holds, or else by 0.
 pub(crate) struct Pick;
 
-impl Kernel<5, 2> for Pick {
+impl Kernel<3, 1> for Pick {
     #[inline(always)]
-    fn eval<R: Real>(&self, [goals, are_points, goal, is_point, holds]: [R; 5]) -> [R; 2] {
-        [goals + holds * goal, are_points + holds * is_point]
+    fn eval<R: Real>(&self, [sum, goal, holds]: [R; 3]) -> [R; 1] {
+        [sum + holds * goal]
     }
 }
 
-/// The kernel that computes the offset of a goal from a place. `is_point` is 1 for a point, and 0 for a goal that keeps
-/// its distance from the robot.
+/// The kernel that computes the offset of a goal from a place.
 pub(super) struct Offset;
 
-impl Kernel<3, 1> for Offset {
+impl Kernel<2, 1> for Offset {
     #[inline(always)]
-    fn eval<R: Real>(&self, [goal, is_point, place]: [R; 3]) -> [R; 1] {
-        [goal - is_point * place]
+    fn eval<R: Real>(&self, [goal, place]: [R; 2]) -> [R; 1] {
+        [goal - place]
     }
 }
 

@@ -22,9 +22,8 @@ pub(crate) struct Seen {
     pub(crate) clock: Array,
     /// The presence of each node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(crate) presence: Option<Array>,
-    /// The goal of the step, as two inputs of [`Offset`] with two numbers each; `None` if the goal is a number of the
-    /// controller.
-    pub(crate) goal: Option<[Array; 2]>,
+    /// The goal of the step, two numbers; `None` if the goal is a number of the controller.
+    pub(crate) goal: Option<Array>,
 }
 
 /// The slots in which a step stores its activations.
@@ -434,12 +433,12 @@ impl<'a> PolicyStep<'a> {
     }
 
     /// Records how the robot observes a goal, from its mean position.
-    fn towards(&mut self, [goal, is_point]: [Array; 2], mean: Array) -> Array {
+    fn towards(&mut self, goal: Array, mean: Array) -> Array {
         let kernel = Towards {
             scale: self.goal_scale,
         };
         let p = &mut self.program();
-        let [offset] = p.map(Offset, [goal, is_point, mean]);
+        let [offset] = p.map(Offset, [goal, mean]);
         let other = p.gather(offset, &[Some(1), Some(0)]);
         let [seen] = p.map(kernel, [offset, other]);
         seen

@@ -8,14 +8,12 @@ use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use super::summary::{SUMMARY, Summary};
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
-use crate::population::Populations;
 use crate::registry::Registry;
 use crate::scene::UnstableStep;
 use std::fs;
 use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::Arc;
 
 /// Carries out a plan in a new or empty folder.
 ///
@@ -29,26 +27,11 @@ use std::sync::Arc;
 /// - [`Error::Interrupted`] if the observer interrupted the run;
 /// - [`Error::Diverged`] if the delivered design diverges. Its last states are in the folder.
 pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
-    optimise_on(None, folder, plan, observer)
-}
-
-/// Like [`optimise`], but with a device the rollouts and gradients in single precision are computed there, for all
-/// starts together.
-///
-/// # Errors
-/// Like [`optimise`]; [`Error::Usage`] for a scene that the device [cannot run](CoDesign::on);
-/// [`Error::DeviceFailed`] if it stops working.
-pub fn optimise_on(
-    device: Option<Arc<dyn Populations>>,
-    folder: &Path,
-    plan: &RunPlan,
-    observer: &mut dyn Observer,
-) -> Result<Summary> {
     if plan.starts.get() == 1 {
-        return Run::create(folder, plan, device)?.finish(observer);
+        return Run::create(folder, plan)?.finish(observer);
     }
-    let lock = multistart::create(folder, plan, device.clone())?;
-    multistart::search(lock, plan, device, observer)
+    let lock = multistart::create(folder, plan)?;
+    multistart::search(lock, plan, observer)
 }
 
 /// Carries out a plan of one start with the caller's `codesign` and `progress`. This allows the caller's own
@@ -92,20 +75,7 @@ pub fn optimise_with(
 /// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, otherwise
 /// like [`optimise`].
 pub fn resume(folder: &Path, registry: &Registry, observer: &mut dyn Observer) -> Result<Summary> {
-    resume_on(None, folder, registry, observer)
-}
-
-/// Like [`resume`], but on a device, as in [`optimise_on`]. The run may have begun without the device.
-///
-/// # Errors
-/// Like [`resume`] and [`optimise_on`].
-pub fn resume_on(
-    device: Option<Arc<dyn Populations>>,
-    folder: &Path,
-    registry: &Registry,
-    observer: &mut dyn Observer,
-) -> Result<Summary> {
-    resume_if(folder, registry, |_| Ok(()), (None, device), observer)
+    resume_if(folder, registry, |_| Ok(()), None, observer)
 }
 
 /// Like [`resume`], for a run that began with the caller's loss. `codesign` must have that loss.
@@ -119,13 +89,7 @@ pub fn resume_with(
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let registry = codesign.scene().registry().clone();
-    resume_if(
-        folder,
-        &registry,
-        |_| Ok(()),
-        (Some(codesign), None),
-        observer,
-    )
+    resume_if(folder, &registry, |_| Ok(()), Some(codesign), observer)
 }
 
 /// Like [`resume`], but only if the run in the folder has the plan `plan`.
@@ -133,36 +97,17 @@ pub fn resume_with(
 /// # Errors
 /// Like [`resume`]; [`Error::Usage`] if the folder holds an unfinished run of another plan, which is left unchanged.
 pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
-    resume_of_on(None, folder, plan, observer)
-}
-
-/// Like [`resume_of`], but on a device, as in [`optimise_on`].
-///
-/// # Errors
-/// Like [`resume_of`] and [`optimise_on`].
-pub fn resume_of_on(
-    device: Option<Arc<dyn Populations>>,
-    folder: &Path,
-    plan: &RunPlan,
-    observer: &mut dyn Observer,
-) -> Result<Summary> {
     let accept = |found: &RunPlan| found.check_same(plan, folder);
-    resume_if(
-        folder,
-        plan.scene.registry(),
-        accept,
-        (None, device),
-        observer,
-    )
+    resume_if(folder, plan.scene.registry(), accept, None, observer)
 }
 
 /// Continues the run in a folder if `accept` accepts its plan. If `own` is given, this optimisation of the caller is
-/// used; if `device` is given, it computes there.
+/// used.
 fn resume_if(
     folder: &Path,
     registry: &Registry,
     accept: impl FnOnce(&RunPlan) -> Result<()>,
-    (own, device): (Option<CoDesign>, Option<Arc<dyn Populations>>),
+    own: Option<CoDesign>,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let Some((lock, snapshot)) = take_up(folder, registry)? else {
@@ -170,7 +115,7 @@ fn resume_if(
     };
     accept(&snapshot.plan)?;
     if snapshot.progress.is_some() {
-        return Run::open(lock, snapshot, own, device)?.finish(observer);
+        return Run::open(lock, snapshot, own)?.finish(observer);
     }
     if own.is_some() {
         return Err(Error::Usage(format!(
@@ -179,7 +124,7 @@ fn resume_if(
             folder.display()
         )));
     }
-    multistart::search(lock, &snapshot.plan, device, observer)
+    multistart::search(lock, &snapshot.plan, observer)
 }
 
 /// Writes the result of an unfinished run for its current robot into the folder `into`, which is new, empty, or holds
@@ -215,7 +160,7 @@ pub fn deliver_so_far(
     copy_files(folder, into, &[LINES, TABLE, DESIGNS])?;
     Snapshot::save(into, &plan, snapshot.seconds, Some(progress))?;
     let copy = Snapshot::read(into, registry)?;
-    Run::open(lock, copy, Some(codesign), None)?.finish(&mut ())
+    Run::open(lock, copy, Some(codesign))?.finish(&mut ())
 }
 
 /// Locks the folder `into`, which must be new, empty, or hold an earlier delivery of the run. Removes the summary of

@@ -33,15 +33,14 @@ pub use design_file::DesignFile;
 pub use agreement::{check_numbers, check_one_run};
 #[cfg(feature = "files")]
 pub use carry_out::{
-    allow_unstable, deliver_so_far, optimise, optimise_on, optimise_with, resume, resume_of,
-    resume_of_on, resume_on, resume_with,
+    allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_of, resume_with,
 };
 #[cfg(feature = "files")]
 pub use multistart::MOST_RUNS;
 #[cfg(feature = "files")]
 pub use run::{Observer, Run};
 #[cfg(feature = "files")]
-pub use snapshot::{RunPlan, Search};
+pub use snapshot::RunPlan;
 #[cfg(feature = "files")]
 pub use summary::{DIVERGED, Start, StopReason, Summary};
 #[cfg(feature = "files")]

@@ -40,26 +40,6 @@ pub struct RunPlan<S = Scene> {
     /// scene. The robot of an unfinished run is delivered so; [`fitted`](Self::fitted) makes a run that is short but
     /// whole.
     pub iterations: Option<NonZeroUsize>,
-    /// How several starts are searched.
-    #[serde(default, skip_serializing_if = "Search::is_full")]
-    pub search: Search,
-}
-
-/// How several starts are searched.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Search {
-    /// All starts are run to the end.
-    #[default]
-    Full,
-    /// Successive halving: weak starts are dropped early, as the section `[search]` of the scene says.
-    Halving,
-}
-
-impl Search {
-    fn is_full(&self) -> bool {
-        *self == Self::Full
-    }
 }
 
 impl<S> RunPlan<S> {
@@ -71,7 +51,6 @@ impl<S> RunPlan<S> {
             seed: self.seed,
             starts: self.starts,
             iterations: self.iterations,
-            search: self.search,
         }
     }
 }
@@ -101,7 +80,6 @@ impl RunPlan {
             seed,
             starts: NonZeroUsize::MIN,
             iterations: None,
-            search: Search::Full,
         }
     }
 

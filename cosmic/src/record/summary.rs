@@ -64,12 +64,8 @@ keys! {
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
         /// Displacement in the rollout of `displacement_along`, along the x and y axes of the world.
         displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
-        /// Only with `controller.goals = "two"`: median displacement from the starts of `displacement_p50` with the goal
-        /// behind the robot. Negative displacements are towards the goal.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
-        displacement_behind_p50: Option<f64>, "number or `null`", unit "m";
         /// Median displacement from the other perturbed starts, those that the controller was chosen by. For tasks
-        /// other than `far` it is minus the median loss. With two goals it is the median for the worse goal.
+        /// other than `far` it is minus the median loss.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
         /// The score by which the best of several runs is chosen: `displacement_selection_p50`, or the 10 % quantile
         /// over the same perturbed starts if the robot is unreliable there. With `selection.kind = "robust"`, both are
@@ -172,22 +168,18 @@ keys! {
         /// The verdict in the summary of the start.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
-        /// Only with `--search halving`: the iteration after which the search dropped the start.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
-        dropped_at: Option<usize>, "whole number";
     }
 }
 
 impl Start {
-    /// Makes the entry of a start in the list of starts. `summary` is `None` if the start was dropped or diverged.
-    pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
+    /// Makes the entry of a start in the list of starts. `summary` is `None` if the start diverged.
+    pub(super) fn new(seed: u64, summary: Option<&Summary>) -> Self {
         Self {
             seed,
             displacement_selection_p50: summary.and_then(|s| s.displacement_selection_p50),
             displacement_selection_score: summary.and_then(Summary::score),
             displacement_robust_p50: summary.and_then(|s| s.displacement_robust_p50),
             reliability: summary.and_then(|s| s.reliability.clone()),
-            dropped_at,
         }
     }
 }
@@ -300,7 +292,6 @@ impl Summary {
                 .and_then(|(_, medians)| finite(medians.displacement)),
             displacement_last_p50: finite(delivery.last.p50),
             displacement_clock_p50: finite(delivery.clock_alone.p50),
-            displacement_behind_p50: delivery.behind.and_then(|behind| finite(behind.p50)),
             displacement_selection_p50: finite(delivery.selection.p50),
             displacement_selection_score: finite(delivery.selection_score),
             reliability: Some(delivery.reliability.clone()),

@@ -1,11 +1,10 @@
-//! Settings that go beyond the paper, all off by default: other tasks, robust designs, and a search over starts that
-//! drops weak starts early.
+//! Settings that go beyond the paper, all off by default: other tasks, robust designs, and given goals.
 
 use super::Scene;
 use super::chosen::Chosen;
 use super::robot::GoalKind;
 use crate::settings;
-use crate::settings::{DEVIATION, SHARE, above, within};
+use crate::settings::{DEVIATION, above, within};
 
 settings! {
     /// The task of the robot. Displacement is reported for every task.
@@ -130,19 +129,5 @@ impl RobustSettings {
             0 => 1.0,
             _ => ((1.0 + self.stiffness) / (1.0 - self.mass)).sqrt(),
         }
-    }
-}
-
-settings! {
-    /// How `optimize --starts N --search halving` drops weak starts. Other commands do not read it.
-    struct SearchSettings {
-        /// Iterations after which starts are dropped, ascending. No start is dropped at the last iteration of the run
-        /// or later.
-        rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5),
-            auto "60, 200 and 260 for 300 iterations, and in proportion", since 1, source "beyond the paper";
-        /// Share of the starts that continue after each rung. The number of starts is rounded up.
-        keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, since 1, source "beyond the paper";
-        /// Number of iterations before a rung that count. A start is judged by its median over these iterations.
-        window: usize = 10, allowed within(1.0, 1e5), since 1, source "beyond the paper";
     }
 }

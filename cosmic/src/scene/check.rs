@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    ActuatorPart, GoalKind, GroundSettings, HorizonMode, LatticeKind, LatticeSettings, Layout,
-    LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
+    ActuatorPart, GoalKind, GroundSettings, LatticeKind, LatticeSettings, Layout, LossKind, Named,
+    ProfileKind, Scene, StartKind, TaskKind,
 };
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -51,7 +51,7 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, searches, goals,
+        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, asymptotes, goals,
         springs, terrain, parts,
     ] {
         rule(scene, &mut found);
@@ -321,11 +321,6 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
             task.name()
         ),
     );
-    found.require(
-        scene.schedule.horizon_mode == HorizonMode::Head,
-        given("schedule.horizon_mode"),
-        "given goals need the horizon_mode \"head\"".to_owned(),
-    );
     let ([low, high], apart) = (goals.along, goals.apart);
     found.require(
         2.0 * apart < high - low && (apart < high || apart < -low),
@@ -334,30 +329,13 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The bounds on asymptotes must ascend, and so must the rungs. Only the task "far" can have a second goal: the loss
-/// for a second goal is minus the loss for the first. With other tasks, this would reward wasting energy or avoiding
-/// the target.
-fn searches(scene: &Scene, found: &mut Conflicts) {
+/// The bounds on asymptotes must ascend.
+fn asymptotes(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.mma.asymin, scene.mma.asymax);
     found.require(
         least <= most,
         ["mma.asymin", "mma.asymax"],
         format!("the smallest distance of the asymptotes ({least}) is above the largest ({most})"),
-    );
-    let rungs = scene.search.rungs;
-    found.require(
-        rungs.is_sorted(),
-        ["search.rungs"; 2],
-        format!("`search.rungs` is {rungs:?}; the numbers must ascend"),
-    );
-    let task = scene.objective.task;
-    found.require(
-        scene.controller.goals != GoalKind::Two || task == TaskKind::Far,
-        ["controller.goals", "objective.task"],
-        format!(
-            "two goals need the task \"far\", but the task is \"{}\"",
-            task.name()
-        ),
     );
 }
 

@@ -79,8 +79,6 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.controller.goal_relative && s.controller.goals != GoalKind::Given;
     "controller.goals": "the goal is an input of a rollout, and the robot observes its direction"
         if |s| s.controller.goals == GoalKind::Given;
-    "controller.goals": "the controller is also trained for a goal behind the robot"
-        if |s| s.controller.goals == GoalKind::Two;
     "start.tilt": "the initial design has more void on one side, which depends on the seed"
         if |s| s.start.tilt > 0.0;
     "physics.integrator": "steps are integrated by another method, leapfrog or an implicit one"

@@ -157,7 +157,7 @@ const LAWS: [LawRule; 4] = [
 ];
 
 /// Every other rule. The declarations of the keys state them in words.
-const RULES: [Rule; 25] = [
+const RULES: [Rule; 24] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -195,13 +195,10 @@ const RULES: [Rule; 25] = [
     ("binarisation.threshold_over", |scene, _| {
         scene.binarisation.threshold_over = [20, 100].map(|of_300| iteration(scene, of_300));
     }),
-    ("search.rungs", |scene, _| {
-        scene.search.rungs = [60, 200, 260].map(|of_300| iteration(scene, of_300));
-    }),
     ("schedule.horizon", |scene, _| {
         // A goal should be reached within its time.
         let parts = match scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => [4, 2],
+            GoalKind::Fixed => [4, 2],
             GoalKind::Given => [2 * scene.goals.count, scene.goals.count],
         };
         scene.schedule.horizon = parts.map(|part| (scene.physics.steps / part).max(1));
@@ -225,7 +222,7 @@ const RULES: [Rule; 25] = [
     }),
     ("controller.goal_scale", |scene, world| {
         let scale = match scene.controller.goals {
-            GoalKind::Fixed | GoalKind::Two => 0.05,
+            GoalKind::Fixed => 0.05,
             GoalKind::Given => 3.0,
         };
         scene.controller.goal_scale = scale / world.length;

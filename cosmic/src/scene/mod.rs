@@ -36,7 +36,6 @@ mod check;
 mod fit;
 mod diagnostic;
 mod read;
-mod renamed;
 mod toml_file;
 mod whole;
 mod write;
@@ -44,9 +43,7 @@ mod builtin;
 
 pub use any_design::AnyDesign;
 pub use base::Base;
-pub use beyond::{
-    GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, SearchSettings, TaskKind,
-};
+pub use beyond::{GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
 pub use chosen::Chosen;
 pub use departures::Departure;
@@ -69,8 +66,8 @@ pub use materials::{
     ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
 };
 pub use optimisation::{
-    AdamSettings, GradientPrecision, GradientSettings, HorizonMode, LossKind, LossSettings,
-    MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
+    AdamSettings, GradientPrecision, GradientSettings, LossKind, LossSettings, MmaSettings,
+    ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
 pub use read::{Lacks, ShownScene};
@@ -125,8 +122,6 @@ settings! {
         objective: ObjectiveSettings;
         /// Random variation of robots and surroundings.
         robust: RobustSettings;
-        /// Which starts of a search continue.
-        search: SearchSettings;
         /// How goals are drawn.
         goals: GoalsSettings, read "if goals are given" if |s: &Scene| s.controller.goals == GoalKind::Given;
     }

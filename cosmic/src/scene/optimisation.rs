@@ -13,14 +13,12 @@ settings! {
         /// Number of iterations.
         iterations: usize = 300, allowed within(1.0, 1e5),
             source "paper: 300, and 200 for the baseline";
-        /// Number of steps that carry the gradient, at the start and at the end of the run.
+        /// Number of steps that carry the gradient, at the start and at the end of the run: the first steps of a rollout.
         horizon: [usize; 2] = [2048, 4096], allowed STEPS, auto "a quarter and a half of `physics.steps`; for given goals, a half and all of the time of one goal", source "paper: 2048 to 4096";
         /// First and last iteration in which the horizon grows.
         horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS, auto "80 and 150 for 300 iterations, and in proportion",
             read "with two horizons that differ" if |s: &Scene| s.schedule.horizon[0] != s.schedule.horizon[1],
             source "paper: 80 to 150";
-        /// Which steps carry the gradient: the first ones, or the last ones of a whole rollout.
-        horizon_mode: HorizonMode = HorizonMode::Head, source "D11";
         /// First iteration in which edges are attracted to a single material.
         attraction_from: usize = 170, allowed ITERATIONS, auto "17/24 of `snap_at`",
             read "if the initial design is not a layout" if Scene::designs,
@@ -55,16 +53,6 @@ settings! {
         /// Share of the fine-tuning, at its end, that continues from the best controller and takes back updates that
         /// lose distance.
         settle: f64 = 0.25, allowed SHARE, since 1 before 0.0, source "paper: 0";
-    }
-}
-
-settings! {
-    /// Which steps of a rollout carry the gradient (D11).
-    enum HorizonMode {
-        /// The first steps: the rollout ends after the horizon, with the loss at its end.
-        Head = "head",
-        /// The last steps: the whole rollout is simulated, and only its last steps carry the gradient.
-        Tail = "tail",
     }
 }
 

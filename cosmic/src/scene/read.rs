@@ -348,17 +348,12 @@ impl<'s, 't> Reader<'s, 't> {
             };
             return self.fault(value.span(), message, allowed);
         };
-        let mut renamed = Vec::new();
         for (key, value) in table {
             let path = format!("{name}.{}", key.get_ref());
-            match (self.scene.field(&path), Self::old_key(&path)) {
-                (Some(_), _) => self.key(path, value),
-                (None, Some(key)) => renamed.push((key, value)),
-                (None, None) => self.unknown_key(name, key.get_ref(), key.span()),
+            match self.scene.field(&path) {
+                Some(_) => self.key(path, value),
+                None => self.unknown_key(name, key.get_ref(), key.span()),
             }
-        }
-        for (key, value) in renamed {
-            self.renamed_key(key, value);
         }
     }
 

@@ -311,12 +311,9 @@ settings! {
                 s.controller.goal_scale > 0.0 && s.controller.goals != GoalKind::Given
             },
             source "D3; paper: false";
-        /// The goals for which the controller is trained: `goal`, a number of the controller; two such goals, of which the
-        /// second is mirrored behind the origin; or goals that are given to every rollout and may change while the robot
-        /// walks. With two goals the payload should get as far back as it gets ahead, and robots are ranked by the worse
-        /// of the two. The paper's goal is too small an input for a robot to steer by: with each of the scales 0.05, 0.5,
-        /// 1.5 and 3 it walks to the same side for both goals, or badly. For a robot that steers, choose given goals. A
-        /// given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with the
+        /// The goals for which the controller is trained: `goal`, a number of the controller; or goals that are given to
+        /// every rollout and may change while the robot walks. The paper's goal is too small an input for a robot to steer
+        /// by. For a robot that steers, choose given goals. A given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with the
         /// `goal_scale` s: of a far goal, only its direction.
         goals: GoalKind = GoalKind::Fixed, since 5, source "paper: fixed";
         /// Factor on the node offsets in the observation.
@@ -342,9 +339,6 @@ settings! {
         /// The goal is a number of the controller: `goal`.
         #[default]
         Fixed = "fixed",
-        /// The goal is a number of the controller, and the controller is also trained for the same goal behind the
-        /// origin.
-        Two = "two",
         /// Every rollout has its own goals. Without others it is `goal`.
         Given = "given",
     }
@@ -393,7 +387,7 @@ impl ControllerSettings {
     pub(crate) fn misfit(&self) -> Option<(&'static str, &'static str)> {
         let unseen = "given goals need a policy that observes the robot, and a goal_scale above 0";
         match (self.goals, self.policy.name()) {
-            (GoalKind::Fixed | GoalKind::Two, "gaits") => Some((
+            (GoalKind::Fixed, "gaits") => Some((
                 "controller.policy",
                 "the policy \"gaits\" needs goals = \"given\"",
             )),
@@ -402,15 +396,6 @@ impl ControllerSettings {
                 Some(("controller.goal_scale", unseen))
             }
             _ => None,
-        }
-    }
-
-    /// A copy of the settings with the goal on the other side of the origin.
-    pub fn turned_back(&self) -> Self {
-        let [along, height] = self.goal;
-        Self {
-            goal: [-along, height],
-            ..self.clone()
         }
     }
 }

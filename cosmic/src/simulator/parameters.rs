@@ -23,10 +23,9 @@ pub(super) struct Parameters<A> {
     /// For a robot without feedback: the positions and velocities that the policy sees in every step. `None` for a
     /// robot with feedback, whose policy sees the current ones.
     pub(super) seen: Option<Particle<A>>,
-    /// The goals of the rollout in order, each as two arrays of two numbers: the goal, m, and twice 1 for a point or 0 for
-    /// a velocity. A point is measured from the point of the ground from which positions are measured. Empty if the goal
-    /// is a number of the controller.
-    pub(super) goals: Vec<[A; 2]>,
+    /// The goals of the rollout in order, two numbers each, m. They are measured from the point of the ground from which
+    /// positions are measured. Empty if the goal is a number of the controller.
+    pub(super) goals: Vec<A>,
     /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
     pub(super) contact: Vec<A>,
     /// The arrays that each force declares.

@@ -1,7 +1,5 @@
 //! [`Simulator`]: a lattice with the physics of a scene, prepared for rollouts. [`Span`]: how long a rollout is.
 
-use std::fmt::Debug;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -65,8 +63,6 @@ pub struct Simulator {
     pub(super) speed_bound: Option<f64>,
     /// For each step, its [pairs](Robot::pairs_at) of the clock and the goals, and then the time if a force reads it.
     pub(super) clock: Arc<[f64]>,
-    /// Equal for simulators that have the same steps, apart from the numbers of their surroundings.
-    pub(super) identity: u64,
     /// The memory that a rollout may use to store states for its reverse sweep.
     pub memory: Memory,
     /// A flag that another thread may set to stop all rollouts. Their states and gradients are then NaN.
@@ -88,7 +84,6 @@ impl Simulator {
             robot,
             ground: Ground::from(physics),
             speed_bound: physics.speed_bound,
-            identity: identity_of(0, &(lattice, physics, controller)),
             memory: Memory::All,
             stop: None,
         }
@@ -113,9 +108,8 @@ impl Simulator {
     }
 
     /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their numbers are
-    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.0.is_point`, `goal.1.along` and so
-    /// on, so that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
-    /// With an `is_point` of 1, `along` and `above` are a point, in metres. With 0, `along` is a velocity, in m/s.
+    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.1.along` and so on, in metres, so
+    /// that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
     ///
     /// # Panics
     /// If goals are not inputs of a rollout (`controller.goals = "given"`).
@@ -130,11 +124,9 @@ impl Simulator {
             let steps = self.clock.len() / self.robot.inputs_of_step();
             inputs_of_steps(&robot, self.dt, steps)
         };
-        let changes = goals.later.iter().map(|(steps, _)| steps);
         Self {
             clock,
             robot,
-            identity: identity_of(self.identity, &changes.collect::<Vec<_>>()),
             ..self.clone()
         }
     }
@@ -149,7 +141,6 @@ impl Simulator {
         self.check(&[], &[seen]);
         Self {
             robot: self.robot.without_feedback(&self.flatten(seen)),
-            identity: identity_of(self.identity, seen),
             ..self.clone()
         }
     }
@@ -160,16 +151,6 @@ impl Simulator {
             robot: self.robot.held(),
             ..self.clone()
         }
-    }
-
-    /// A copy of this simulator in which the controller sees its goal in the opposite direction. Goals that are inputs of a
-    /// rollout stay as they are.
-    #[must_use]
-    pub fn turned_back(&self) -> Self {
-        let mut other = self.clone();
-        other.robot.settings = self.robot.settings.turned_back();
-        other.identity = identity_of(self.identity, &"turned back");
-        other
     }
 
     /// The surroundings of the scene, whose numbers are constants: gravity, friction, the settings of the laws, and the
@@ -240,11 +221,4 @@ fn inputs_of_steps(robot: &Robot, dt: f64, steps: usize) -> Arc<[f64]> {
         pairs.chain(timed.then_some(time))
     };
     (0..steps).flat_map(inputs).collect()
-}
-
-/// A number that identifies `what` and the number before it.
-fn identity_of(before: u64, what: &impl Debug) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    (before, format!("{what:?}")).hash(&mut hasher);
-    hasher.finish()
 }

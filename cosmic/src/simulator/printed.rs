@@ -134,12 +134,6 @@ impl Simulator {
         })
     }
 
-    /// A number that is equal for simulators whose [printed](Self::printed) steps are equal. They may still have other
-    /// surroundings.
-    pub fn identity(&self) -> u64 {
-        self.identity
-    }
-
     /// The numbers of all parameters: for each parameter one list, or one list for each member.
     fn population_numbers<R: Real>(&self, robot: &Robot, robots: &Robots<R>) -> Vec<Vec<Vec<R>>> {
         let mut filled = Filled {

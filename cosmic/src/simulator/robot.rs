@@ -7,13 +7,12 @@ use autodiff::{Array, Graph, Model, Program, Real};
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
 use super::parameters::{Parameters, Road};
-use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Particle, StepInput};
 use crate::policy::{
     self, Block, Controller, Declared, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy,
-    PolicyStep, Recording, Seen, Turn, ahead, blocks_of, lead, ticks,
+    PolicyStep, Recording, Seen, Turn, ahead, blocks_of, ticks,
 };
 use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
@@ -114,7 +113,7 @@ impl Robot {
             rest_length: p.state(self.graph.slots()),
             clock: p.input(2),
             presence: None,
-            goal: self.goals.as_ref().map(|_| [(); 2].map(|()| p.state(2))),
+            goal: self.goals.as_ref().map(|_| p.state(2)),
         };
         let (_, given) = driver.record(&mut declared, settings, seen, self.outputs());
         driver.given = given.into();
@@ -214,9 +213,7 @@ impl Robot {
     fn with_inputs(self) -> Self {
         let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
         let of_goals = goals.flat_map(|(k, goal)| {
-            let numbers = ["along", "above", "is_point"]
-                .into_iter()
-                .zip(goal.to_numbers());
+            let numbers = [("along", goal.forward()), ("above", goal.up())];
             numbers.map(move |(name, value)| StepInput {
                 name: format!("goal.{k}.{name}"),
                 value,
@@ -263,12 +260,8 @@ impl Robot {
         let (contact, forces) = self.mechanics.parameters(p);
         let first = self.mechanics.inputs.len();
         let origin = Vector::lit(self.mechanics.origin());
-        let lead = lead(&self.settings);
-        let goals = (0..self.goals.as_ref().map_or(0, Goals::count)).map(|k| {
-            let goal = |s: &Surroundings<P::Number>| s.goal(first, k).observed_as(origin, lead);
-            let point = p.of_surroundings(|s| goal(s).0.array());
-            [point, p.of_surroundings(|s| [goal(s).1; 2])]
-        });
+        let goals = (0..self.goals.as_ref().map_or(0, Goals::count))
+            .map(|k| p.of_surroundings(|s| (s.goal(first, k) - origin).array()));
         Parameters {
             goals: goals.collect(),
             contact,
@@ -345,18 +338,13 @@ impl Robot {
         };
         // Only one goal holds and all others add zeros, so the sums have the bits of that goal.
         let pairs = given.goals.iter().zip(legs);
-        let sum = pairs.fold(
-            None,
-            |sum: Option<[Array; 2]>, (&[goal, is_point], &holds)| {
-                let sums = match sum {
-                    None => p.map(Hold, [goal, is_point, holds]),
-                    Some([goals, are_points]) => {
-                        p.map(Pick, [goals, are_points, goal, is_point, holds])
-                    }
-                };
-                Some(sums)
-            },
-        );
+        let sum = pairs.fold(None, |sum: Option<Array>, (&goal, &holds)| {
+            let [sum] = match sum {
+                None => p.map(Hold, [goal, holds]),
+                Some(sum) => p.map(Pick, [sum, goal, holds]),
+            };
+            Some(sum)
+        });
         // A single goal always holds.
         let goal = sum.or(given.goals.first().copied());
         let seen = Seen {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use autodiff::Real;
 
+use crate::geometry::Vector;
 use crate::laws::StepInput;
-use crate::policy::Goal;
 
 /// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
 /// key in the scene, such as `physics.gravity`, `physics.friction` (with Coulomb contact), `physics.stiffening` or
@@ -91,8 +91,9 @@ impl<R: Real> Surroundings<R> {
     }
 
     /// Goal number `k` of the goals whose numbers are those from `first` on.
-    pub(super) fn goal(&self, first: usize, k: usize) -> Goal<R> {
-        Goal::of_numbers(std::array::from_fn(|j| self.numbers[first + 3 * k + j]))
+    pub(super) fn goal(&self, first: usize, k: usize) -> Vector<R> {
+        let numbers = &self.numbers[first + 2 * k..];
+        Vector::upright(numbers[0], numbers[1])
     }
 
     /// True if the surroundings have numbers with the names of `inputs`.

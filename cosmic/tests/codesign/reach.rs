@@ -1,11 +1,10 @@
-use crate::small::{LIVELY, Up, begun, tiny};
-use cosmic::codesign::{CoDesign, Quantiles, Reached, Schedule, VARIED, first_best};
+use crate::small::{LIVELY, begun, tiny};
+use cosmic::codesign::{CoDesign, Quantiles, Schedule, VARIED, first_best};
 use cosmic::domain::{Domain, draw};
-use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{GoalKind, GradientPrecision, Scene, SelectionKind, TaskKind};
+use cosmic::scene::{GradientPrecision, Scene, SelectionKind, TaskKind};
 
 /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
 /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
@@ -125,48 +124,6 @@ fn the_first_of_equals_is_the_best_and_diverged_rollouts_are_last() {
     assert_eq!(first_best([[f64::NAN], [least], [-5.0]]), 2);
     assert_eq!(first_best([[f64::NAN], [least]]), 0);
     assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
-}
-
-/// With two goals, the merit is the merit for the worse goal. A robot that does not observe its goal moves the same
-/// way for both goals: what it gains for one, it loses for the other.
-#[test]
-fn with_two_goals_the_worse_one_gives_the_merit() {
-    let mut scene = Scene::parse("lively", LIVELY).unwrap();
-    (scene.controller.goals, scene.controller.goal_scale) = (GoalKind::Two, 0.0);
-    let check = |codesign: CoDesign, ahead: fn(&Reached) -> f64| {
-        let progress = codesign.begin(1).unwrap();
-        let reached = codesign.evaluator().evaluate(&progress);
-        assert_eq!(reached.behind, Some(reached.along()));
-        assert!(ahead(&reached) != 0.0);
-        assert_eq!(reached.merit, -ahead(&reached).abs());
-        let delivery = codesign.evaluator().deliver(&progress);
-        assert_eq!(delivery.behind, Some(delivery.spread));
-        assert!(delivery.selection.p50 < 0.0);
-    };
-    check(CoDesign::new(&scene).unwrap(), Reached::along);
-    // A caller's loss has to be small for one goal and large for the other.
-    check(CoDesign::with_loss(&scene, Up).unwrap(), |reached| {
-        reached.merit
-    });
-    // If the robot observes the goal, the results differ.
-    scene.controller.goal_scale = 3.0;
-    let codesign = CoDesign::new(&scene).unwrap();
-    let reached = codesign.evaluator().evaluate(&codesign.begin(1).unwrap());
-    let behind = reached.behind.unwrap();
-    assert_ne!(behind, reached.along());
-    assert_eq!(reached.merit, reached.along().min(-behind));
-}
-
-#[test]
-fn a_nan_merit_is_the_worse_merit() {
-    let of = |merit| Reached {
-        moved: Vector::zero(),
-        merit,
-        behind: None,
-    };
-    let worse = |ahead, behind: f64| of(ahead).with_behind(of(-behind)).merit;
-    assert_eq!([worse(1.0, 2.0), worse(2.0, 1.0)], [1.0; 2]);
-    assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());
 }
 
 /// In a scene that selects by robust displacements, the rank of a robot is the 10 % quantile over robots that vary a

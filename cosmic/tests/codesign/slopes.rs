@@ -4,7 +4,7 @@ use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Sough
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
-use cosmic::scene::{GoalKind, GradientPrecision, HorizonMode, MovedBody, Named, Scene, TaskKind};
+use cosmic::scene::{GradientPrecision, MovedBody, Named, Scene, TaskKind};
 use cosmic::simulator::{Span, stability::Vibration};
 use cosmic::task::{Horizon, Task};
 
@@ -22,7 +22,7 @@ where
 /// agree with a finite difference.
 fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
     let (evaluator, progress) = begun(scene);
-    let (inputs, horizon) = (evaluator.inputs(&progress), Horizon::head(24));
+    let (inputs, horizon) = (evaluator.inputs(&progress), Horizon::of_steps(24));
     [DESIGN, CONTROLLER].map(|blocks| {
         let loss = |inputs: &Inputs<_>| loss_at(&evaluator, inputs, &horizon);
         let (_, gradient) = inputs.differentiate(blocks, loss);
@@ -43,16 +43,6 @@ fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
         assert!(off < 1e-7 * slope.abs() + 1e-11, "{difference} {slope}");
         slope
     })
-}
-
-/// The robot falls freely, so that the loss has no kinks.
-#[test]
-fn the_gradient_for_two_goals_agrees_with_differences() {
-    let mut scene = tiny();
-    (scene.lattice.drop, scene.controller.goals) = (1.0, GoalKind::Two);
-    scene.controller.goal_scale = 1.0;
-    let slopes = slopes_agree_with_differences(&scene);
-    assert!(slopes.iter().all(|slope| *slope != 0.0));
 }
 
 /// The weights of the centre of mass and of the nodes in use depend on the design, and the gradients contain that.
@@ -88,45 +78,13 @@ fn bars_do_not_move_the_centre_of_mass() {
     assert!(mass < 1e-9 * payload, "{mass} {payload}");
 }
 
-/// In the mode "tail" a displacement counts from the start of the whole rollout.
-#[test]
-fn a_tail_counts_from_the_start() {
-    let mut scene = tiny();
-    scene.objective.body = MovedBody::Nodes;
-    let (evaluator, progress) = begun(&scene);
-    let inputs = evaluator.inputs(&progress);
-    let loss = |steps, mode| {
-        let horizon = Horizon {
-            mode,
-            ..Horizon::head(steps)
-        };
-        loss_at::<f64>(&evaluator, &inputs, &horizon)
-    };
-    let whole = loss(24, HorizonMode::Head);
-    assert_eq!(loss(8, HorizonMode::Tail), whole);
-    assert_ne!(loss(8, HorizonMode::Head), whole);
-}
-
 /// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.
 fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
     let (evaluator, progress) = begun(scene);
     let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
-    at.horizon = Horizon::head(steps);
+    at.horizon = Horizon::of_steps(steps);
     let [slope] = evaluator.slopes([Sought::Design(Projection::Performance)], &at);
     slope
-}
-
-/// A robot whose controller does not observe the goal moves the same way for both goals, in every domain. So the
-/// losses for the two goals cancel.
-#[test]
-fn both_goals_have_the_same_robot() {
-    let mut scene = tiny();
-    (scene.controller.goals, scene.controller.goal_scale) = (GoalKind::Two, 0.0);
-    scene.robust.samples = 3;
-    let slope = slope_in_domains(&scene, 20);
-    assert_eq!(slope.loss, 0.0);
-    // Two gradients cancel. They come from numbers below 1 that are rounded at 1e-16.
-    assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
 }
 
 #[test]
@@ -154,7 +112,7 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
         sticks: false,
         domains: Vec::new(),
         inputs: double.evaluator().inputs(&progress),
-        horizon: Horizon::head(24),
+        horizon: Horizon::of_steps(24),
     };
     for sought in [
         Sought::Design(Projection::Performance),
@@ -177,17 +135,14 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
     }
 }
 
-/// Two gradients in one call have the same bits as two calls, also over domains and with two goals.
+/// Two gradients in one call have the same bits as two calls, also over domains.
 #[test]
 fn gradients_computed_together_are_bit_identical_to_single_ones() {
-    let check = |scene: &Scene, mode: HorizonMode| {
+    let check = |scene: &Scene| {
         let (evaluator, progress) = begun(scene);
         let at = At {
             sticks: false,
-            horizon: Horizon {
-                mode,
-                ..Horizon::head(20)
-            },
+            horizon: Horizon::of_steps(20),
             ..evaluator.point(&progress, &Schedule::at(scene, 1))
         };
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
@@ -199,14 +154,12 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
     };
     let mut scene = tiny();
     scene.start.tilt = 0.2;
-    check(&scene, HorizonMode::Head);
-    check(&scene, HorizonMode::Tail);
+    check(&scene);
     scene.gradient.precision = GradientPrecision::F32;
-    check(&scene, HorizonMode::Head);
-    scene.controller.goals = GoalKind::Two;
+    check(&scene);
     scene.robust.samples = 2;
     scene.gradient.precision = GradientPrecision::F64;
-    check(&scene, HorizonMode::Head);
+    check(&scene);
 }
 
 /// The largest frequency of a vibration of the task's robot, in 1/s.
@@ -281,7 +234,7 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
                 let seen = domain
                     .task
                     .rollout(&design, &progress.controller, &domain.start, &span);
-                let goal = seen.goals.unwrap().points().next().unwrap();
+                let goal = seen.goals.unwrap().iter().next().unwrap();
                 ahead += usize::from(goal.forward() > domain.start.x[payload].forward());
             }
             assert_eq!((ahead, domains.len()), (4, 8));

@@ -1,7 +1,7 @@
 //! Checks that the structs, the declarations and the texts of scenes agree.
 
 use cosmic::Registry;
-use cosmic::scene::{GoalKind, Named, Scene, TaskKind, Units, VERSION};
+use cosmic::scene::{Scene, Units, VERSION};
 use cosmic::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
@@ -105,101 +105,6 @@ fn with(path: &str, value: &str) -> Option<Scene> {
     let mut scene = Scene::paper();
     scene.field(path).unwrap().read_text(value).ok()?;
     Some(scene)
-}
-
-/// Only the task `far` accepts a second goal, because the second goal negates the loss, and a robot should not
-/// do the opposite of another task.
-#[test]
-fn two_goals_need_the_task_far() {
-    let of = |task: &str| {
-        let text = format!("[controller]\ngoals = \"two\"\n[objective]\ntask = \"{task}\"\n");
-        Scene::parse("two", &text).map_err(|error| error.to_string())
-    };
-    assert!(of("far").is_ok());
-    for (task, _) in TaskKind::ALL
-        .iter()
-        .filter(|(_, task)| *task != TaskKind::Far)
-    {
-        let says = of(task).unwrap_err();
-        assert!(
-            says.contains(&format!("the task \"far\", but the task is \"{task}\"")),
-            "{says}"
-        );
-        assert!(says.contains("two:2:"), "{says}");
-    }
-}
-
-/// Scenes of earlier versions have the key `two_goals`, and from version 5 on beside `goals`. `None`: the two keys
-/// contradict each other.
-#[test]
-fn the_old_key_two_goals_is_read_as_goals() {
-    let read = |text: &str, goals: Option<GoalKind>| match (Scene::parse("old", text), goals) {
-        (Ok(scene), Some(goals)) => assert_eq!(scene.controller.goals, goals, "{text}"),
-        (Err(error), None) => {
-            let says = error.to_string();
-            let both = says.contains("`controller.two_goals` is ");
-            assert!(both && says.contains("but `controller.goals` is"), "{says}");
-        }
-        (read, goals) => panic!("{text}: {read:?} instead of {goals:?}"),
-    };
-    let given = "[objective]\ntask = 'reach'\n[controller]\ngoals = 'given'\n";
-    for (keys, goals) in [
-        ("[controller]\ntwo_goals = true", Some(GoalKind::Two)),
-        ("[controller]\ntwo_goals = false", Some(GoalKind::Fixed)),
-        (
-            "controller = { goals = 'fixed', two_goals = true }",
-            Some(GoalKind::Two),
-        ),
-        (
-            "controller = { two_goals = true, goals = 'fixed' }",
-            Some(GoalKind::Two),
-        ),
-        (
-            "controller = { two_goals = true, goals = 'two' }",
-            Some(GoalKind::Two),
-        ),
-        (
-            "controller = { two_goals = false, goals = 'fixed' }",
-            Some(GoalKind::Fixed),
-        ),
-        ("controller = { two_goals = false, goals = 'two' }", None),
-        (&format!("{given}two_goals = false"), Some(GoalKind::Given)),
-        (&format!("{given}two_goals = true"), None),
-    ] {
-        read(keys, goals);
-    }
-    let paper = Scene::paper();
-    let two = paper.set(&["controller.two_goals=true"]).unwrap();
-    assert_eq!(two, paper.set(&["controller.goals=two"]).unwrap());
-    assert_eq!(two.set(&["controller.two_goals=false"]).unwrap(), paper);
-    let errand = Scene::load("errand").unwrap();
-    assert_eq!(errand.set(&["controller.two_goals=false"]).unwrap(), errand);
-    assert!(errand.set(&["controller.two_goals=true"]).is_err());
-}
-
-/// The scene of a run of version 5 states both keys, that of a run of version 4 only `two_goals`. Both are read as the
-/// scene that this program writes for the same run.
-#[test]
-fn runs_for_two_goals_of_earlier_versions_are_read() {
-    let parse = |text: &str| Scene::parse_of_run("run", text, &Registry::default());
-    for (goals, now, old) in [
-        ("two", "goals = \"two\"", "two_goals = true"),
-        ("fixed", "goals = \"fixed\"", "two_goals = false"),
-    ] {
-        let scene = Scene::paper()
-            .set(&[format!("controller.goals={goals}")])
-            .unwrap();
-        let text = scene.to_run_toml();
-        assert_eq!(parse(&text).unwrap(), scene);
-        assert!(text.contains(now) && text.contains("version = 8"), "{text}");
-        let both = format!("{old}\ngoals = \"fixed\"");
-        for (version, keys) in [("version = 5", &both[..]), ("version = 4", old)] {
-            let text = text
-                .replacen(now, keys, 1)
-                .replacen("version = 8", version, 1);
-            assert_eq!(parse(&text).unwrap(), scene, "{version}");
-        }
-    }
 }
 
 #[test]

@@ -59,8 +59,6 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("design.free_ends", &["true"]),
     ("design.crossings", &["true"]),
     ("binarisation.method", &["\"augmented\""]),
-    // The paper does not say which steps carry the gradient (D11).
-    ("schedule.horizon_mode", &["\"head\"", "\"tail\""]),
     ("schedule.cycle", &["\"dc\"", "\"cddcd\""]),
     // The paper does not say whether these gradients are bounded.
     ("adam.gradient_norm", &["\"off\"", "1.0"]),

@@ -6,7 +6,7 @@ use cosmic::scene::{AnyDesign, Following, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
-const KEYS: [(&str, &str, f64); 29] = [
+const KEYS: [(&str, &str, f64); 28] = [
     ("lattice.payload", "5", 0.0),
     ("physics.dt", "0.0123", 0.5),
     ("physics.substeps", "33", 0.0),
@@ -28,7 +28,6 @@ const KEYS: [(&str, &str, f64); 29] = [
     ("schedule.attraction_from", "7", 0.0),
     ("schedule.horizon_over", "[7, 9]", 0.0),
     ("binarisation.threshold_over", "[7, 9]", 0.0),
-    ("search.rungs", "[7, 8, 9]", 0.0),
     ("goals.along", "[-7.0, 7.0]", 1.0),
     ("goals.apart", "0.7", 1.0),
     ("adam.rate", "0.7", 0.0),
@@ -214,7 +213,6 @@ fn phases_follow_the_number_of_iterations() {
         (340, 480)
     );
     assert_eq!(long.schedule.horizon_over, [160, 300]);
-    assert_eq!(long.search.rungs, [120, 400, 520]);
     // The shortest run that snaps and tunes its controller.
     let short = set(&long, "schedule.iterations", "2");
     assert_eq!(

@@ -84,7 +84,7 @@ impl Check {
         let (mut half, mut behind) = (scene.clone(), scene.clone());
         half.physics.dt *= 0.5;
         half.physics.steps *= 2;
-        behind.controller = scene.controller.turned_back();
+        behind.controller.goal[0] = -scene.controller.goal[0];
         let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
         // This tolerance only allows for rounding: the mean of a hundred numbers is rounded by about 1e-16.
         let is_within = |x: f64, bounds: Range| bounds.widened(1e-12).contains(x);

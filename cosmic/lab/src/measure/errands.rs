@@ -292,7 +292,7 @@ impl Drawn {
                 ratio: None,
             }
         };
-        self.goals.points().map(errand).collect()
+        self.goals.iter().map(errand).collect()
     }
 }
 

@@ -8,7 +8,7 @@ use super::picture::{Colour, PAPER};
 use cosmic::design::{Material, joined_to_payload};
 use cosmic::geometry::{Bounds, Ground, Profile, Range, Segment, Vector, mean};
 use cosmic::lattice::State;
-use cosmic::policy::{Goal, Goals};
+use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::{GoalKind, Scene};
 use cosmic::verdict::SKELETON_STRAINS;
@@ -106,23 +106,16 @@ impl<'r> Motion<'r> {
         }
     }
 
-    /// Returns a flag for each goal that begins before the end of the rollout, in the order of time. The flag of a velocity
-    /// is where the payload is at this velocity when the goal ends.
+    /// Returns a flag for each goal that begins before the end of the rollout, in the order of time.
     pub fn flags(&self) -> Vec<Flag> {
         let ground = self.ground();
         let start = self.payload(&self.states()[0]);
         let last = self.trajectory.steps[self.states().len() - 1];
-        let flag = |(time, goal): (std::ops::Range<usize>, Goal)| {
-            let from = time.start as f64 * self.trajectory.dt;
-            let payload = self.payload(&self.states()[self.index_at(from)]);
-            let place = goal.place(
-                ground.along(payload),
-                time.len() as f64 * self.trajectory.dt,
-            );
-            let along = place - ground.along(start);
+        let flag = |(time, goal): (std::ops::Range<usize>, Vector<f64>)| {
+            let along = goal.forward() - ground.along(start);
             let x = start.forward() + along * ground.tangent().forward();
             Flag {
-                from,
+                from: time.start as f64 * self.trajectory.dt,
                 foot: Vector::new([x, self.ground_height(x)]),
                 along,
             }

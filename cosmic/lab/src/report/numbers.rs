@@ -160,18 +160,15 @@ fn numbers() -> [Number; 24] {
 }
 
 /// Returns the columns that only some tables have: those in which one of the runs has the number. The first column is
-/// the displacement for a second goal. The second column is the loss, by which runs are ranked whose task is not
-/// distance or whose loss the caller supplied. The third column is the Euler safety, which scenes with parts have.
-fn rare() -> [Number; 3] {
-    let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
-    let behind = Column::new("behind", says).decimals(3, "diverged");
+/// the loss, by which runs are ranked whose task is not
+/// distance or whose loss the caller supplied. The second column is the Euler safety, which scenes with parts have.
+fn rare() -> [Number; 2] {
     let says = "loss: median over the same perturbed starts";
     let loss = Column::new("loss p50", says).decimals(4, "–");
     let says = "smallest Euler safety of a skeleton bar: the force under which the bar buckles over the largest force that \
                 pushes on it";
     let safety = Column::new("Euler safety", says).decimals(2, "not known");
     [
-        (behind.unit("m"), |s| s.displacement_behind_p50.into()),
         (loss, |s| s.loss_p50.into()),
         (safety, |s| match s.loads.as_ref() {
             Some(loads) => loads.euler_safety.into(),

@@ -117,7 +117,6 @@ impl Study {
             folder,
             plan,
             registry,
-            device: None,
         };
         sweep.run_all(threads, overseer)?;
         match plan.runs() - plan.over(folder) {

@@ -232,8 +232,8 @@ struct Row<'r> {
 impl<'r> Row<'r> {
     fn of(MergedRun { run, summary }: &'r MergedRun) -> Self {
         let numbers = |summary: &Summary| {
-            let more = [summary.loss_p50, summary.displacement_behind_p50];
-            summary.numbers().into_iter().chain(more).collect()
+            let numbers = summary.numbers().into_iter();
+            numbers.chain([summary.loss_p50]).collect()
         };
         Self {
             run,
@@ -247,7 +247,7 @@ impl<'r> Row<'r> {
 /// empty.
 fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
     let mut names = columns(&Summary::keys());
-    names.extend(["loss_p50", "displacement_behind_p50"]);
+    names.push("loss_p50");
     let rows: Vec<Row> = runs.iter().map(Row::of).collect();
     Table::of("", "", &rows)
         .column("index", "", |row| row.run.index)

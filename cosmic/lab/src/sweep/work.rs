@@ -6,7 +6,6 @@ use cosmic::Registry;
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
 use cosmic::parallel::{Crew, in_parallel};
-use cosmic::population::{Batcher, Populations};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::{self, Observer, Run, Summary};
 use std::collections::BTreeMap;
@@ -69,8 +68,6 @@ pub struct Sweep<'s> {
     pub plan: &'s SweepPlan,
     /// The laws and losses that the scenes may name.
     pub registry: &'s Registry,
-    /// The device on which the runs compute; `None` for the processor.
-    pub device: Option<Arc<dyn Populations>>,
 }
 
 impl Sweep<'_> {
@@ -89,9 +86,7 @@ impl Sweep<'_> {
         observer: &mut dyn Observer,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<RunOutcome> {
-        self.once_known(is_stopped, || {
-            self.try_one(index, self.device.clone(), observer)
-        })
+        self.once_known(is_stopped, || self.try_one(index, observer))
     }
 
     /// Calls `ask` once a second until the answer is not `None`.
@@ -113,12 +108,7 @@ impl Sweep<'_> {
 
     /// Begins or resumes one run. Returns `None` if a process on another host holds the claim, and it is not known yet
     /// whether that process still works.
-    fn try_one(
-        &self,
-        index: usize,
-        device: Option<Arc<dyn Populations>>,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<RunOutcome>> {
+    fn try_one(&self, index: usize, observer: &mut dyn Observer) -> Result<Option<RunOutcome>> {
         let folder = self.plan.folder(self.folder, index);
         if RunState::of(&folder).is_over() {
             return Ok(Some(RunOutcome::Over));
@@ -141,9 +131,9 @@ impl Sweep<'_> {
         }
         let plan = self.plan.run(index, self.registry)?;
         let done = if folder.join(SNAPSHOT).exists() {
-            record::resume_of_on(device, &folder, &plan, observer)
+            record::resume_of(&folder, &plan, observer)
         } else {
-            record::optimise_on(device, &folder, &plan, observer)
+            record::optimise(&folder, &plan, observer)
         };
         Ok(Some(match done {
             Ok(summary) => {
@@ -182,7 +172,7 @@ impl Sweep<'_> {
         let mut passed_over = BTreeMap::new();
         let mut is_known = true;
         for index in 0..self.plan.runs() {
-            match self.try_one(index, self.device.clone(), observer) {
+            match self.try_one(index, observer) {
                 Ok(Some(RunOutcome::Over | RunOutcome::Taken)) => {}
                 Ok(Some(outcome)) => return Ok(Some(Some(Ended { index, outcome }))),
                 Ok(None) => is_known = false,
@@ -202,9 +192,7 @@ impl Sweep<'_> {
     /// folder is gone or the user interrupts.
     fn of_one_run(&self, index: usize, error: Error) -> Result<Error> {
         match error {
-            Error::Interrupted { .. } | Error::DeviceFailed { .. } | Error::Stopped { .. } => {
-                Err(error)
-            }
+            Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
             error if !self.folder.join(PLAN).exists() => Err(error),
             error => Ok(Error::PassedOver {
                 run: format!("run {index}, {}", self.plan.name(index)),
@@ -276,19 +264,13 @@ impl Sweep<'_> {
         overseer: &dyn Overseer,
     ) -> Result<Vec<Result<Option<RunOutcome>>>> {
         let telling = Mutex::new(());
-        let crew = match self.device {
-            None => Crew::of_one(threads),
-            Some(_) => Crew::on_device(runs.len()),
-        };
-        let batcher = Batcher::of(&self.device, crew);
-        let done = in_parallel(runs.len(), crew, |k, _| {
-            let device = Batcher::client(&batcher, k, crew);
+        let done = in_parallel(runs.len(), Crew::of_one(threads), |k, _| {
             if overseer.is_stopped() {
                 return Err(self.stopped());
             }
             let index = runs[k];
             let name = &self.plan.name(index);
-            match self.try_one(index, device, &mut Quiet { overseer, name }) {
+            match self.try_one(index, &mut Quiet { overseer, name }) {
                 Err(error) => self.of_one_run(index, error).map(Err),
                 Ok(Some(outcome @ (RunOutcome::Done(_) | RunOutcome::Diverged(_)))) => {
                     let _told = telling.lock();

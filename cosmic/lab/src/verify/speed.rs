@@ -80,7 +80,7 @@ impl<'a> Subject<'a> {
                 ground: probe.task.ground(),
                 settings: loss.clone(),
             },
-            horizon: Horizon::head(MEASURED_STEPS.min(moving.physics.steps)),
+            horizon: Horizon::of_steps(MEASURED_STEPS.min(moving.physics.steps)),
             probe,
         }
     }

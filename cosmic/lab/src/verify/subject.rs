@@ -8,11 +8,8 @@ use crate::verify::probe::{Probe, dot, norm};
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
-use cosmic::objective::Displacement;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::HorizonMode;
 use cosmic::simulator::{Simulator, Span};
-use cosmic::task::Horizon;
 
 /// The number of directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
@@ -136,19 +133,23 @@ impl<'a> Subject<'a> {
 
     /// Computes the gradient with the rollout driver, but differentiates only the last `carried` steps.
     pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
-        let mut case = self.probe.case.clone();
-        case.physics.steps = steps;
-        let task = case.task();
-        let horizon = Horizon {
-            first: 0,
-            steps: carried,
-            mode: HorizonMode::Tail,
-            cotangent_bound: None,
+        let Probe { case, task, .. } = &self.probe;
+        let first = steps - carried;
+        let design = case.own_design();
+        let head = Span::from_start(vec![first]);
+        let reached = task.rollout(&design, &case.controller, &case.start, &head);
+        let span = Span {
+            first,
+            ..Span::from_start(vec![carried])
         };
-        let loss = Displacement::at_end(task.ground());
         self.reverse(|inputs| {
             let design = case.projected(case.projection, &inputs.z);
-            task.loss(&design, inputs, &loss, &horizon)
+            let start = reached.states[0].map(Var::constant);
+            let mut seen = task.rollout(&design, &inputs.controller, &start, &span);
+            if !seen.start.is_empty() {
+                seen.start.clone_from(&inputs.start.x);
+            }
+            -task.ground().along(seen.position(carried))
         })
     }
 

@@ -131,7 +131,7 @@ fn the_exported_controller_has_the_library_s_controls() {
             let of_edge = |&edge: &usize| body.strain[edge] * moment.activation[edge];
             let ours: Vec<f64> = exported.actuators.iter().map(of_edge).collect();
             let state = state.to_ground(&ground);
-            let goal = goals.points().nth(goals.place(steps)).unwrap();
+            let goal = goals.iter().nth(goals.place(steps)).unwrap();
             let there = exported.control(&state, steps, goal);
             let error = apart(&ours, &there);
             // Sums of up to 150 terms of order one, each with a rounding error of 1e-16, in another order.

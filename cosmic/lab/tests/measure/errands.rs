@@ -138,7 +138,7 @@ fn sequences_are_reproducible_and_no_robot_was_ranked_by_them() {
         let mut stream = stream_of(3, Purpose::Errands, purpose as u64);
         for k in 0..16 {
             let drawn = draw_goals(&case.task(), settings, 3, k % 2 == 0, &mut stream);
-            let goal = drawn.points().next().unwrap().forward() - start;
+            let goal = drawn.iter().next().unwrap().forward() - start;
             assert!(!unseen.contains(&goal), "{purpose:?}");
         }
     }

@@ -6,7 +6,6 @@ mod run;
 mod script;
 
 use crate::arguments::Output;
-use crate::device::Gpu;
 use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::error::Result;
@@ -57,10 +56,10 @@ enum Action {
 }
 
 impl Arguments {
-    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         match &self.action {
             Action::Plan(plan) => plan.freeze(registry),
-            Action::Run(run) => run.run(registry, gpu),
+            Action::Run(run) => run.run(registry),
             Action::Status { sweep, json } => status::status(sweep, *json),
             Action::Merge { sweep, output } => status::merge(sweep, output),
             Action::Script(script) => script.write(),

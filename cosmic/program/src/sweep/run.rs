@@ -2,7 +2,6 @@
 
 use super::status::status;
 use crate::arguments::{Output, Work};
-use crate::device::{Gpu, On};
 use crate::interrupt::Interrupt;
 use crate::output::{note, print, print_json};
 use crate::progress::{Many, Progress, title, told};
@@ -23,8 +22,6 @@ pub(super) struct Run {
     /// The number of a run, several numbers such as `3-17,40`, `auto` for the next free run, or `all`
     #[arg(long, value_name = "I", default_value = "all")]
     index: Index,
-    #[command(flatten)]
-    on: On,
     #[command(flatten)]
     work: Work,
 }
@@ -56,7 +53,7 @@ impl FromStr for Index {
 }
 
 impl Run {
-    pub(super) fn run(&self, registry: &Registry, gpu: Gpu<'_>) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let folder = &self.sweep;
         let plan = &SweepPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
@@ -68,7 +65,6 @@ impl Run {
             folder,
             plan,
             registry,
-            device: self.on.open(gpu, self.work.threads)?,
         };
         match (&self.index, &runs[..]) {
             (Index::Auto, _) => one(&sweep, None, interrupt, &self.work),

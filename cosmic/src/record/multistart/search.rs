@@ -1,31 +1,24 @@
 //! The search over all starts, and its result.
 
-use super::halving::{Halving, climb};
 use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::{CoDesign, first_best};
 use crate::error::{Error, Result};
-use crate::population::Populations;
 use crate::record::design_file::DESIGN;
 use crate::record::files::{copy_files, sweep, write_json};
 use crate::record::history::{DESIGNS, LINES, TABLE};
-use crate::record::run::{Lock, Observer, begin, keep_scene, on};
-use crate::record::snapshot::{RunPlan, Search, Snapshot};
+use crate::record::run::{Lock, Observer, begin, keep_scene};
+use crate::record::snapshot::{RunPlan, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
 use std::path::Path;
-use std::sync::Arc;
 
 /// The largest number of starts in a search, and of runs in a sweep. Each start and each run has its own folder.
 pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins a search in a new or empty folder.
-pub(in crate::record) fn create(
-    folder: &Path,
-    plan: &RunPlan,
-    device: Option<Arc<dyn Populations>>,
-) -> Result<Lock> {
+pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
     refuse_many(plan)?;
-    on(CoDesign::new(&plan.scene)?, device)?.begin(plan.seed)?;
+    CoDesign::new(&plan.scene)?.begin(plan.seed)?;
     let more = plan.starts.get() as u64 - 1;
     if plan.seed.checked_add(more).is_none() {
         let (first, last) = (plan.seed, u64::MAX);
@@ -53,35 +46,26 @@ fn refuse_many(plan: &RunPlan) -> Result<()> {
 pub(in crate::record) fn search(
     lock: Lock,
     plan: &RunPlan,
-    device: Option<Arc<dyn Populations>>,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let folder = lock.folder();
     refuse_many(plan)?;
     sweep(folder)?;
     keep_scene(folder, &plan.scene)?;
-    let dropped = match plan.search {
-        Search::Full => Halving::default(),
-        Search::Halving => climb(folder, plan, &device, observer)?,
-    };
-    let mut ended = finish_left(folder, plan, &dropped, &device, observer)?.into_iter();
+    let ended = finish(folder, plan, observer)?;
     let mut starts = Vec::new();
     let mut delivered: Vec<Summary> = Vec::new();
     let mut diverged = None;
     let mut seconds = 0.0;
-    for seed in seeds(plan) {
-        let dropped_at = dropped.dropped_at(seed);
-        let is_left = dropped_at.is_none();
-        let result = is_left.then(|| {
-            ended
-                .next()
-                .expect("every start that was not dropped has a result")
-        });
-        let summary = result.transpose().unwrap_or_else(|error| {
-            diverged.get_or_insert((seed, error));
-            None
-        });
-        starts.push(Start::new(seed, summary.as_ref(), dropped_at));
+    for (seed, ended) in seeds(plan).zip(ended) {
+        let summary = match ended {
+            Ok(summary) => Some(summary),
+            Err(error) => {
+                diverged.get_or_insert((seed, error));
+                None
+            }
+        };
+        starts.push(Start::new(seed, summary.as_ref()));
         seconds += match &summary {
             Some(summary) => summary.seconds,
             None => Snapshot::read(&folder_of(folder, seed), plan.scene.registry())?.seconds,
@@ -111,18 +95,14 @@ pub(in crate::record) fn search(
     Ok(summary)
 }
 
-/// Finishes the starts that were not dropped, and returns their results in the order of the seeds.
-fn finish_left(
+/// Finishes all starts, and returns their results in the order of the seeds.
+fn finish(
     folder: &Path,
     plan: &RunPlan,
-    dropped: &Halving,
-    device: &Option<Arc<dyn Populations>>,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Result<Summary>>> {
-    let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
-    let left: Vec<u64> = seeds(plan).filter(is_left).collect();
-    side_by_side(folder, &left, device, observer, |seed, device, observer| {
-        let ended = match run_of(folder, seed, plan, device, usize::MAX)? {
+    side_by_side(folder, plan, observer, |seed, observer| {
+        let ended = match run_of(folder, seed, plan)? {
             None => Summary::read(&folder_of(folder, seed)),
             Some(run) => run.finish(observer),
         };

@@ -3,9 +3,8 @@
 use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
-use crate::population::{Batcher, Populations};
 use crate::record::run::{Observer, Run, take_up};
-use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
+use crate::record::snapshot::{RunPlan, SNAPSHOT};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,33 +16,23 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
 }
 
-/// Does `work` for every seed in parallel, one per thread, and returns the results in the order of the seeds. If one
+/// Does `work` for every seed of a plan in parallel, one per thread, and returns the results in the order of the seeds. If one
 /// start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the folder
 /// of the search (`folder`), not the folder of a start.
-///
-/// With a device, all starts have a thread, and what they compute there is [batched](Batcher).
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
-    seeds: &[u64],
-    device: &Option<Arc<dyn Populations>>,
+    plan: &RunPlan,
     observer: &mut dyn Observer,
-    work: impl Fn(u64, Option<Arc<dyn Populations>>, &mut dyn Observer) -> Result<T> + Sync,
+    work: impl Fn(u64, &mut dyn Observer) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    let crew = match device {
-        None => Crew::shared_out(rayon::current_num_threads(), seeds.len()),
-        Some(_) => Crew::on_device(seeds.len()),
-    };
-    let batcher = Batcher::of(device, crew);
+    let seeds: Vec<u64> = seeds(plan).collect();
+    let crew = Crew::shared_out(rayon::current_num_threads(), seeds.len());
     let observer = Mutex::new(observer);
     in_parallel(seeds.len(), crew, |k, failed| {
         let observer = &observer;
-        let device = Batcher::client(&batcher, k, crew);
-        let result = work(seeds[k], device, &mut OfOne { observer, failed });
+        let result = work(seeds[k], &mut OfOne { observer, failed });
         result.map_err(|mut error| {
-            if let Error::Interrupted { run, .. }
-            | Error::DeviceFailed { run, .. }
-            | Error::UnstableRun { run, .. } = &mut error
-            {
+            if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
                 *run = folder.into();
             }
             error
@@ -94,31 +83,22 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// Opens or begins the run of one seed. Returns `None` if the run needs no work: it is finished, or has already done
-/// the iteration `until`.
-pub(super) fn run_of(
-    folder: &Path,
-    seed: u64,
-    plan: &RunPlan,
-    device: Option<Arc<dyn Populations>>,
-    until: usize,
-) -> Result<Option<Run>> {
+/// Opens or begins the run of one seed. Returns `None` if the run is finished.
+pub(super) fn run_of(folder: &Path, seed: u64, plan: &RunPlan) -> Result<Option<Run>> {
     let own = folder_of(folder, seed);
     let of_one = RunPlan {
         iterations: plan.iterations,
         ..RunPlan::new(&plan.name, plan.scene.clone(), seed)
     };
     if !own.join(SNAPSHOT).exists() {
-        return Run::create(&own, &of_one, device).map(Some);
+        return Run::create(&own, &of_one).map(Some);
     }
-    let done = |snapshot: &Snapshot| snapshot.progress.as_ref().map_or(0, |p| p.iteration);
     let taken = take_up(&own, plan.scene.registry())?;
     if let Some((_, snapshot)) = &taken {
         snapshot.plan.check_same(&of_one, &own)?;
     }
     taken
-        .filter(|(_, snapshot)| done(snapshot) < until)
-        .map(|(lock, snapshot)| Run::open(lock, snapshot, None, device))
+        .map(|(lock, snapshot)| Run::open(lock, snapshot, None))
         .transpose()
 }
 

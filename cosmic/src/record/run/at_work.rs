@@ -3,7 +3,6 @@
 use super::folder::{Lock, begin, keep_scene};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
-use crate::population::Populations;
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
 use crate::record::history::{DesignRow, History, Walk};
@@ -38,8 +37,7 @@ pub trait Observer: Send {
         ControlFlow::Continue(())
     }
 
-    /// Called when a run has done its iterations. In a search by halving, also called when a run reaches a rung and
-    /// waits there for the other starts.
+    /// Called when a run has done its iterations.
     fn end(&mut self, _run: &Run) {}
 
     /// Called with a warning. Each warning is given once, and the run continues.
@@ -74,17 +72,6 @@ fn is_asked(observer: &(impl Observer + ?Sized)) -> bool {
     stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
 }
 
-/// This optimisation on a device, if there is one.
-pub(in crate::record) fn on(
-    codesign: CoDesign,
-    device: Option<Arc<dyn Populations>>,
-) -> Result<CoDesign> {
-    match device {
-        Some(device) => codesign.on(device),
-        None => Ok(codesign),
-    }
-}
-
 /// An unfinished run. It holds the lock on its folder.
 pub struct Run {
     plan: RunPlan,
@@ -107,12 +94,8 @@ pub struct Run {
 
 impl Run {
     /// Begins a run of one start in a new or empty folder.
-    pub(in crate::record) fn create(
-        folder: &Path,
-        plan: &RunPlan,
-        device: Option<Arc<dyn Populations>>,
-    ) -> Result<Self> {
-        let codesign = on(CoDesign::new(&plan.scene)?, device)?;
+    pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Self> {
+        let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
         Self::begin(folder, plan, codesign, progress)
     }
@@ -135,10 +118,8 @@ impl Run {
         lock: Lock,
         snapshot: Snapshot,
         own: Option<CoDesign>,
-        device: Option<Arc<dyn Populations>>,
     ) -> Result<Self> {
         let codesign = own.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
-        let codesign = on(codesign, device)?;
         let seconds = snapshot.seconds;
         let (plan, progress) = snapshot.unpack(&lock.folder().join(SNAPSHOT), &codesign)?;
         Self::at_work(lock, plan, seconds, codesign, progress)
@@ -206,7 +187,6 @@ impl Run {
             .evaluator()
             .deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
-        self.refuse_failed()?;
         // Rollouts that were stopped have no result.
         let delivery = delivery.filter(|_| !observer.is_stopped());
         let delivery = delivery.ok_or_else(|| self.interrupted())?;
@@ -231,7 +211,7 @@ impl Run {
             let record = self.codesign.iterate(&mut self.progress);
             let design = (self.history.keeps_design(record.iteration)).then(|| self.design_row());
             self.refuse_lost(observer)?;
-            if is_asked(observer) || self.codesign.device_error().is_some() {
+            if is_asked(observer) {
                 return self.abandon(before);
             }
             let seconds = self.seconds();
@@ -263,12 +243,11 @@ impl Run {
         Ok(())
     }
 
-    /// Takes back the current iteration, which did not finish, and saves the run as it was `before`. Returns the reason: a
-    /// device that stopped working, or an interruption.
+    /// Takes back the current iteration, which was interrupted, and saves the run as it was `before`. Returns the
+    /// interruption.
     fn abandon(&mut self, before: Progress) -> Result<()> {
         self.progress = before;
         self.save()?;
-        self.refuse_failed()?;
         Err(self.interrupted())
     }
 
@@ -276,19 +255,6 @@ impl Run {
     fn design_row(&self) -> DesignRow {
         let z = self.progress.design.vectors();
         DesignRow::new(self.progress.iteration, &z, self.walk())
-    }
-
-    /// Returns an error if the device of the run has stopped working.
-    fn refuse_failed(&self) -> Result<()> {
-        let Some(why) = self.codesign.device_error() else {
-            return Ok(());
-        };
-        Err(Error::DeviceFailed {
-            run: self.lock.folder().to_owned(),
-            iteration: self.progress.iteration,
-            own_loss: self.progress.own_loss,
-            why: why.to_owned(),
-        })
     }
 
     fn interrupted(&self) -> Error {

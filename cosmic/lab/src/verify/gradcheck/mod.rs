@@ -390,7 +390,7 @@ impl<'a> CaseLoss<'a> {
     where
         dyn AnyLoss + 'a: LossOf<R>,
     {
-        let horizon = Horizon::head(self.probe.case.physics.steps);
+        let horizon = Horizon::of_steps(self.probe.case.physics.steps);
         (self.probe.task).loss(design, inputs, self.of, &horizon)
     }
 }
