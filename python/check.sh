@@ -2,15 +2,15 @@
 # Builds the wheel from source, installs it in target/venv, and runs the tests there, including the type checks.
 #
 # `python/check.sh --gpu` runs only the tests of GPU support, with the wheel cosmic-codesign-gpu. It is not installed, so that
-# the other wheel stays. `python/check.sh --gpu LIBRARY` takes an extension module that is already built.
+# the other wheel stays. `python/check.sh --gpu LIBRARY` takes an extension module that is already built (an absolute path).
 set -euo pipefail
 cd "$(dirname "$0")"
 here=$PWD
 most=$((10 * 1024 * 1024))
 if [ "${1:-}" = --gpu ]; then
-  tests=(tests/test_gpu.py tests/test_page.py) needs=(numpy tqdm jax pytest)
+  tests=(tests/test_gpu.py tests/test_page.py) needs=('maturin>=1.8,<2' numpy tqdm jax pytest)
 else
-  tests=(tests) needs=()
+  tests=(tests) needs=('maturin>=1.8,<2')
 fi
 
 say() { printf '\n== python: %s\n' "$1"; }
@@ -32,7 +32,7 @@ elsewhere=$(mktemp -d)
 trap 'rm -rf "$elsewhere"' EXIT
 
 say 'the environment'
-install 'maturin>=1.8,<2' "${needs[@]}"
+install "${needs[@]}"
 wheels=$(dirname "$python")/../../wheels
 
 say 'the package'

@@ -1,6 +1,6 @@
 """Compares this tool with another one: sends the messages of a GradBench log to both and prints a Markdown table.
 
-    python3 benches/gradbench/compare.py LOG target/release/gradbench "PEER'S COMMAND"
+    python3 benches/gradbench/compare.py LOG target/unwind/gradbench "PEER'S COMMAND"
 
 LOG is the output of `gradbench run --output LOG`. Times are in milliseconds, each the minimum of all runs. The
 difference is the relative distance in the 2-norm, of the primals or of the derivatives, whichever is larger.

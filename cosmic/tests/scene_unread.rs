@@ -249,7 +249,7 @@ fn settings_with_a_warning_have_no_effect() {
 /// key with such a warning has an effect in another scene, which does not have the warning. So no warning is given too
 /// often.
 #[test]
-#[ignore = "takes a minute; check-heavy.sh runs it"]
+#[ignore = "takes two minutes; check-heavy.sh runs it"]
 fn exactly_the_settings_without_effect_have_a_warning() {
     let scenes = OTHERS.map(small);
     let outcomes: Vec<_> = scenes
