@@ -165,7 +165,8 @@ impl Evaluator {
     }
 
     /// Simulates robots in full rollouts in several domains, side by side, and returns their results. `designs` has one
-    /// design for all domains, or one for each. Domains may have shorter time steps than the scene, in whose steps the loss counts.
+    /// design for all domains, or one for each. Domains may have shorter time steps than the scene, in whose steps the
+    /// loss counts.
     pub(super) fn reach_many(
         &self,
         designs: &[impl Borrow<Design<Mixture<f64>>>],

@@ -312,9 +312,9 @@ settings! {
             },
             source "D3; paper: false";
         /// The goals for which the controller is trained: `goal`, a number of the controller; or goals that are given to
-        /// every rollout and may change while the robot walks. The paper's goal is too small an input for a robot to steer
-        /// by. For a robot that steers, choose given goals. A given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with the
-        /// `goal_scale` s: of a far goal, only its direction.
+        /// every rollout and may change while the robot walks. The paper's goal is too small an input for a robot to
+        /// steer by. For a robot that steers, choose given goals. A given goal is observed as its offset `d` from the mean
+        /// node position, `s d / sqrt(1 + s^2 |d|^2)` with the `goal_scale` s: of a far goal, only its direction.
         goals: GoalKind = GoalKind::Fixed, since 5, source "paper: fixed";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",

@@ -105,7 +105,8 @@ fn times_find_their_states_and_bounds_are_those_of_the_payload_s_body() {
     assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
 }
 
-/// A flag is on the ground, as far from the payload's start along the ground as its goal. A goal that begins after the end has no flag.
+/// A flag is on the ground, as far from the payload's start along the ground as its goal. A goal that begins after the
+/// end has no flag.
 #[test]
 fn flags_are_where_and_when_their_goals_are() {
     let results = short_run(|scene| {

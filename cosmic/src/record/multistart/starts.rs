@@ -16,9 +16,9 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
 }
 
-/// Does `work` for every seed of a plan in parallel, one per thread, and returns the results in the order of the seeds. If one
-/// start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the folder
-/// of the search (`folder`), not the folder of a start.
+/// Does `work` for every seed of a plan in parallel, one per thread, and returns the results in the order of the seeds.
+/// If one start fails or is interrupted, the others are interrupted. An error that tells the user to resume names the
+/// folder of the search (`folder`), not the folder of a start.
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     plan: &RunPlan,
