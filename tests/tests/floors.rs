@@ -186,7 +186,10 @@ fn every_file_is_declared() {
         let is_root = ["main", "lib", "number_types"].contains(&&*name);
         let is_binary = folder.ends_with("bin");
         let (name, folder) = match &*name {
-            "mod" => (folder.file_name().unwrap().to_string_lossy(), folder.parent().unwrap()),
+            "mod" => (
+                folder.file_name().unwrap().to_string_lossy(),
+                folder.parent().unwrap(),
+            ),
             _ => (name, folder),
         };
         let own = folder.with_extension("rs");
@@ -207,10 +210,15 @@ fn every_file_is_declared() {
 /// The libraries other than `autodiff` have `test = false`, so a unit test in `src` would not run.
 #[test]
 fn tests_are_in_the_folders_of_tests() {
-    let others = SOURCES.into_iter().filter(|source| *source != "autodiff/src");
+    let others = SOURCES
+        .into_iter()
+        .filter(|source| *source != "autodiff/src");
     for path in others.flat_map(sources) {
         let text = fs::read_to_string(&path).unwrap();
         let file = path.display();
-        assert!(!text.contains("#[test]"), "{file}: move its unit test to `tests`");
+        assert!(
+            !text.contains("#[test]"),
+            "{file}: move its unit test to `tests`"
+        );
     }
 }
