@@ -6,6 +6,7 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rustc-check-cfg=cfg(lanes, values(none(), \"x86\", \"neon\", \"simd128\"))");
     println!("cargo::rustc-check-cfg=cfg(lanes_512)");
+    println!("cargo::rustc-check-cfg=cfg(lanes_f32)");
     let level = var("OPT_LEVEL").unwrap_or_default();
     // Without optimisation every intermediate value of inlined code has its own place on the stack. With wide registers
     // a kernel would need megabytes of stack. `--cfg unoptimised` in RUSTFLAGS also asks for scalars.
@@ -15,7 +16,11 @@ fn main() {
     if let Some(lanes) = lanes() {
         println!("cargo::rustc-cfg=lanes");
         println!("cargo::rustc-cfg=lanes=\"{lanes}\"");
-        // Each kernel is compiled once more for AVX-512. Test builds, which have level 1, save this time.
+        // Each kernel is compiled once more for each of these kinds of registers. Test builds, which have level 1, save
+        // this time. AVX-512 makes an optimisation of `earth` 10 to 30 % faster.
+        if level != "1" {
+            println!("cargo::rustc-cfg=lanes_f32");
+        }
         if lanes == "x86" && level != "1" {
             println!("cargo::rustc-cfg=lanes_512");
         }

@@ -362,6 +362,10 @@ pub trait Real:
     fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
         work.run::<Self>()
     }
+    /// Whether kernels of programs are compiled for this number type in SIMD lanes only. On a processor without these
+    /// lanes, programs replay recordings of the kernels.
+    #[doc(hidden)]
+    const KERNELS_NEED_LANES: bool = false;
     /// Calls the method of `work` that belongs to this number type.
     #[inline(always)]
     fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
@@ -510,6 +514,9 @@ pub trait Lane<S>: Real {
 pub trait Vectorized<S: Real> {
     /// The type of the result.
     type Output;
+    /// Whether the work is also compiled for scalars where a number type [has lanes](Real::KERNELS_NEED_LANES).
+    #[doc(hidden)]
+    const HAS_SCALARS: bool = true;
     /// Does the work in lanes of type `L`. Mark implementations and all functions that they call
     /// `#[inline(always)]`. Otherwise the code is compiled without the instruction set of the lanes.
     fn run<L: Lane<S>>(self) -> Self::Output;

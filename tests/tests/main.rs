@@ -21,7 +21,6 @@ mod model_gradients;
 mod motion;
 mod moved;
 mod one_piece;
-mod optimisers;
 mod outside;
 mod own_laws;
 mod plan;

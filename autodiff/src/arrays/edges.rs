@@ -266,6 +266,7 @@ where
     R: Real,
     K: UniformKernel<I, O>,
 {
+    const HAS_SCALARS: bool = false;
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }

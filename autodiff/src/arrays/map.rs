@@ -55,6 +55,7 @@ impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
 impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperation<R>
     for Map<K, I, O>
 {
+    const HAS_SCALARS: bool = false;
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }

@@ -18,6 +18,8 @@ pub(crate) trait Operation<R: Real>: Send {
 
 /// An [`Operation`] that is written once for all lane types.
 pub(crate) trait LaneOperation<R: Real>: Send {
+    /// See [`Vectorized::HAS_SCALARS`].
+    const HAS_SCALARS: bool = true;
     /// See [`Operation::outputs`].
     fn outputs(&self) -> Vec<Array>;
     /// See [`Operation::set_active`].
@@ -50,6 +52,7 @@ struct Forward<'a, T, R>(&'a mut T, &'a [R], &'a mut [R]);
 
 impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Forward<'_, T, R> {
     type Output = ();
+    const HAS_SCALARS: bool = T::HAS_SCALARS;
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         self.0.forward_in::<L>(self.1, self.2);
@@ -60,6 +63,7 @@ struct Reverse<'a, 'b, T, R>(&'a mut T, StepValues<'a, R>, &'a mut Bars<'b, R>);
 
 impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Reverse<'_, '_, T, R> {
     type Output = ();
+    const HAS_SCALARS: bool = T::HAS_SCALARS;
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         self.0.reverse_in::<L>(self.1, self.2);

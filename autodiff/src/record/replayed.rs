@@ -26,7 +26,7 @@ pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(k
     let Some(plan) = plan else {
         panic!(
             "kernel {} cannot be replayed on this number type: it branches on a value (a zero test or a mask) or \
-             calls a fused function; an `AnyProgram` can only run it on f64 and f32",
+             calls a fused function; it needs f64 or f32 and a processor with SIMD lanes",
             type_name::<K>()
         )
     };
@@ -137,7 +137,8 @@ impl ReplayedKernel {
         };
         let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
-        // Uniform inputs have a single number here: only floats run several starts at once, and floats do not replay.
+        // Uniform inputs have a single number here: several starts run at once only in lanes, and kernels in lanes are
+        // not replayed.
         let shared: Vec<R> = (self.uniforms.iter())
             .map(|&array| values.get(array)[0])
             .collect();

@@ -3,15 +3,21 @@
 #![cfg_attr(lanes = "x86", allow(unsafe_code))]
 
 #[cfg(lanes = "neon")]
-use super::aarch64::{F32x4, F64x2};
+use super::aarch64 as narrow;
 #[cfg(lanes = "x86")]
-use super::avx2::{F32x8, F64x4};
+use super::avx2;
 #[cfg(any(lanes_512, all(test, lanes = "x86")))]
-use super::avx512::{F32x16, F64x8};
+use super::avx512;
 use super::level;
 #[cfg(lanes = "simd128")]
-use super::wasm::{F32x4, F64x2};
-use crate::real::Vectorized;
+use super::wasm as narrow;
+use crate::real::{Real, Vectorized};
+
+/// See [`Real::KERNELS_NEED_LANES`]. The other targets either always have lanes or never. Miri has none, and checks the
+/// code of kernels on scalars.
+pub(crate) const F64_NEEDS_LANES: bool = cfg!(all(lanes = "x86", not(miri)));
+/// Test builds, which have optimisation level 1, have no lanes of `f32`, because every kernel would be compiled for them.
+pub(crate) const F32_NEEDS_LANES: bool = cfg!(all(lanes = "x86", lanes_f32, not(miri)));
 
 #[inline]
 pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
@@ -23,43 +29,52 @@ pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
         // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx2 => unsafe { f64_avx2(work) },
         #[cfg(any(lanes = "neon", lanes = "simd128"))]
-        level::Level::Neon | level::Level::Simd128 => work.run::<F64x2>(),
-        _ => work.run::<f64>(),
+        level::Level::Neon | level::Level::Simd128 => work.run::<narrow::F64x2>(),
+        _ => scalars(work),
     }
 }
 
 #[inline]
 pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     match level() {
-        #[cfg(any(lanes_512, all(test, lanes = "x86")))]
+        #[cfg(any(all(lanes_512, lanes_f32), all(test, lanes = "x86")))]
         // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx512 => unsafe { f32_avx512(work) },
-        #[cfg(lanes = "x86")]
+        #[cfg(all(lanes = "x86", any(lanes_f32, test)))]
         // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx2 => unsafe { f32_avx2(work) },
-        #[cfg(any(lanes = "neon", lanes = "simd128"))]
-        level::Level::Neon | level::Level::Simd128 => work.run::<F32x4>(),
-        _ => work.run::<f32>(),
+        #[cfg(all(any(lanes = "neon", lanes = "simd128"), any(lanes_f32, test)))]
+        level::Level::Neon | level::Level::Simd128 => work.run::<narrow::F32x4>(),
+        _ => scalars(work),
     }
+}
+
+/// Does the work without lanes.
+#[inline]
+fn scalars<S: Real, V: Vectorized<S>>(work: V) -> V::Output {
+    if const { S::KERNELS_NEED_LANES && !V::HAS_SCALARS } {
+        unreachable!("a kernel was compiled for wider registers than this thread may use");
+    }
+    work.run::<S>()
 }
 
 #[cfg(any(lanes_512, all(test, lanes = "x86")))]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 pub(super) fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
-    work.run::<F64x8>()
+    work.run::<avx512::F64x8>()
 }
 #[cfg(lanes = "x86")]
 #[target_feature(enable = "avx2,fma")]
 pub(super) fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
-    work.run::<F64x4>()
+    work.run::<avx2::F64x4>()
 }
-#[cfg(any(lanes_512, all(test, lanes = "x86")))]
+#[cfg(any(all(lanes_512, lanes_f32), all(test, lanes = "x86")))]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 pub(super) fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
-    work.run::<F32x16>()
+    work.run::<avx512::F32x16>()
 }
-#[cfg(lanes = "x86")]
+#[cfg(all(lanes = "x86", any(lanes_f32, test)))]
 #[target_feature(enable = "avx2,fma")]
 pub(super) fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
-    work.run::<F32x8>()
+    work.run::<avx2::F32x8>()
 }

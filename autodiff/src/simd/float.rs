@@ -6,9 +6,10 @@ use crate::operators::literal_operators;
 use crate::real::{Accepts, ByType, Real, Vectorized};
 
 macro_rules! impl_real_for_float {
-    ($float:ident, $lanes:ident, $functions:ident) => {
+    ($float:ident, $lanes:ident, $needed:ident, $functions:ident) => {
         impl Real for $float {
             type Mask = bool;
+            const KERNELS_NEED_LANES: bool = super::enter::$needed;
 
             #[inline(always)]
             fn lit(value: f64) -> Self {
@@ -130,5 +131,5 @@ macro_rules! impl_real_for_float {
 
 literal_operators! { @operators [] f64, |a, b| a * b }
 literal_operators! { [] f32 }
-impl_real_for_float!(f64, f64_lanes, double);
-impl_real_for_float!(f32, f32_lanes, single);
+impl_real_for_float!(f64, f64_lanes, F64_NEEDS_LANES, double);
+impl_real_for_float!(f32, f32_lanes, F32_NEEDS_LANES, single);

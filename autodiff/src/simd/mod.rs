@@ -1,7 +1,8 @@
 //! SIMD lanes as a [`Real`](crate::Real): many evaluations at once.
 //!
 //! On x86-64, lanes are the widest registers of the processor, chosen at run time. Builds below optimisation level 2
-//! have no AVX-512 lanes, which shortens compilation. On aarch64, lanes are NEON registers.
+//! have no AVX-512 lanes and no lanes of `f32`, which shortens compilation. A processor without AVX2 computes with
+//! scalars, but replays recordings of the kernels of programs, which are only compiled in lanes. On aarch64, lanes are NEON registers.
 //! On wasm32 they are `simd128` registers if the crate is compiled with `-C target-feature=+simd128`. On all other
 //! targets, and in builds without optimisation, a register is a scalar, with a single lane.
 //!

@@ -42,7 +42,8 @@ pub struct Program<R: Real> {
     /// Accesses of whole registers may go beyond the end of an array by this many numbers, in addition to the width of
     /// a register.
     pub(super) margin: usize,
-    /// Whether all kernels are recorded, also those that this number type could run itself.
+    /// Whether all kernels are recorded: in programs that are only read, and on a processor without lanes if kernels are
+    /// only compiled in lanes.
     pub(super) records_kernels: bool,
 }
 
@@ -63,7 +64,7 @@ impl<R: Real> Default for Program<R> {
             layout: RowLayout::default(),
             prefetch_len: 0,
             margin: 0,
-            records_kernels: false,
+            records_kernels: R::KERNELS_NEED_LANES && lanes::<R>() == 1,
         }
     }
 }

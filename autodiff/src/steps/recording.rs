@@ -224,9 +224,10 @@ impl<R: Real> Program<R> {
 }
 
 /// Whether a program with this number type can have recordings in place of all kernels. Symbols can: their comparisons
-/// have no single answer. For other types, the kernels are not recorded and no code is compiled for it.
+/// have no single answer. So can floats whose kernels are only compiled in lanes. For other types, the kernels are not
+/// recorded and no code is compiled for it.
 pub(super) const fn records_kernels<R: Real>() -> bool {
-    !R::Mask::IS_SINGLE
+    !R::Mask::IS_SINGLE || R::KERNELS_NEED_LANES
 }
 
 /// Converts the handles to an array. There is one handle for each result of the kernel.

@@ -52,7 +52,7 @@ impl<'a, R: Real> Points<'a, R> {
         R::by_type(Compiled(PhantomData), self)
     }
 
-    /// Runs the replay for a number type other than floats. Without `REVERSE` it only computes the results.
+    /// Like [`replay`](Self::replay), but for other number types, `REVERSE` tells whether the reverse sweep is compiled.
     pub(crate) fn replay_other<const REVERSE: bool>(self) -> Replayed<R> {
         R::by_type(Other::<REVERSE>(PhantomData), self)
     }
@@ -87,24 +87,22 @@ impl<'a> ByType for Compiled<'a> {
     }
 }
 
-/// A replay for number types other than floats. The reverse sweep is only compiled if `REVERSE` is true.
+/// A replay whose reverse sweep is only compiled if `REVERSE` is true, except for floats.
 struct Other<'a, const REVERSE: bool>(PhantomData<&'a ()>);
 
 impl<'a, const REVERSE: bool> ByType for Other<'a, REVERSE> {
     type Of<R: Real> = Points<'a, R>;
     type Output<R: Real> = Replayed<R>;
-    fn f64(self, _: Points<f64>) -> Replayed<f64> {
-        unreachable!("{NO_FLOATS}")
+    fn f64(self, points: Points<f64>) -> Replayed<f64> {
+        points.replay()
     }
-    fn f32(self, _: Points<f32>) -> Replayed<f32> {
-        unreachable!("{NO_FLOATS}")
+    fn f32(self, points: Points<f32>) -> Replayed<f32> {
+        points.replay()
     }
     fn other<R: Real>(self, points: Points<R>) -> Replayed<R> {
         points.in_blocks::<R, 1, REVERSE>()
     }
 }
-
-const NO_FLOATS: &str = "on floats, steps run kernels in lanes and never replay them";
 
 impl<R: Real> Vectorized<R> for Points<'_, R> {
     type Output = Replayed<R>;
