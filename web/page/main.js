@@ -261,7 +261,9 @@ function changed(state) {
     if (scene.checked !== null) chips.show(visit.settings);
   }
   $("save-design").disabled = state !== "finished";
-  $("save-scene").disabled = $("race").disabled = scene.checked === null;
+  $("save-scene").disabled = scene.checked === null;
+  // The winner of a race is opened from its link.
+  $("race").disabled = scene.checked === null || scene.takesGoals;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
   if (greeting !== null) {
     strip.draw({ robots: design.robots, attempts: design.world?.iterations ?? 1, shown: Math.max(0, design.iteration) });

@@ -80,6 +80,11 @@ export class Scene {
     this.read();
   }
 
+  /** Whether the robot is told where to go. Such a robot does not fit into a link. */
+  get takesGoals() {
+    return this.checked?.settings["controller.goals"] === "given";
+  }
+
   /** The scene in the form that requests have. */
   get asked() {
     return { scene: this.#text, settings: [...this.changed].map(([key, value]) => `${key}=${value}`) };

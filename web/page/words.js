@@ -61,10 +61,10 @@ function finished(design) {
   const { walk, designed } = delivered;
   if (walk.along === null) return walk === designed.walk ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
   const far = `${metres(walk.along)} in ${walk.duration.toFixed(1)} s`;
-  if (walk !== designed.walk) return `Changed by you: this walk is ${far}; before, it was ${metres(designed.walk.along ?? 0)}.${spread(delivered)}`;
+  if (walk !== designed.walk) return `Changed by you: in this walk it covers ${far}; before, it covered ${metres(designed.walk.along ?? 0)}.${spread(delivered)}`;
   const touch = "Click a bar, drag the robot, or choose another ground.";
   if (!design.hasAttempts) return `This robot is finished. It walks ${far}.${spread(delivered)} ${touch}`;
-  return `Finished after ${iteration} attempts and ${Math.round(seconds)} s: this walk is ${far}.${spread(delivered)} ${touch}`;
+  return `Finished after ${iteration} attempts and ${Math.round(seconds)} s: in this walk it covers ${far}.${spread(delivered)} ${touch}`;
 }
 
 /** The other world in which the robot walks. */

@@ -56,7 +56,7 @@ export async function refusedLinks(browser, address) {
 /** What the page says about the robot: the headline, the sentence without the attempts, and the verdict. */
 async function said(page) {
   await page.waitForFunction(() => document.getElementById("along-title").textContent === "distance, robust median", { timeout: 20_000 });
-  const [status] = /this walk is .* m\)?\.|It walks .* m\)?\./.exec(await text(page, "status"))?.map(says => says.replace("this walk is", "It walks").replace(/; before, it was [^.]*\.\d+ m/, "")) ?? [];
+  const [status] = /in this walk it covers .* m\)?\.|It walks .* m\)?\./.exec(await text(page, "status"))?.map(says => says.replace("in this walk it covers", "It walks").replace(/; before, it covered [^.]*\.\d+ m/, "")) ?? [];
   return JSON.stringify([await text(page, "along"), status, await text(page, "verdict")]);
 }
 

@@ -196,6 +196,7 @@ export async function errand(browser, address) {
   const { page, faults } = await open(browser, address + linkTo("errand", TOLD));
   await ready(page);
   check(await page.$eval("#errand", row => row.getBoundingClientRect().height > 0), "a robot with given goals has the controls for its goal");
+  check(await page.$eval("#race", button => button.disabled), "no race of robots that do not fit into a link");
   const box = await boxOf(page, "#stage");
   const toldTo = async (says, is) => {
     await until(page, says, is => /^Told to go to /.test(document.getElementById("status").textContent) && Number(document.getElementById("goal").value) * is > 0, is);
