@@ -178,7 +178,7 @@ fn numbers(record: &Record) -> Vec<f64> {
 fn a_device_optimises_like_the_processor() {
     for more in [
         "",
-        "[robust]\nsamples = 2\nstart = 0.01\nfriction = 0.1\nstiffness = 0.1\n[selection]\nkind = 'robust'",
+        "[robust]\nsamples = 2\nspread = 2.0\nfriction = 0.1\n[selection]\nkind = 'robust'",
         "[controller]\ngoals = 'two'",
         "[objective]\nbody = 'mass'\n[design]\none_piece = true",
         "[objective]\ntask = 'economy'",

@@ -30,7 +30,6 @@ snap_at = 12
 horizon = [48, 96]
 horizon_over = [2, 5]
 polish_trials = 4
-polish_every = 3
 [loss]
 window = 16
 [gradient]

@@ -69,7 +69,7 @@ pub(crate) use reach::is_ranked_by_distance;
 pub use reach::{Reached, first_best};
 pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
 pub use review::Review;
-pub use schedule::{Phase, Schedule};
+pub use schedule::{Pass, Phase, Schedule};
 pub use settle::settle;
 pub use slope::{At, Slope};
 pub use slopes::Sought;

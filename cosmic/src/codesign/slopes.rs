@@ -14,7 +14,7 @@ use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
-use crate::scene::{GradientPrecision, HorizonMode, MovedBody};
+use crate::scene::{GradientPrecision, GradientSettings, HorizonMode, MovedBody};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
@@ -83,12 +83,11 @@ impl Evaluator {
     /// start of the clock, and the bound on its cotangents.
     fn horizon(&self, now: &Schedule, first: usize) -> Horizon {
         let gradient = &self.scene.gradient;
-        let every = gradient.cotangent_every;
         // The cotangent of a position is a loss per length.
         let per_length = self.unit() / self.task.lattice.scale;
         let bound = |norm: f64| CotangentBound {
             norm: norm * per_length,
-            every,
+            every: GradientSettings::COTANGENT_EVERY,
         };
         Horizon {
             first,

@@ -41,7 +41,7 @@ impl Errand {
         Self {
             ground: Ground::from(&scene.physics),
             settings: scene.loss.clone(),
-            settle: scene.objective.settle,
+            settle: scene.objective.settle(),
             dt: scene.physics.dt,
             changes: scene.goals.changes(scene.physics.steps).collect(),
         }

@@ -334,16 +334,10 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The bounds on asymptotes must ascend, and so must the rungs. Only the task "far" can have a second goal: the loss
+/// The rungs must ascend. Only the task "far" can have a second goal: the loss
 /// for a second goal is minus the loss for the first. With other tasks, this would reward wasting energy or avoiding
 /// the target.
 fn searches(scene: &Scene, found: &mut Conflicts) {
-    let (least, most) = (scene.mma.asymin, scene.mma.asymax);
-    found.require(
-        least <= most,
-        ["mma.asymin", "mma.asymax"],
-        format!("the smallest distance of the asymptotes ({least}) is above the largest ({most})"),
-    );
     let rungs = scene.search.rungs;
     found.require(
         rungs.is_sorted(),
@@ -399,7 +393,7 @@ fn parts(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The profile `points` needs at least one point. The ramps of steps must not overlap.
+/// The profile `points` needs at least one point. The number of steps is limited.
 fn terrain(scene: &Scene, found: &mut Conflicts) {
     let ground = &scene.physics.ground;
     found.require(
@@ -423,15 +417,6 @@ fn steps(ground: &GroundSettings, found: &mut Conflicts) {
         format!(
             "there are {} steps; at most {MOST_STEPS} are allowed",
             ground.count
-        ),
-    );
-    let (ramp, spacing) = (ground.ramp, ground.spacing);
-    found.require(
-        ramp < spacing,
-        ["ground.ramp", "ground.spacing"],
-        format!(
-            "the ramp of a step is {ramp} m long, but the next step begins after {spacing} m; set ground.ramp below \
-             ground.spacing"
         ),
     );
 }

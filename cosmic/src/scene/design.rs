@@ -2,32 +2,27 @@
 
 use super::Scene;
 use crate::settings;
-use crate::settings::{ITERATIONS, SHARE, above, within};
+use crate::settings::{ITERATIONS, SHARE, within};
 
 settings! {
     /// The softmax projections from design vectors to mixtures.
     struct ProjectionSettings {
-        /// Sharpness of the performance projection.
-        beta: f64 = 20.0, allowed above(0.0, 1e4),
-            read "if the initial design is not a layout" if Scene::designs,
-            source "paper, table 2";
-        /// Sharpness of the stability projection's value.
-        beta_stability: f64 = 500.0, allowed above(0.0, 1e4),
-            read "if the initial design is not a layout" if Scene::designs,
-            source "paper, table 2";
-        /// Sharpness of the stability projection's straight-through derivative.
-        beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4),
-            read "if the initial design is not a layout" if Scene::designs,
-            source "paper, table 2";
-        /// Small number added to the mean of two shares in the overlap measures, so that they never divide zero by
-        /// zero.
-        delta: f64 = 1e-6, allowed within(1e-15, 1.0), source "D6";
         /// Number that is subtracted, before every projection, from an edge's entry for the solid material that the
         /// edge does not have in the layout "filled". A large number fixes the solid materials, so that only the
         /// topology is designed.
         hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
+    } of cases {
+        /// Sharpness of the performance projection.
+        beta: f64 = 20.0, source "paper, table 2";
+        /// Sharpness of the stability projection's value.
+        beta_stability: f64 = 500.0, source "paper, table 2";
+        /// Sharpness of the stability projection's straight-through derivative.
+        beta_straight_through: f64 = 20.0, source "paper, table 2";
+        /// Small number added to the mean of two shares in the overlap measures, so that they never divide zero by
+        /// zero.
+        delta: f64 = 1e-6, source "D6";
     }
 }
 
@@ -36,12 +31,7 @@ settings! {
     struct StartSettings {
         /// Mixture of the edges at the start. "layout" is one-hot, and only the controller is trained.
         kind: StartKind = StartKind::Stability, source "paper, design b";
-        /// For "stability": the surplus of void at the topmost edge.
-        void_shift: f64 = 0.12, allowed within(-0.33, 0.66),
-            read "with the start `stability`" if |s: &Scene| s.start.kind == StartKind::Stability,
-            source "paper: 0.12";
         /// Share of void: with "three_legged" the share where the layout is void, with "filled" the share everywhere.
-        /// The share is smaller if `projection.beta` is so small that no design vector has it.
         void: f64 = 0.6, allowed within(0.001, 0.999),
             read "with the starts `three_legged` and `filled`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Filled].contains(&s.start.kind),
             source "paper silent";
@@ -143,15 +133,6 @@ settings! {
         penalty: f64 = 0.3, allowed within(0.0, 1e6),
             read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
             source "paper, table 2";
-        /// Factor by which a penalty weight is multiplied if the violation of its measure grew, and divided if it fell.
-        penalty_growth: f64 = 1.01, allowed within(1.0, 10.0),
-            read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
-            source "paper, table 2";
-        /// Confidence above which an edge is attracted to its material, at the start and at the end of the attraction.
-        confidence: [f64; 2] = [0.9, 0.6], allowed SHARE, source "found by experiment";
-        /// Change of the design vector of an attracted edge in an iteration, at the start and at the end of the
-        /// attraction.
-        nudge: [f64; 2] = [0.002, 0.006], allowed SHARE, source "found by experiment";
     }
 }
 

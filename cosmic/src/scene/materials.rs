@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use super::Scene;
 use crate::lattice::Lattice;
 use crate::settings;
-use crate::settings::{above, within};
+use crate::settings::{Filled, Limits, Named, SettingValue, above, within};
+use toml::Spanned;
+use toml::de::DeValue;
 
 settings! {
     /// The library of materials, each array in the order void, skeleton, actuator.
@@ -36,19 +38,11 @@ settings! {
         /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3, pultruded tubes (Goodwinds, technical
         /// material specifications). "glass": 41 GPa and 2000 kg/m3, pultruded rods (Goodwinds). "aluminium": 69 GPa and
         /// 2700 kg/m3, alloy 6061 (makeitfrom.com). "steel": 200 GPa and 7800 kg/m3, AISI 304 (makeitfrom.com). "pla": 3.0
-        /// GPa and 1260 kg/m3, printed without gaps (data sheet of Stratasys PLA, specimens printed on edge). "own":
-        /// `modulus` and `density`.
-        material: PartMaterial = PartMaterial::Carbon, since 7,
+        /// GPa and 1260 kg/m3, printed without gaps (data sheet of Stratasys PLA, specimens printed on edge). A material
+        /// of one's own is `[modulus, density]`, such as `[2e9, 900]` for 2 GPa and 900 kg/m3.
+        material: PartMaterial = PartMaterial::Stock(StockMaterial::Carbon), allowed above(0.0, 1e13), since 7,
             read "with a tube, a rod or a strut" if Scene::has_sections,
             source "beyond the paper";
-        /// Young's modulus of the own material.
-        modulus: f64 = 1e10, allowed above(0.0, 1e13), unit "Pa", since 7,
-            read "with a part of the material `own`" if Scene::has_own_material,
-            source "beyond the paper: take it from a data sheet";
-        /// Density of the own material.
-        density: f64 = 1000.0, allowed above(0.0, 1e5), unit "kg/m3", since 7,
-            read "with a part of the material `own`" if Scene::has_own_material,
-            source "beyond the paper: take it from a data sheet";
         /// Outer diameter of a tube, diameter of a rod, or width of a strut.
         outer: f64 = 0.006, allowed above(0.0, 1.0), unit "m", since 7,
             read "with a tube, a rod or a strut" if Scene::has_sections,
@@ -123,8 +117,8 @@ settings! {
 }
 
 settings! {
-    /// The material of a part.
-    enum PartMaterial {
+    /// A material of parts that shops sell.
+    enum StockMaterial {
         /// Pultruded carbon fibre.
         Carbon = "carbon",
         /// Pultruded glass fibre.
@@ -135,8 +129,78 @@ settings! {
         Steel = "steel",
         /// Printed PLA.
         Pla = "pla",
-        /// The material that the scene describes.
-        Own = "own",
+    }
+}
+
+/// The material of a part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PartMaterial {
+    /// A material that shops sell.
+    Stock(StockMaterial),
+    /// A material of one's own: Young's modulus (Pa) and density (kg/m3).
+    Own([f64; 2]),
+}
+
+impl PartMaterial {
+    /// The name of the material; "own" for a material of one's own.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stock(stock) => stock.name(),
+            Self::Own(_) => "own",
+        }
+    }
+
+    /// Young's modulus (Pa) and density (kg/m3). The documentation of the key `material` has the sources.
+    fn modulus_and_density(self) -> [f64; 2] {
+        match self {
+            Self::Stock(StockMaterial::Carbon) => [134e9, 1500.0],
+            Self::Stock(StockMaterial::Glass) => [41e9, 2000.0],
+            Self::Stock(StockMaterial::Aluminium) => [69e9, 2700.0],
+            Self::Stock(StockMaterial::Steel) => [200e9, 7800.0],
+            Self::Stock(StockMaterial::Pla) => [3.0e9, 1260.0],
+            Self::Own(own) => own,
+        }
+    }
+}
+
+impl SettingValue for PartMaterial {
+    fn allowed(&self, limits: &Limits) -> String {
+        let stock = StockMaterial::Carbon.allowed(limits);
+        format!("{stock} or [modulus, density], each a number {limits}")
+    }
+
+    fn toml(&self) -> String {
+        match self {
+            Self::Stock(stock) => stock.toml(),
+            Self::Own(own) => own.toml(),
+        }
+    }
+
+    fn json(&self) -> serde_json::Value {
+        match self {
+            Self::Stock(stock) => stock.json(),
+            Self::Own(own) => own.json(),
+        }
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        *self = if value.get_ref().is_array() {
+            let mut own = [0.0; 2];
+            own.read(value, limits)?;
+            Self::Own(own)
+        } else {
+            let mut stock = StockMaterial::Carbon;
+            stock.read(value, limits)?;
+            Self::Stock(stock)
+        };
+        Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        match self {
+            Self::Stock(_) => true,
+            Self::Own(own) => own.fits(limits),
+        }
     }
 }
 
@@ -203,18 +267,6 @@ impl PartsSettings {
         }
     }
 
-    /// Young's modulus (Pa) and density (kg/m3) of the material. The documentation of the key `material` has the sources.
-    fn modulus_and_density(&self) -> [f64; 2] {
-        match self.material {
-            PartMaterial::Carbon => [134e9, 1500.0],
-            PartMaterial::Glass => [41e9, 2000.0],
-            PartMaterial::Aluminium => [69e9, 2700.0],
-            PartMaterial::Steel => [200e9, 7800.0],
-            PartMaterial::Pla => [3.0e9, 1260.0],
-            PartMaterial::Own => [self.modulus, self.density],
-        }
-    }
-
     /// The bore of the cylinders (m); `None` if actuators need no air.
     fn cylinder(&self) -> Option<f64> {
         let is_device = self.actuator == ActuatorPart::Device;
@@ -275,7 +327,7 @@ impl MaterialSettings {
         let parts = &self.parts;
         let ends = 2.0 * parts.end_mass / length;
         if let Some(section) = parts.section() {
-            let [modulus, density] = parts.modulus_and_density();
+            let [modulus, density] = parts.material.modulus_and_density();
             *skeleton = parts.between_joints(modulus * section.area / length);
             *of_skeleton = density * section.area + ends;
         }
@@ -307,7 +359,7 @@ impl MaterialSettings {
     /// The bending stiffness `E I` of a skeleton bar, N m^2. `None` if skeleton has plain numbers instead of a section.
     pub(super) fn bending(&self) -> Option<f64> {
         let section = self.parts.section()?;
-        let [modulus, _] = self.parts.modulus_and_density();
+        let [modulus, _] = self.parts.material.modulus_and_density();
         Some(modulus * section.second_moment)
     }
 }
@@ -316,10 +368,5 @@ impl Scene {
     /// True if bars of skeleton are tubes, rods or struts.
     fn has_sections(&self) -> bool {
         self.materials.parts.skeleton != SkeletonPart::Numbers
-    }
-
-    /// True if bars of skeleton are parts of a material that the scene describes.
-    fn has_own_material(&self) -> bool {
-        self.has_sections() && self.materials.parts.material == PartMaterial::Own
     }
 }

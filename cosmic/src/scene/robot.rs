@@ -49,10 +49,6 @@ settings! {
         /// Whether the robot is its own mirror image, front and back: bars that mirror one another have one design, and the
         /// gait back of the policy "gaits" is the mirror image of the gait ahead. The payload must be in the middle.
         mirror: bool = false, since 5, source "beyond the paper";
-        /// Units of the small lengths and of the bounds that the method contains. `relative`: ten spacings count as 1 m
-        /// (of a truss, ten median lengths of its edges), so that a lattice of any size is treated alike. `absolute`:
-        /// metres, as in runs before version 3.
-        units: Units = Units::Relative, since 3 before "absolute", source "D4";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file, or the
         /// name of a lattice that the program adds.
         file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
@@ -71,27 +67,7 @@ settings! {
     }
 }
 
-settings! {
-    /// The units of the small lengths and of the bounds that the method contains.
-    #[derive(Default)]
-    enum Units {
-        /// Ten spacings count as 1 m.
-        #[default]
-        Relative = "relative",
-        /// Metres and seconds.
-        Absolute = "absolute",
-    }
-}
-
 impl LatticeSettings {
-    /// The [scale](Lattice::scale) of a lattice whose neighbouring nodes have this distance, m.
-    pub(crate) fn scale(&self, spacing: f64) -> f64 {
-        match self.units {
-            Units::Relative => Lattice::SPACINGS * spacing,
-            Units::Absolute => 1.0,
-        }
-    }
-
     /// True if the nodes and edges come from a truss file or from a program, and not from columns and rows.
     pub fn is_truss(&self) -> bool {
         self.file.truss().is_some()
@@ -141,16 +117,6 @@ settings! {
             auto "16.384 s times the time scale, divided by `dt`", source "paper, table 2";
         /// Integration method.
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
-        /// Number of times that an implicit step solves its equations, each time about the last result. Once is
-        /// inaccurate: it brakes stiff robots that turn.
-        passes: usize = 2, allowed within(1.0, 16.0), since 6,
-            read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
-            source "found by experiment";
-        /// Share of an implicit step after which forces are taken. With 1, the end of the step, vibrations are damped; near
-        /// 0.5 the step is of second order. In a step in which a node lands it is 1.
-        theta: f64 = 1.0, allowed within(0.5, 1.0), since 8,
-            read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
-            source "beyond the paper: theta method";
         /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
         /// output is constant during them.
         substeps: usize = 1, allowed within(1.0, MOST_SUBSTEPS),
@@ -164,8 +130,6 @@ settings! {
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
         /// Extra mass of the payload, whose node is `lattice.payload`, or the nodes that a truss file names.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
-        /// Height of the ground line at x = 0. `[ground]` has the profile above this line.
-        ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
         /// Angle of the ground.
         incline_deg: f64 = 0.0, allowed within(-80.0, 80.0), unit "degrees",
             source "paper: 0, and 15 for the incline";
@@ -193,6 +157,15 @@ settings! {
             source "found by experiment";
         /// What an optimisation does if the time step is so long that the robot's vibrations grow.
         unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
+    } of cases {
+        /// Height of the ground line at x = 0, m.
+        ground_height: f64 = 0.1, source "D1";
+        /// Number of times that an implicit step solves its equations, each time about the last result. Once is
+        /// inaccurate: it brakes stiff robots that turn.
+        passes: usize = 2, source "found by experiment";
+        /// Share of an implicit step after which forces are taken. With 1, the end of the step, vibrations are damped; near
+        /// 0.5 the step is of second order. In a step in which a node lands it is 1.
+        theta: f64 = 1.0, source "theta method";
     }
 }
 
@@ -300,17 +273,11 @@ settings! {
         clock: ClockKind = ClockKind::Fixed, since 4, source "paper: fixed";
         /// Position of the goal along the ground and above it, from the world's origin.
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
-            read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
+            read "with a `goal_scale` above 0, or for the task `reach`" if |s: &Scene| s.controller.goal_scale > 0.0 || s.reaches(),
             source "paper: 2, 0.1";
         /// Factor on the goal in the observation.
         goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m", auto "0.05 / m divided by `l / 0.5 m`; 3 / m for a given goal",
             source "D3, found by experiment";
-        /// Whether the goal is given relative to the mean node position.
-        goal_relative: bool = false,
-            read "with a `goal_scale` above 0 and a fixed goal" if |s: &Scene| {
-                s.controller.goal_scale > 0.0 && s.controller.goals != GoalKind::Given
-            },
-            source "D3; paper: false";
         /// The goals for which the controller is trained: `goal`, a number of the controller; two such goals, of which the
         /// second is mirrored behind the origin; or goals that are given to every rollout and may change while the robot
         /// walks. With two goals the payload should get as far back as it gets ahead, and robots are ranked by the worse
@@ -332,6 +299,9 @@ settings! {
             auto "the first activations have the size that the gains `[2, 0.2]` give 36 nodes, 110 edges, 10 clock \
                   signals and 32 hidden units; times the care",
             source "found by experiment";
+    } of cases {
+        /// Whether the goal is given relative to the mean node position.
+        goal_relative: bool = false, source "D3; paper: false";
     }
 }
 
