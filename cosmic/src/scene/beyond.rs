@@ -14,15 +14,13 @@ settings! {
         task: TaskKind = TaskKind::Far, since 1,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
-        /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes
-        /// in use. Every task, every reported distance and every choice by distance follows it; only an `own_loss`
-        /// reads what it likes. The centre of mass and the mean node count from the payload's place at the start.
+        /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes in
+        /// use, each from the payload's place at the start.
         body: MovedBody = MovedBody::Payload, since 3, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
         own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
-        /// Weight of the second term of a task. For "reach": of the payload's speed, of which 1 m/s counts as a distance of
-        /// 0.2 m from the goal. For "economy": of the energy, of which the actuators may give 100 J per kilogram of the
-        /// robot for 1 m.
+        /// Weight of the second term of a task. With 1, "reach" counts a speed of 1 m/s as 0.2 m from the goal, and "economy"
+        /// 1 J per kilogram of the robot as 0.01 m.
         weight: f64 = 1.0, allowed within(0.0, 1e6), since 1,
             read "with the tasks `reach` and `economy`" if |s: &Scene| {
                 [TaskKind::Reach, TaskKind::Economy].contains(&s.objective.task) && s.has_task()
@@ -81,8 +79,8 @@ settings! {
     struct RobustSettings {
         /// Number of random variations per gradient, drawn anew in every iteration; 0 for the nominal robot only.
         samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
-        /// Factor on the largest deviations of the robot. With 1 they are 2 % of a spacing for a coordinate of the start,
-        /// and 10 % for the stiffness of an edge and for the mass of a node.
+        /// Factor on the largest deviations of the robot: 2 % of a spacing for a coordinate of the start, and 10 % for the
+        /// stiffness of an edge and the mass of a node.
         spread: f64 = 1.0, allowed within(0.0, 9.0), since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
@@ -110,10 +108,9 @@ pub struct Scatter {
 settings! {
     /// The goals for which a controller is trained and by which robots are ranked, if goals are inputs of a rollout.
     struct GoalsSettings {
-        /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration. Half of the goals are
-        /// ahead of the payload and half behind it, as far as a goal of a sequence is from the goal before it.
+        /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration, half of them behind.
         samples: usize = 8, allowed within(1.0, 1e4), since 5, source "beyond the paper";
-        /// Number of goals, one after the other, of a rollout in which robots are ranked. Each holds for the same time.
+        /// Number of goals, one after the other, of a rollout in which robots are ranked.
         count: usize = 3, allowed within(1.0, 64.0), since 5, source "beyond the paper";
         /// The two places along the ground between which goals are drawn, counted from the payload at the start.
         along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",

@@ -7,9 +7,8 @@ use crate::settings::{ITERATIONS, SHARE, within};
 settings! {
     /// The softmax projections from design vectors to mixtures.
     struct ProjectionSettings {
-        /// Number that is subtracted, before every projection, from an edge's entry for the solid material that the
-        /// edge does not have in the layout "filled". A large number fixes the solid materials, so that only the
-        /// topology is designed.
+        /// Number that is subtracted from an edge's entry for the solid material that it does not have in the layout
+        /// "filled". 1 fixes the solid materials, so that only the topology is designed.
         hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
@@ -39,8 +38,7 @@ settings! {
         layout: Layout = Layout::Short,
             read "with the starts `three_legged` and `layout`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Layout].contains(&s.start.kind),
             source "paper: tall";
-        /// Mean surplus of void. The surplus grows from nearly zero at one side to twice the mean at the opposite side.
-        /// The seed decides which sides these are.
+        /// Mean surplus of void, which grows from a side that the seed draws to the opposite side.
         tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
     }
 }
@@ -78,8 +76,7 @@ settings! {
 settings! {
     /// Requirements on layouts beside their volumes. A bar is an edge of solid material.
     struct DesignSettings {
-        /// Whether all bars must be connected with the payload. If so, the weight of a node in the mean position and in
-        /// the observation depends on how solid its edges are, and is 0 for a node without a bar.
+        /// Whether all bars must be connected with the payload. Nodes without a bar are then not observed.
         one_piece: bool = true, since 1 before false, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
         free_ends: bool = true, since 1,
@@ -101,8 +98,8 @@ settings! {
     struct VolumeSettings {
         /// Smallest and largest share of solid edges, which are skeleton or actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE,
-            auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, so that bars cost \
-                  little, and for a truss with fewer than three edges per node, which has none to spare",
+            auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, and for a truss with \
+                  fewer than three edges per node",
             source "paper, table 2";
         /// Smallest and largest share of actuator edges.
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE,
@@ -121,8 +118,7 @@ settings! {
 settings! {
     /// The augmented Lagrangian of the four binarisation measures, and the attraction of edges to a single material.
     struct BinarisationSettings {
-        /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints in
-        /// the optimiser of the design.
+        /// How the measures are held below their thresholds: by terms of the objective, or by constraints.
         method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
         /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";

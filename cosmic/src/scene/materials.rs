@@ -32,14 +32,13 @@ settings! {
     /// actuator is a device of a given mass and stroke. Stiffness and mass follow from the bar's rest length.
     struct PartsSettings {
         /// What a bar of skeleton is: plain numbers, those of `[materials]`; or a tube, a round rod or a printed strut with
-        /// a square section. A part has the stiffness `E A / l` in series with the joints at its two ends, where `E` is
-        /// Young's modulus, `A` the area of the section and `l` the rest length of the bar.
+        /// a square section.
         skeleton: SkeletonPart = SkeletonPart::Numbers, since 7, source "paper: numbers";
-        /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3, pultruded tubes (Goodwinds, technical
-        /// material specifications). "glass": 41 GPa and 2000 kg/m3, pultruded rods (Goodwinds). "aluminium": 69 GPa and
-        /// 2700 kg/m3, alloy 6061 (makeitfrom.com). "steel": 200 GPa and 7800 kg/m3, AISI 304 (makeitfrom.com). "pla": 3.0
-        /// GPa and 1260 kg/m3, printed without gaps (data sheet of Stratasys PLA, specimens printed on edge). A material
-        /// of one's own is `[modulus, density]`, such as `[2e9, 900]` for 2 GPa and 900 kg/m3.
+        /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3 (pultruded tubes, Goodwinds). "glass": 41 GPa
+        /// and 2000 kg/m3 (pultruded rods, Goodwinds). "aluminium": 69 GPa and 2700 kg/m3 (alloy 6061, makeitfrom.com).
+        /// "steel": 200 GPa and 7800 kg/m3 (AISI 304, makeitfrom.com). "pla": 3.0 GPa and 1260 kg/m3 (Stratasys PLA,
+        /// printed on edge). A material of one's own is `[modulus, density]`, such as `[2e9, 900]` for 2 GPa and 900
+        /// kg/m3.
         material: PartMaterial = PartMaterial::Stock(StockMaterial::Carbon), allowed above(0.0, 1e13), since 7,
             read "with a tube, a rod or a strut" if Scene::has_sections,
             source "beyond the paper";
@@ -51,8 +50,7 @@ settings! {
         inner: f64 = 0.004, allowed within(0.0, 1.0), unit "m", since 7,
             read "with a tube" if |s: &Scene| s.materials.parts.skeleton == SkeletonPart::Tube,
             source "beyond the paper";
-        /// Stiffness of one joint along its bar, or "off" for rigid joints. Every part and every device has a joint at
-        /// either end.
+        /// Stiffness of one joint along its bar. Every part and every device has a joint at either end; "off": rigid.
         joint: Option<f64> = None, allowed above(0.0, 1e12), unit "N/m", since 7,
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
@@ -60,43 +58,38 @@ settings! {
         end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg", since 7,
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
-        /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass`, of
-        /// any length. The stiffness of a device is that of `materials.stiffness`, in series with its two joints. The law
-        /// `actuator` has its force and its speed.
+        /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass` and
+        /// the stiffness of `materials.stiffness`, in series with its two joints.
         actuator: ActuatorPart = ActuatorPart::Numbers, since 7, source "paper: numbers";
-        /// Mass of a device, with all that lengthens it to the length of its bar, but without `end_mass`.
+        /// Mass of a device and of what lengthens it to its bar, without `end_mass`.
         actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg", since 7,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Stroke of a device: its greatest length minus its smallest length. A scene is refused if the longest bar needs
-        /// more for its largest actuation strain in both directions.
+            source "data sheet";
+        /// Stroke of a device. A scene is refused if the longest bar needs more for its largest actuation strain in both
+        /// directions.
         stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m", since 7,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Smallest length of a device, from joint to joint, or "off" if it is not known. A device is longer than its
-        /// stroke, because its rod slides into its body. The verdict compares it with the bars.
+            source "data sheet";
+        /// Smallest length of a device, from joint to joint, which the verdict compares with the bars.
         length: Option<f64> = None, allowed above(0.0, 10.0), unit "m", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Largest force of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
-        /// compares it with the forces in the walk.
+            source "data sheet";
+        /// Largest force of a device, which the verdict compares with the walk; "off": that of the law `actuator`.
         force: Option<f64> = None, allowed above(0.0, 1e6), unit "N", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Largest speed of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
-        /// compares it with the speeds in the walk.
+            source "data sheet";
+        /// Largest speed of a device, which the verdict compares with the walk; "off": that of the law `actuator`.
         speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Bore of a pneumatic cylinder, or "off" for a device that needs no air. With a bore, reports say how much air
-        /// the robot needs: every movement fills a chamber of the cylinder.
+            source "data sheet";
+        /// Bore of a pneumatic cylinder; "off": the device needs no air. Reports then say how much air the robot needs.
         bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
+            source "data sheet";
         /// Pressure of the air in a cylinder, above that of the atmosphere.
         pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa", since 8,
             read "with a bore" if |s: &Scene| s.materials.parts.cylinder().is_some(),
-            source "beyond the paper: that of a usual compressed-air line";
+            source "beyond the paper";
     }
 }
 

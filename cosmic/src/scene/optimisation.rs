@@ -27,14 +27,12 @@ settings! {
         /// Iteration of the hard snap; 0 for a "layout" start, which has no snap.
         snap_at: usize = 240, allowed ITERATIONS,
             auto "four fifths of `iterations`; 0 for a \"layout\" start", source "paper: 240";
-        /// Number of trials at the snap. Each trial changes the material of one of the edges with the least confidence
-        /// and takes a full rollout. The best layout is kept.
+        /// Number of trials of another material for one of the least confident edges, at the snap.
         snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
-        /// Number of trials in each polish after the snap. Each trial changes the material of the edge for which the
-        /// gradient promises most. All trials take a short rollout, and the best quarter a full one. The best layout is
-        /// kept.
+        /// Number of trials of another material for the edge for which the gradient promises most, in every third
+        /// iteration after the snap.
         polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
@@ -98,21 +96,18 @@ settings! {
 settings! {
     /// Bounds on gradients.
     struct GradientSettings {
-        /// Weight of the earlier design gradients in the running mean that moves the design. Each gradient is bounded
-        /// before it enters the mean. 0 uses only the newest gradient.
+        /// Weight of the earlier design gradients in the running mean that moves the design.
         design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
-        /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
+        /// Bound on the norm of the state's cotangent in the reverse sweep.
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
-        /// Memory for the states that a gradient keeps of its rollout, or of all rollouts that a thread runs together;
-        /// "off" for no limit. If the memory is too small, some steps are computed again. The gradient does not depend
-        /// on it.
+        /// Memory for the states that a gradient keeps of the rollouts of a thread; "off": no limit. The gradient does not
+        /// depend on it: if the memory is too small, steps are computed again.
         memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
-        /// Number type of the rollouts during the optimisation: for gradients, for trials of other materials, and for
-        /// the full rollout of an iteration. Medians over perturbed starts, which choose controllers and are the
-        /// results, are always in f64.
+        /// Number type of the rollouts during the optimisation. Medians over perturbed starts, which choose controllers and
+        /// are the results, are always in f64.
         precision: GradientPrecision = GradientPrecision::F64, since 1, source "paper silent";
     }
 }
@@ -168,7 +163,7 @@ settings! {
     /// The choice of the controller that is delivered, and the measurement of designs.
     struct SelectionSettings {
         /// The last controller, the one with the best median over perturbed starts, or the one with the best robust
-        /// displacement. For an unreliable robot, the 10 % quantile replaces the median.
+        /// displacement: the 10 % quantile over robots that vary a little.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
         /// Distance by which each coordinate of a perturbed start is moved, in units of ten spacings.
         perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), source "found by experiment";

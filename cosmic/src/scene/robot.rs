@@ -41,16 +41,14 @@ settings! {
         kind: LatticeKind = LatticeKind::Rectangular, since 1,
             read "without a `file`" if Scene::is_generated,
             source "D1";
-        /// Number of the node that carries `physics.payload_mass`. It is row * columns + column, counted from 0 at the
-        /// lower left. A truss file names its own payload.
+        /// Number of the node that carries `physics.payload_mass`: row * columns + column, from 0 at the lower left.
         payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0", since 3,
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
-        /// Whether the robot is its own mirror image, front and back: bars that mirror one another have one design, and the
-        /// gait back of the policy "gaits" is the mirror image of the gait ahead. The payload must be in the middle.
+        /// Whether the robot is its own mirror image, front and back, with the payload in the middle. With the policy "gaits"
+        /// so are the gaits ahead and back.
         mirror: bool = false, since 5, source "beyond the paper";
-        /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file, or the
-        /// name of a lattice that the program adds.
+        /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file.
         file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
     }
 }
@@ -109,18 +107,16 @@ settings! {
     struct PhysicsSettings with ground: GroundSettings {
         /// Time step.
         dt: f64 = 0.002, allowed within(1e-9, 1.0), unit "s",
-            auto "0.002 s times the time scale `sqrt((l / 0.5 m) (9.81 m/s2 / g))`, where `l` is the extent of the lattice \
-                  along the ground, or less if the largest number of substeps is not stable for every design",
+            auto "0.002 s times the time scale, or less if the largest number of substeps is not stable for every design",
             source "paper, table 2";
         /// Number of steps of a rollout.
         steps: usize = 8192, allowed STEPS,
             auto "16.384 s times the time scale, divided by `dt`", source "paper, table 2";
         /// Integration method.
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
-        /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
-        /// output is constant during them.
+        /// Number of mechanical steps per step of the controller.
         substeps: usize = 1, allowed within(1.0, MOST_SUBSTEPS),
-            auto "the smallest number with which a substep is at most 0.97 of the step that is stable for every design",
+            auto "the smallest number whose substep is at most 0.97 of the step that is stable for every design",
             since 1, source "paper: 1";
         /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
@@ -128,7 +124,7 @@ settings! {
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
         /// Mass of a node without its edges.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
-        /// Extra mass of the payload, whose node is `lattice.payload`, or the nodes that a truss file names.
+        /// Extra mass of the payload.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
         /// Angle of the ground.
         incline_deg: f64 = 0.0, allowed within(-80.0, 80.0), unit "degrees",
@@ -146,12 +142,10 @@ settings! {
         bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", since 1, source "paper: 0";
         /// Forces in addition to springs and bending, by the names of their laws.
         forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
-        /// Whether void edges pull. If they are dropped, the void edges of a one-hot layout do not pull.
+        /// Whether the void edges of a one-hot layout pull.
         void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
-        /// The speed of a node above which a rollout counts as diverged, or "off". A robot with such a
-        /// node has flown apart, and its displacement means nothing. Nodes reach 13 m/s in delivered
-        /// robots, about 50 m/s in undecided robots that hold together, and several hundred in robots
-        /// that fly apart.
+        /// The speed of a node above which a rollout counts as diverged. Nodes reach 13 m/s in delivered robots, about 50
+        /// m/s in undecided robots that hold together, and several hundred in robots that fly apart.
         speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s",
             auto "100 m/s times `l / 0.5 m` divided by the time scale", since 1 before "off",
             source "found by experiment";
@@ -256,8 +250,8 @@ impl PhysicsSettings {
 settings! {
     /// The controller: policy, size, inputs, goals and initial weights.
     struct ControllerSettings {
-        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), a
-        /// network with hidden units for each direction of a given goal, or a policy that the program adds.
+        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), or a
+        /// network with hidden units for each direction of a given goal.
         policy: Chosen = Chosen::policy(), since 2, source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
@@ -268,8 +262,7 @@ settings! {
             auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
                   0.25 to 4)",
             source "paper: 10";
-        /// Whether the frequency of the clock is a design variable. If it is, it begins at `omega`, and the optimisation of
-        /// the controller changes it.
+        /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, since 4, source "paper: fixed";
         /// Position of the goal along the ground and above it, from the world's origin.
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",

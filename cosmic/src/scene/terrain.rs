@@ -17,8 +17,7 @@ settings! {
         profile: ProfileKind = ProfileKind::Flat, since 1,
             read "with a contact law that has a ground" if |s: &Scene| s.physics.contact.has_ground(),
             source "paper: flat";
-        /// For "points": the corners of the profile, each as its place along the ground and its height. Two corners at
-        /// the same place are a vertical wall.
+        /// For "points": the corners of the profile.
         points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
@@ -26,8 +25,7 @@ settings! {
         from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
-        /// For "steps" and "rough": the number of steps or of drawn heights. Beyond the last one the ground is flat:
-        /// rough ground ends after `count + 1` times `spacing`.
+        /// For "steps" and "rough": the number of steps or of drawn heights. Beyond the last one the ground is flat.
         count: usize = 10, allowed within(1.0, 62.0), since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
