@@ -186,36 +186,29 @@ fn the_energy_of_a_step_is_accounted_for() {
     }
 }
 
-/// In the air, the budget closes without a look at the directions of the bars: with two passes, and with forces near the
-/// middle of the step.
+/// In the air, the budget closes without a look at the directions of the bars.
 #[test]
 fn the_energy_of_a_flight_is_accounted_for() {
-    for theta in [1.0, 0.6] {
-        let mut case = robot(
-            "physics = {integrator = 'implicit', contact = 'none', damping = 2.0, forces = ['damper']}",
+    let case = robot(
+        "physics = {integrator = 'implicit', contact = 'none', damping = 2.0, forces = ['damper']}",
+    );
+    let seen = metered(&case, 40);
+    for k in 0..40 {
+        let [before, after] = [&seen.states[k], &seen.states[k + 1]];
+        let (dt, decay) = (
+            case.physics.dt,
+            (-case.physics.damping * case.physics.dt).exp(),
         );
-        case.physics.theta = theta;
-        let seen = metered(&case, 40);
-        for k in 0..40 {
-            let [before, after] = [&seen.states[k], &seen.states[k + 1]];
-            let (dt, decay) = (
-                case.physics.dt,
-                (-case.physics.damping * case.physics.dt).exp(),
-            );
-            let sum = |k: usize| seen.effort(k).net.iter().sum::<f64>();
-            let mut left = sum(k + 1) - sum(k);
-            for (node, mass) in case.body().mass.iter().enumerate() {
-                let (v, end) = (before.v[node], after.v[node]);
-                let gravity = Vector::new([0.0, -case.physics.gravity * dt]);
-                let pushed = v * (decay - 1.0) + gravity;
-                left += mass * (pushed.dot((v + end) * 0.5) - 0.5 * (end.dot(end) - v.dot(v)));
-            }
-            // As above.
-            assert!(
-                (left / dt).abs() < 1e-9,
-                "theta {theta}, step {k}: {left:e} J"
-            );
+        let sum = |k: usize| seen.effort(k).net.iter().sum::<f64>();
+        let mut left = sum(k + 1) - sum(k);
+        for (node, mass) in case.body().mass.iter().enumerate() {
+            let (v, end) = (before.v[node], after.v[node]);
+            let gravity = Vector::new([0.0, -case.physics.gravity * dt]);
+            let pushed = v * (decay - 1.0) + gravity;
+            left += mass * (pushed.dot((v + end) * 0.5) - 0.5 * (end.dot(end) - v.dot(v)));
         }
+        // As above.
+        assert!((left / dt).abs() < 1e-9, "step {k}: {left:e} J");
     }
 }
 

@@ -157,9 +157,6 @@ settings! {
         /// Number of times that an implicit step solves its equations, each time about the last result. Once is
         /// inaccurate: it brakes stiff robots that turn.
         passes: usize = 2, source "found by experiment";
-        /// Share of an implicit step after which forces are taken. With 1, the end of the step, vibrations are damped; near
-        /// 0.5 the step is of second order. In a step in which a node lands it is 1.
-        theta: f64 = 1.0, source "theta method";
     }
 }
 
