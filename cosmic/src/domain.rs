@@ -11,7 +11,7 @@ use crate::lattice::State;
 use crate::policy::{Controller, Goals};
 use crate::projection::Variation;
 use crate::random::symmetric;
-use crate::scene::{GoalsSettings, RobustSettings};
+use crate::scene::{GoalsSettings, Scatter};
 use crate::simulator::{Span, Trajectory};
 use crate::task::Task;
 
@@ -82,19 +82,17 @@ pub fn rollouts<R: Real>(
 
 /// Draws a random variation of `task`. The robot starts at rest, near its initial positions. Every number is drawn even
 /// if its range is zero, so that switching one range off does not change the other draws.
-pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> Domain<'static> {
+pub fn draw(task: &Task, scatter: &Scatter, stream: &mut ChaCha8Rng) -> Domain<'static> {
     let mut factor = |range: f64| 1.0 + symmetric(stream, range);
-    let friction = factor(settings.friction);
+    let friction = factor(scatter.friction);
     let lattice = &task.lattice;
     let (edges, scale) = (lattice.edges.iter(), lattice.scale);
     let variation = Variation {
-        stiffness: edges.map(|_| factor(settings.stiffness)).collect(),
-        mass: (0..lattice.nodes())
-            .map(|_| factor(settings.mass))
-            .collect(),
+        stiffness: edges.map(|_| factor(scatter.stiffness)).collect(),
+        mass: (0..lattice.nodes()).map(|_| factor(scatter.mass)).collect(),
     };
     let rest = lattice.state_at_rest();
-    let mut moved = |x: f64| x + symmetric(stream, settings.start * scale);
+    let mut moved = |x: f64| x + symmetric(stream, scatter.start * scale);
     Domain {
         task: Cow::Owned(task.varied(variation, friction)),
         start: State {
@@ -177,12 +175,12 @@ fn from_payload(task: &Task, start: &State<f64>, along: f64) -> Vector<f64> {
 /// Draws several [variations](draw) of `task`, one after the other.
 pub fn draw_many(
     task: &Task,
-    settings: &RobustSettings,
+    scatter: &Scatter,
     count: usize,
     mut stream: ChaCha8Rng,
 ) -> Vec<Domain<'static>> {
     (0..count)
-        .map(|_| draw(task, settings, &mut stream))
+        .map(|_| draw(task, scatter, &mut stream))
         .collect()
 }
 

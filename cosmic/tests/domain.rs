@@ -2,12 +2,12 @@ use crate::small::lattice;
 use cosmic::design::{Design, Material};
 use cosmic::domain::draw;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{RobustSettings, Scene};
+use cosmic::scene::{Scatter, Scene};
 use cosmic::task::Task;
 
 #[test]
 fn without_ranges_the_domain_is_the_nominal_one() {
-    let none = "base = \"stability\"\n[robust]\nsamples = 1\nstart = 0\nfriction = 0\nstiffness = 0\nmass = 0";
+    let none = "base = \"stability\"\n[robust]\nsamples = 1\nspread = 0\nfriction = 0";
     let scene = Scene::parse("none", none).unwrap();
     let task = &Task::new(
         lattice(3, 2, 0.0),
@@ -16,11 +16,11 @@ fn without_ranges_the_domain_is_the_nominal_one() {
         &scene.materials,
         &scene.projection,
     );
-    let none = scene.robust;
+    let none = scene.robust.scatter();
     let domain = draw(task, &none, &mut stream(3, Purpose::DomainRandomisation));
     assert_eq!(domain.start, task.lattice.state_at_rest());
     assert_eq!(domain.task.physics, task.physics);
-    let some = RobustSettings { mass: 0.1, ..none };
+    let some = Scatter { mass: 0.1, ..none };
     let [a, b] =
         [4, 4].map(|seed| draw(task, &some, &mut stream(seed, Purpose::DomainRandomisation)));
     let design = Design::Layout(vec![Material::Skeleton; task.lattice.edges.len()]);

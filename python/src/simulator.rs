@@ -222,7 +222,7 @@ impl Simulator {
         check: bool,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let gradient = &self.scene.gradient;
-        let every = gradient.cotangent_every;
+        let every = scene::GradientSettings::COTANGENT_EVERY;
         let bound = gradient.cotangent_bound.filter(|_| bounded);
         let bars = [x_bar, v_bar];
         caught(|| {

@@ -58,25 +58,6 @@ fn every_integrator_has_its_order() {
     }
 }
 
-/// With forces from the middle of the step, an implicit step is of second order, unless drag slows the nodes down. A little
-/// later it is of first order again, with a tenth of the error.
-#[test]
-fn theta_near_one_half_gains_an_order() {
-    const TIME: f64 = 0.128;
-    let run = |integrator, theta, steps: usize| {
-        let (mut bare, start) = square(integrator, TIME / steps as f64, 1);
-        (bare.physics.theta, bare.physics.damping) = (theta, 0.0);
-        bare.run_to_end(&start, steps)
-    };
-    let truth = run(Integrator::Leapfrog, 1.0, 64 * 256);
-    let error = |theta, steps| distance(&run(Integrator::Implicit, theta, steps), &truth);
-    let order = (error(0.5, 128) / error(0.5, 256)).log2();
-    // As above.
-    assert!((order - 2.0).abs() < 0.1, "{order}");
-    let gain = error(1.0, 256) / error(0.55, 256);
-    assert!((5.0..20.0).contains(&gain), "{gain}");
-}
-
 #[test]
 fn leapfrog_falls_exactly() {
     for (integrator, exact) in ALL.into_iter().zip([false, true, false]) {

@@ -8,6 +8,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
+use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::{Plan, check_gradients_of};
 
@@ -78,8 +79,38 @@ impl Policy for Reflex {
     }
 }
 
+/// What only cases change: the goal is given relative to the robot, or the ground is at another height.
+#[derive(Clone, Copy, Debug, Default)]
+struct OfCases {
+    goal_relative: bool,
+    is_raised: bool,
+}
+
+const RELATIVE: OfCases = OfCases {
+    goal_relative: true,
+    is_raised: false,
+};
+
+const RAISED: OfCases = OfCases {
+    goal_relative: false,
+    is_raised: true,
+};
+
+impl OfCases {
+    fn set(self, scene: &mut Scene) {
+        scene.controller.goal_relative = self.goal_relative;
+        if self.is_raised {
+            scene.physics.ground_height = 0.3;
+        }
+    }
+}
+
 /// The case of a small robot with the policy `name`.
 fn robot(name: &str, settings: &str) -> Case {
+    robot_with(name, settings, OfCases::default())
+}
+
+fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
     let registry = Registry::default().with_policy("reflex", Reflex);
     let [goals, task] = match name {
         "gaits" | "mirrored" => [
@@ -96,7 +127,9 @@ fn robot(name: &str, settings: &str) -> Case {
         "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01\n{lattice}[controller]\nhidden = 6\n\
          policy = \"{name}\"\n{goals}{settings}{task}"
     );
-    let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
+    let mut scene = registry.parse("small", &text).unwrap();
+    of_cases.set(&mut scene);
+    let mut case = Case::of_scene(&scene, 1).unwrap();
     // No bias may be zero; otherwise the test would not notice a missing bias.
     let numbers = case.controller.numbers_mut().iter_mut().enumerate();
     numbers.for_each(|(k, number)| *number += 0.1 * (k as f64).sin());
@@ -108,14 +141,14 @@ fn robot(name: &str, settings: &str) -> Case {
 #[test]
 fn gradients_are_right_in_every_mode() {
     for name in POLICIES {
-        for settings in [
-            "goal_relative = true",
-            "goal_relative = true\n[design]\none_piece = false",
-            "offset_scale = 0.0",
-            "velocity_scale = 0.0",
-            "clock = \"learned\"",
+        for (settings, of_cases) in [
+            ("", RELATIVE),
+            ("[design]\none_piece = false", RELATIVE),
+            ("offset_scale = 0.0", OfCases::default()),
+            ("velocity_scale = 0.0", OfCases::default()),
+            ("clock = \"learned\"", OfCases::default()),
         ] {
-            let case = robot(name, settings);
+            let case = robot_with(name, settings, of_cases);
             let loss = Displacement::at_end(case.task().ground());
             let check = check_gradients_of(&loss, &case, 48, &Options::default());
             for group in &check.groups {
@@ -153,31 +186,28 @@ fn a_policy_cannot_have_the_block_of_a_learned_clock() {
 /// present.
 #[test]
 fn a_step_uses_the_observation() {
-    for (policy, settings) in [
-        ("mlp", "goal_relative = true"),
-        ("mlp", "offset_scale = 0.7\ngoal_scale = 0.3"),
-        ("mlp", "[design]\none_piece = false"),
-        (
-            "mlp",
-            "goal_relative = true\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
-        ),
-        (
-            "mlp",
-            "goals = \"given\"\ngoal = [0.3, 0.2]\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"",
-        ),
-        (
-            "mlp",
-            "goals = \"given\"\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"\n[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
-        ),
-        ("gaits", ""),
-        ("mirrored", ""),
-        ("mirrored", "[design]\none_piece = false"),
-        (
-            "gaits",
-            "[design]\none_piece = false\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
-        ),
+    let plain = OfCases::default();
+    let given =
+        "goals = \"given\"\ngoal = [0.3, 0.2]\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"";
+    let on_a_slope = "[design]\none_piece = false\n[physics]\nincline_deg = 12.0";
+    let given_on_a_slope = format!("{given}\n{on_a_slope}");
+    let relative_and_raised = OfCases {
+        is_raised: true,
+        ..RELATIVE
+    };
+    for (policy, settings, of_cases) in [
+        ("mlp", "", RELATIVE),
+        ("mlp", "offset_scale = 0.7\ngoal_scale = 0.3", plain),
+        ("mlp", "[design]\none_piece = false", plain),
+        ("mlp", "[physics]\nincline_deg = 12.0", relative_and_raised),
+        ("mlp", given, plain),
+        ("mlp", &given_on_a_slope, RAISED),
+        ("gaits", "", plain),
+        ("mirrored", "", plain),
+        ("mirrored", "[design]\none_piece = false", plain),
+        ("gaits", on_a_slope, RAISED),
     ] {
-        let case = robot(policy, settings);
+        let case = robot_with(policy, settings, of_cases);
         let (body, ground) = (case.body(), case.task().ground());
         let seen = observation(&case.observation, 0.0, &case.start, &body.presence, &ground);
         let network = Network::of(&case.controller, &case.lattice).unwrap();
@@ -208,11 +238,13 @@ fn a_policy_feels_its_bars() {
         }
     }
     let registry = Registry::default().with_policy("feels", Feels);
-    for physics in ["", "incline_deg = 12.0\nground_height = 0.3"] {
+    for (physics, of_cases) in [("", OfCases::default()), ("incline_deg = 12.0", RAISED)] {
         let text = format!(
             "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[controller]\npolicy = \"feels\"\n[physics]\n{physics}"
         );
-        let mut case = Case::of_scene(&registry.parse("feels", &text).unwrap(), 1).unwrap();
+        let mut scene = registry.parse("feels", &text).unwrap();
+        of_cases.set(&mut scene);
+        let mut case = Case::of_scene(&scene, 1).unwrap();
         let moved = case.start.x.iter_mut().chain(&mut case.start.v);
         for (k, vector) in moved.enumerate() {
             *vector += Vector::new([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);

@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 26] = [
+const WORLDS: [&str; 25] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -29,7 +29,7 @@ const WORLDS: [&str; 26] = [
     "physics = {contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = \
      'points', points = [[0.08, 0.0], [0.15, 0.01], [0.18, 0.003], [0.22, 0.01], [0.31, -0.01]]}",
     "physics.integrator = 'implicit'",
-    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, incline_deg = 15, passes = 3}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, incline_deg = 15}",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.3, substeps = 2, stiffening = 200, \
      forces = ['damper', 'stops']}\nstops.at = 0.05",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, dt = 0.003}\nmaterials.stiffness = \
@@ -46,7 +46,6 @@ const WORLDS: [&str; 26] = [
     "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}\nbumpers.distance = 0.9",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['bumpers']}\n\
      bumpers = {distance = 0.9, reach = 1}",
-    "physics = {integrator = 'implicit', theta = 0.55, contact = 'coulomb', friction = 0.4, forces = ['damper']}",
     "physics = {integrator = 'implicit', bending_radius = 0.02, contact = 'coulomb', friction = 0.4}",
     "physics = {contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = 'points', points = \
      [[0.07, -0.01], [0.07, 0.0], [0.22, 0.0], [0.22, -0.01], [0.32, -0.01], [0.32, 0.03]]}",
@@ -66,6 +65,8 @@ fn every_block_in_every_world_and_projection() {
             }
             let mut case = robot(world);
             case.projection = projection;
+            // Some implicit steps solve their equations three times.
+            case.physics.passes = 2 + k % 2;
             let lowest = least_height(&case.physics, &states(&case));
             // In the frame of an incline, the height of a node on the ground is zero except for rounding.
             touched += usize::from(lowest.abs() < 1e-12);

@@ -81,7 +81,7 @@ fn with_settings() -> [(Case, &'static [&'static str]); 4] {
          points = [[-1.0, 0.0], [0.15, -0.002], [2.0, -0.002]]",
     );
     let with_goals = robot(
-        "[controller]\ngoals = \"given\"\ngoal_scale = 3.0\n[objective]\ntask = \"reach\"\n[physics]\nincline_deg = 10.0\nground_height = 0.1",
+        "[controller]\ngoals = \"given\"\ngoal_scale = 3.0\n[objective]\ntask = \"reach\"\n[physics]\nincline_deg = 10.0",
     );
     [
         (

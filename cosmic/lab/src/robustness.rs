@@ -16,7 +16,7 @@ use cosmic::random::{Purpose, stream};
 use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
-use cosmic::scene::{RobustSettings, Scene};
+use cosmic::scene::{Scatter, Scene};
 use cosmic::simulator::Divergence;
 
 /// The format of the results.
@@ -28,8 +28,10 @@ const FORMAT: Format = Format {
 /// The results of several designs under random changes of the robots and their surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
-    /// The number of random draws, and the largest random changes.
-    pub scatter: RobustSettings,
+    /// The number of random draws.
+    pub samples: usize,
+    /// The largest random changes.
+    pub scatter: Scatter,
     /// The seed of the random draws.
     pub seed: u64,
     /// One entry per design.
@@ -108,8 +110,10 @@ pub struct RobustRun {
 /// domain.
 #[derive(Clone, Debug)]
 pub struct DrawnDomains {
-    /// The number of random draws, and the largest random changes.
-    pub scatter: RobustSettings,
+    /// The number of random draws.
+    pub samples: usize,
+    /// The largest random changes.
+    pub scatter: Scatter,
     /// The seed of the random draws.
     pub seed: u64,
     /// The scene in which all designs are simulated; if `None`, each design is simulated in its own scene.
@@ -127,6 +131,7 @@ pub struct DrawnDomains {
 pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
     let runs = runs.iter().map(|folder| one(folder, trial));
     Ok(Robustness {
+        samples: trial.samples,
         scatter: trial.scatter.clone(),
         seed: trial.seed,
         runs: runs.collect::<Result<_>>()?,
@@ -147,7 +152,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let (task, design) = (codesign.task(), case.own_design());
     let mut stream = stream(trial.seed, Purpose::Robustness);
     let draw = |_| draw(task, &trial.scatter, &mut stream);
-    let domains: Vec<Domain> = (0..trial.scatter.samples).map(draw).collect();
+    let domains: Vec<Domain> = (0..trial.samples).map(draw).collect();
     let reach = |domain: &Domain| {
         codesign
             .evaluator()

@@ -6,7 +6,7 @@ use crate::runs;
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic::scene::RobustSettings;
+use cosmic::scene::{RobustSettings, Scatter};
 use cosmic_lab::robustness::{DrawnDomains, RobustRun, measure};
 use std::path::PathBuf;
 
@@ -25,16 +25,16 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// Maximum change of a coordinate at the start, m
-    #[arg(long, value_name = "M", default_value_t = RobustSettings::default().start, value_parser = up_to(1.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", default_value_t = RobustSettings::default().scatter().start, value_parser = up_to(1.0), allow_negative_numbers = true)]
     start: f64,
     /// Maximum relative change of the coefficient of Coulomb friction
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().friction, value_parser = up_to(MOST), allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().scatter().friction, value_parser = up_to(MOST), allow_negative_numbers = true)]
     friction: f64,
     /// Maximum relative change of the stiffness of an edge
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().stiffness, value_parser = up_to(MOST), allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().scatter().stiffness, value_parser = up_to(MOST), allow_negative_numbers = true)]
     stiffness: f64,
     /// Maximum relative change of the mass of a node
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().mass, value_parser = up_to(MOST), allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().scatter().mass, value_parser = up_to(MOST), allow_negative_numbers = true)]
     mass: f64,
     /// Simulate all designs in this built-in scene or TOML file instead of their own scenes
     #[arg(long, value_name = "SCENE")]
@@ -61,14 +61,14 @@ fn up_to(most: f64) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone
 
 impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
-        let scatter = RobustSettings {
-            samples: self.samples.into(),
+        let scatter = Scatter {
             start: self.start,
             friction: self.friction,
             stiffness: self.stiffness,
             mass: self.mass,
         };
         let domains = DrawnDomains {
+            samples: self.samples.into(),
             scatter,
             seed: self.seed,
             scene: match &self.scene {

@@ -119,10 +119,7 @@ fn a_flight_in_mujoco_agrees_with_this_simulator() {
             "baseline_short",
             &["physics.incline_deg=-40", "physics.damping=0"],
         ),
-        (
-            "baseline_tall",
-            &["physics.substeps=3", "controller.goal_relative=true"],
-        ),
+        ("baseline_tall", &["physics.substeps=3"]),
         // A scene in which every actuator reaches its stops again and again.
         (
             "baseline_short",
@@ -148,10 +145,7 @@ fn a_flight_in_mujoco_agrees_with_this_simulator() {
         ("stability", &[]),
         // A scene in which nodes without a bar fly along and are observed.
         ("baseline_short", &["design.one_piece=false"]),
-        (
-            "stability",
-            &["physics.dt=0.001", "physics.ground_height=-0.3"],
-        ),
+        ("stability", &["physics.dt=0.001"]),
         (
             "five_by_five",
             &["lattice.kind=triangular", "lattice.drop=0.2"],

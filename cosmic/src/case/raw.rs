@@ -171,8 +171,6 @@ keys! {
     substeps: usize = physics.substeps,
     #[serde(default = "two", skip_serializing_if = "is_two")]
     passes: usize = physics.passes,
-    #[serde(default = "one", skip_serializing_if = "is_one")]
-    theta: f64 = physics.theta,
     contact: LawFile = physics.contact,
     mu: f64 = physics.friction,
     #[serde(default, skip_serializing_if = "is_default")]

@@ -33,7 +33,7 @@ impl CoDesign {
     /// Prepares the optimisation of a scene.
     ///
     /// # Errors
-    /// The errors of [`Scene::check`]; [`Error::Usage`] for optimiser settings that contradict one another.
+    /// The errors of [`Scene::check`].
     pub fn new(scene: &Scene) -> Result<Self> {
         Ok(Self {
             own_loss: false,
@@ -95,14 +95,11 @@ impl CoDesign {
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
         let mma = Mma::new(scene.mma.method(), &lower, &upper)
-            .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))?;
+            .expect("every allowed move limit suits the method");
         Ok(Self {
             own_loss: true,
             mma,
-            adam: Adam {
-                betas: scene.adam.betas,
-                epsilon: scene.adam.epsilon,
-            },
+            adam: Adam::default(),
             rules: LayoutRules::new(lattice, &scene.design),
             checked: None,
             evaluator,

@@ -10,6 +10,9 @@ use crate::objective::{Measures, measures};
 use crate::projection::Projection;
 use crate::scene::BinarisationMethod;
 
+/// Factor on the inequalities in MMA (found by experiment).
+const ROW_SCALE: f64 = 10.0;
+
 /// The constraints `f <= 0` with their values `f` and the gradients of `f`: the four volume bounds, then the
 /// binarisation measures if the scene treats them as constraints.
 #[derive(Default)]
@@ -32,7 +35,7 @@ impl Evaluator {
 
     /// Returns the constraints of a design update, and the gradient of the terms of the augmented Lagrangian. This
     /// gradient is empty if the binarisation measures are constraints. The volumes and the measures are computed from
-    /// the mixtures after the performance projection (D10). All constraints are scaled by `mma.volume_row_scale`.
+    /// the mixtures after the performance projection (D10). All constraints are multiplied by [`ROW_SCALE`].
     pub(super) fn rows_and_terms(
         &self,
         inputs: &Inputs<f64>,
@@ -53,11 +56,10 @@ impl Evaluator {
             let [a, b, c, d] = measures.constrained();
             [measures.volume, measures.actuator_volume, a, b, c, d]
         });
-        let scale = self.scene.mma.volume_row_scale;
         let mut rows = self.volume_rows(&[solid, actuator], now);
         for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
-            gradient.iter_mut().for_each(|g| *g *= scale);
-            rows.values.push(scale * (value - threshold));
+            gradient.iter_mut().for_each(|g| *g *= ROW_SCALE);
+            rows.values.push(ROW_SCALE * (value - threshold));
             rows.jacobian.push(gradient);
         }
         (rows, Vec::new())
@@ -66,13 +68,15 @@ impl Evaluator {
     /// The constraints for the volume bounds. `volumes` has the volume of solid material and the volume of actuators,
     /// each with its gradient.
     fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
-        let scale = self.scene.mma.volume_row_scale;
         let bounds = now.volume_bounds();
-        let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
+        let row =
+            |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * ROW_SCALE * g).collect();
         let mut rows = Constraints::default();
         for ((value, gradient), bound) in volumes.iter().zip([bounds.solid, bounds.actuator]) {
-            rows.values
-                .extend([scale * (value - bound.high), scale * (bound.low - value)]);
+            rows.values.extend([
+                ROW_SCALE * (value - bound.high),
+                ROW_SCALE * (bound.low - value),
+            ]);
             rows.jacobian
                 .extend([row(gradient, 1.0), row(gradient, -1.0)]);
         }

@@ -12,15 +12,14 @@ use super::schedule::Schedule;
 use crate::domain::{Domain, draw_goal, draw_goals, draw_many, perturbed};
 use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};
-use crate::scene::{GoalKind, RobustSettings, SelectionKind};
+use crate::scene::{GoalKind, Scatter, SelectionKind, SelectionSettings};
 use crate::simulator::Span;
 use crate::task::together;
 
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
-/// controllers: 1 % of a spacing in the start (with `lattice.units = "absolute"` 1 mm), 5 % of the friction, and 5 % of
-/// the stiffness of every edge. They are the same in all scenes, so that robots of different scenes can be compared.
-pub const VARIED: RobustSettings = RobustSettings {
-    samples: 1,
+/// controllers: 1 % of a spacing in the start, 5 % of the friction, and 5 % of the stiffness of every edge. They are the
+/// same in all scenes, so that robots of different scenes can be compared.
+pub const VARIED: Scatter = Scatter {
     start: 0.001,
     friction: 0.05,
     stiffness: 0.05,
@@ -48,7 +47,7 @@ impl Evaluator {
             0 => vec![self.nominal(); count],
             _ => {
                 let stream = stream(Purpose::DomainRandomisation);
-                draw_many(&self.task, robust, count, stream)
+                draw_many(&self.task, &robust.scatter(), count, stream)
             }
         };
         match goals {
@@ -123,7 +122,7 @@ impl Evaluator {
             }
             _ => {
                 let purpose = Purpose::DomainRandomisation;
-                (purpose, self.drawn(robust, seed, purpose))
+                (purpose, self.drawn(&robust.scatter(), seed, purpose))
             }
         };
         self.on_errands(domains, seed, purpose)
@@ -154,25 +153,21 @@ impl Evaluator {
         }
     }
 
-    pub(super) fn drawn(
-        &self,
-        settings: &RobustSettings,
-        seed: u64,
-        purpose: Purpose,
-    ) -> Vec<Domain<'_>> {
-        let count = self.scene.selection.perturbed_rollouts;
-        draw_many(&self.task, settings, count, stream(seed, purpose))
+    pub(super) fn drawn(&self, scatter: &Scatter, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+        let count = SelectionSettings::PERTURBED_ROLLOUTS;
+        draw_many(&self.task, scatter, count, stream(seed, purpose))
     }
 
     /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units
     /// of the lattice's scale, is added to or subtracted from every coordinate, at random.
     pub(super) fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
-        let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
-        let distance = settings.perturbation * self.task.lattice.scale;
+        let distance = self.scene.selection.perturbation * self.task.lattice.scale;
         let mut start = || perturbed(&self.start, distance, &mut stream);
         let domain = |_| Domain::of(&self.task, start());
-        (0..settings.perturbed_rollouts).map(domain).collect()
+        (0..SelectionSettings::PERTURBED_ROLLOUTS)
+            .map(domain)
+            .collect()
     }
 }
 

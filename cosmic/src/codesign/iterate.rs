@@ -4,11 +4,10 @@ use super::begin::CoDesign;
 use super::delivery::Delivery;
 use super::polish::polish;
 use super::progress::{Progress, Record};
-use super::schedule::{Phase, Schedule};
+use super::schedule::{Pass, Phase, Schedule};
 use crate::design::{Design, alternatives, attract, flips, snap};
 use crate::error::Result;
 use crate::objective::{measures, violations};
-use crate::scene::Pass;
 
 impl CoDesign {
     /// Optimises from a seed and calls `observe` with the record of every iteration. To stop early, to save or to

@@ -65,7 +65,7 @@ pub use quantiles::{Quantiles, quantile};
 pub use reach::{Reached, first_best};
 pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
 pub use review::Review;
-pub use schedule::{Phase, Schedule};
+pub use schedule::{Pass, Phase, Schedule};
 pub use settle::settle;
 pub use slope::{At, Slope};
 pub use slopes::Sought;

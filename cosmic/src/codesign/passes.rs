@@ -20,6 +20,17 @@ const EVALUATE_EVERY: usize = 10;
 /// ratio of 1 robots get less far in most worlds, and with 10 more of them are unreliable (`studies/options.md`).
 const TEMPO_RATE: f64 = 3.0;
 
+/// Bound on the norm of the displacement's design gradient (found by experiment).
+const DESIGN_NORM: f64 = 0.3;
+
+/// Bound on the norm of the whole controller gradient (found by experiment). The derivative by the tempo of a learned
+/// clock is bounded by itself, to a third of this bound.
+const CONTROLLER_NORM: f64 = 1.0;
+
+/// Factor by which a penalty weight is multiplied if the violation of its measure grew, and divided if it fell (paper,
+/// table 2).
+const PENALTY_GROWTH: f64 = 1.01;
+
 impl CoDesign {
     /// Updates the design once for the performance projection and once for the stability projection, and blends the two
     /// updates. Each projection has its own optimiser state. The multipliers of the augmented Lagrangian are updated
@@ -60,9 +71,9 @@ impl CoDesign {
         let shares = [1.0 - share, share];
         for (k, slope) in slopes.into_iter().enumerate() {
             let Some(mut slope) = slope else { continue };
-            let settings = &self.scene().gradient;
-            record.design_gradient[k] = Some(slope.bound(settings.design_norm));
-            slope.averaged(&mut progress.design_mean[k], settings.design_memory);
+            record.design_gradient[k] = Some(slope.bound(DESIGN_NORM));
+            let memory = self.scene().gradient.design_memory;
+            slope.averaged(&mut progress.design_mean[k], memory);
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
                 *g += term;
             }
@@ -83,9 +94,8 @@ impl CoDesign {
         clamp(&mut z);
         progress.design = Design::Undecided(z);
         if self.evaluator.is_augmented() {
-            let growth = self.scene().binarisation.penalty_growth;
             let (lagrangian, before) = (&mut progress.lagrangian, &progress.violations);
-            lagrangian.update(&record.violations, before, growth);
+            lagrangian.update(&record.violations, before, PENALTY_GROWTH);
         }
         progress.violations = record.violations;
     }
@@ -122,7 +132,7 @@ impl CoDesign {
             progress.note_slopes([&slope]);
         }
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
-            progress.note_candidate(reached.merit, self.scene().selection.candidates);
+            progress.note_candidate(reached.merit);
             if settle(&self.evaluator, progress, now, reached.merit) {
                 return;
             }
@@ -147,10 +157,9 @@ impl CoDesign {
         let tempos = usize::from(self.scene().controller.clock == ClockKind::Learned);
         let weights = slope.gradient.len() - tempos;
         let (others, tempo) = slope.gradient.split_at_mut(weights);
-        let bound = self.scene().adam.gradient_norm.unwrap_or(f64::INFINITY);
         let norms = [
-            bound_norm(others, bound),
-            bound_norm(tempo, bound / TEMPO_RATE),
+            bound_norm(others, CONTROLLER_NORM),
+            bound_norm(tempo, CONTROLLER_NORM / TEMPO_RATE),
         ];
         record.controller_gradient = Some(norms[0].hypot(norms[1]));
         let numbers = progress.controller.numbers_mut();

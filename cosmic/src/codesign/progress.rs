@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
-use super::schedule::Phase;
+use super::schedule::{Pass, Phase};
 use super::slope::Slope;
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
@@ -11,11 +11,13 @@ use crate::keys::{Cell, keys};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::policy::Controller;
-use crate::scene::Pass;
 use crate::simulator::{StepCheck, StepLimit};
 
 /// A run ends after this number of iterations if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;
+
+/// Number of controllers whose medians are compared: those with the best single rollouts (found by experiment).
+const CANDIDATES: usize = 6;
 
 /// The whole state of an optimisation. An optimisation that is saved and resumed continues with the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,8 +84,8 @@ impl Progress {
     }
 
     /// Inserts the current controller into the candidates, which are sorted by merit. Does nothing if the merit is not
-    /// finite or the controller is already a candidate. Keeps at most `most` candidates.
-    pub fn note_candidate(&mut self, merit: f64, most: usize) {
+    /// finite or the controller is already a candidate. Keeps the best [`CANDIDATES`].
+    pub fn note_candidate(&mut self, merit: f64) {
         let is_same = |c: &Candidate| c.controller == self.controller;
         if !merit.is_finite() || self.candidates.iter().any(is_same) {
             return;
@@ -96,7 +98,7 @@ impl Progress {
         };
         let place = self.candidates.partition_point(|c| c.merit >= merit);
         self.candidates.insert(place, candidate);
-        self.candidates.truncate(most);
+        self.candidates.truncate(CANDIDATES);
     }
 
     /// Returns an error if the loss was never finite: in ten or more iterations no gradient could be used, and the loss

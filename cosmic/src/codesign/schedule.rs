@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::design::VolumeBounds;
-use crate::scene::{Pass, Scene, StartKind};
+use crate::scene::{Scene, StartKind};
 
 /// A phase of an optimisation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,6 +37,38 @@ impl Phase {
         }
     }
 }
+
+/// What one iteration of the co-design updates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pass {
+    /// The design vectors. MMA updates them.
+    Design,
+    /// The controller's weights. Adam updates them.
+    Controller,
+}
+
+/// Sequence of passes, which repeats (paper: three to two).
+const CYCLE: [Pass; 10] = {
+    let [d, c] = [Pass::Design, Pass::Controller];
+    [d, c, d, c, d, d, c, d, c, d]
+};
+
+/// Confidence above which an edge is attracted to its material, at the start and at the end of the attraction (found by
+/// experiment).
+const CONFIDENCE: [f64; 2] = [0.9, 0.6];
+
+/// Change of the design vector of an attracted edge in an iteration, at the start and at the end of the attraction
+/// (found by experiment).
+const NUDGE: [f64; 2] = [0.002, 0.006];
+
+/// Iterations from one polish to the next. The first polish is right after the snap. No polish happens while the
+/// fine-tuning settles.
+const POLISH_EVERY: usize = 3;
+
+/// Ratio of the learning rate at the end of the fine-tuning to the rate at its start. The rate falls linearly. Once the
+/// fine-tuning settles, it falls to zero (found by experiment).
+const FINE_DECAY: f64 = 0.1;
 
 /// The value of a linear ramp at an iteration. The ramp begins with `ends[0]` at iteration `over[0]` and ends with
 /// `ends[1]` at iteration `over[1]`.
@@ -77,8 +109,7 @@ impl<'a> Schedule<'a> {
 
     /// What the iteration updates: the design or the controller.
     pub fn pass(&self) -> Pass {
-        let cycle = &self.scene.schedule.cycle;
-        cycle[(self.iteration - 1) % cycle.len()]
+        CYCLE[(self.iteration - 1) % CYCLE.len()]
     }
 
     /// The number of simulated steps that the gradient is computed over. A horizon that is longer than the rollout ends
@@ -107,10 +138,10 @@ impl<'a> Schedule<'a> {
     /// Two numbers for the attraction. The first is a threshold: if the share of an edge's dominant material exceeds
     /// it, the edge is moved towards that material. The second is the size of this move.
     pub fn attraction(&self) -> (f64, f64) {
-        let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
+        let schedule = &self.scene.schedule;
         let over = [schedule.attraction_from, schedule.snap_at];
         let at = |ends| ramp(self.iteration, ends, over);
-        (at(settings.confidence), at(settings.nudge))
+        (at(CONFIDENCE), at(NUDGE))
     }
 
     /// The number of iterations at the end of the fine-tuning in which controllers settle.
@@ -132,7 +163,7 @@ impl<'a> Schedule<'a> {
         let (schedule, start) = (&self.scene.schedule, self.scene.start.kind);
         let is_due = || {
             let tuned = self.iteration - schedule.snap_at - 1;
-            tuned.is_multiple_of(schedule.polish_every)
+            tuned.is_multiple_of(POLISH_EVERY)
         };
         // A scene that starts from a layout keeps that layout.
         let designs = start != StartKind::Layout && self.phase() == Phase::FineTuning;
@@ -146,7 +177,7 @@ impl<'a> Schedule<'a> {
             return adam.rate;
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
-        let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
+        let ends = [adam.fine_rate, adam.fine_rate * FINE_DECAY];
         // No rollout would measure the controller after the last update. So the rate falls to zero while controllers
         // settle.
         let left = if self.settles() {

@@ -27,8 +27,8 @@ pub struct Slope {
 
 impl Slope {
     /// Scales the gradient down if its norm is larger than the given norm. Returns the norm before scaling.
-    pub fn bound(&mut self, norm: Option<f64>) -> f64 {
-        bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
+    pub fn bound(&mut self, norm: f64) -> f64 {
+        bound_norm(&mut self.gradient, norm)
     }
 
     /// True if no variable has an influence on the loss: all derivatives are exactly zero.

@@ -12,7 +12,7 @@ use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
-use crate::scene::{GradientPrecision, MovedBody};
+use crate::scene::{GradientPrecision, GradientSettings, MovedBody};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
@@ -81,12 +81,11 @@ impl Evaluator {
     /// start of the clock, and the bound on its cotangents.
     fn horizon(&self, now: &Schedule, first: usize) -> Horizon {
         let gradient = &self.scene.gradient;
-        let every = gradient.cotangent_every;
         // The cotangent of a position is a loss per length.
         let per_length = self.unit() / self.task.lattice.scale;
         let bound = |norm: f64| CotangentBound {
             norm: norm * per_length,
-            every,
+            every: GradientSettings::COTANGENT_EVERY,
         };
         Horizon {
             first,

@@ -26,7 +26,7 @@ pub fn start(
         }
         StartKind::Uniform => vec![1.0 / 3.0; lattice.edges.len()],
         StartKind::Filled => vec![settings.void; lattice.edges.len()],
-        StartKind::Stability => stability_voids(lattice, settings.void_shift),
+        StartKind::Stability => stability_voids(lattice),
         StartKind::ThreeLegged => {
             let materials = layout_materials(settings.layout, lattice)?;
             let in_layout = |material: Material| match material {
@@ -126,12 +126,15 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
     allowed(materials, &lattice.rules)
 }
 
-/// The share of void in every edge, `1/3 + top * h`. Here `h` is the height of the edge's midpoint relative to the
+/// For the start "stability": the surplus of void at the topmost edge (paper: 0.12).
+const VOID_SHIFT: f64 = 0.12;
+
+/// The share of void in every edge, `1/3 + VOID_SHIFT * h`. Here `h` is the height of the edge's midpoint relative to the
 /// highest midpoint.
-fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
+fn stability_voids(lattice: &Lattice) -> Vec<f64> {
     let highest = lattice.midpoints().map(Vector::up).fold(0.0, f64::max);
     // All edges of a lattice with one row have the height 0.
     let highest = if highest > 0.0 { highest } else { 1.0 };
-    let void = |middle: Vector<f64>| 1.0 / 3.0 + top * middle.up() / highest;
+    let void = |middle: Vector<f64>| 1.0 / 3.0 + VOID_SHIFT * middle.up() / highest;
     lattice.midpoints().map(void).collect()
 }

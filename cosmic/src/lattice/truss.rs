@@ -24,7 +24,7 @@ pub struct Lattice<const D: usize = 2> {
     /// The distance between neighbouring nodes, in metres. For a truss, it is the median length of the edges.
     pub spacing: f64,
     /// The length that counts as 1 m in the small lengths and the bounds that the method contains, in metres: ten
-    /// spacings, which are 1 m in the paper's scenes, or 1 m (`lattice.units`).
+    /// spacings, which are 1 m in the paper's scenes.
     pub scale: f64,
     /// The nodes with extra mass, at least one. In reports and losses, the payload is the first one.
     pub payload: Vec<Payload>,

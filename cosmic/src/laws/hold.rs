@@ -55,13 +55,13 @@ pub(crate) struct Under<A> {
 
 /// The number of a mask: 1 for yes, 0 for no.
 #[inline(always)]
-pub(crate) fn truth<R: Real>(mask: R::Mask) -> R {
+fn truth<R: Real>(mask: R::Mask) -> R {
     R::select(mask, R::one(), R::zero())
 }
 
 /// The mask of a number that is 1 for yes and 0 for no.
 #[inline(always)]
-pub(crate) fn mask<R: Real>(number: R) -> R::Mask {
+fn mask<R: Real>(number: R) -> R::Mask {
     R::lit(0.5).less(number)
 }
 

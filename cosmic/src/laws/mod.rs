@@ -51,7 +51,7 @@ pub use damper::Damper;
 pub(crate) use force::AnyForce;
 pub use force::{Force, Given, Pose, Pull, Step, Sum};
 pub use hold::{Equation, FirstPass, NextPass};
-pub(crate) use hold::{FreeEquation, Hold, Meet, Reaction, Under, mask, truth};
+pub(crate) use hold::{FreeEquation, Hold, Meet, Reaction, Under};
 pub use hooke::Hooke;
 pub use law::{Law, StepInput};
 pub use law_file::LawFile;

@@ -52,11 +52,6 @@ pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
         if scene.controller.goals == GoalKind::Given && scene.objective.task == TaskKind::Reach {
             return Arc::new(Errand::of_scene(scene));
         }
-        Arc::new(Objective::new(
-            &scene.objective,
-            &scene.loss,
-            &scene.physics,
-            &scene.materials,
-        ))
+        Arc::new(Objective::of_scene(scene))
     })
 }

@@ -34,7 +34,7 @@ impl Errand {
         Self {
             ground: Ground::from(&scene.physics),
             settings: scene.loss.clone(),
-            settle: scene.objective.settle,
+            settle: scene.objective.settle(),
             changes: scene.goals.changes(scene.physics.steps).collect(),
         }
     }

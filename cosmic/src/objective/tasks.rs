@@ -7,7 +7,7 @@ use autodiff::Real;
 
 use super::{Displacement, Loss};
 use crate::design::Material;
-use crate::scene::{LossSettings, MaterialSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
+use crate::scene::{ObjectiveSettings, Scene, TaskKind};
 use crate::simulator::Trajectory;
 
 /// The loss of the task that a scene chooses.
@@ -18,36 +18,35 @@ pub struct Objective {
     /// The loss of the task "far". It also has the ground, and the settings that decide which states all of these
     /// losses read.
     pub far: Displacement,
+    /// The place of the fixed goal along the ground, from the world's origin, in metres.
+    pub goal: f64,
     /// The largest actuation strain of an actuator. It tells the share of actuator in a mixture.
     pub stroke: f64,
 }
 
 impl Objective {
-    /// Makes the loss from four sections of a scene.
-    pub fn new(
-        settings: &ObjectiveSettings,
-        loss: &LossSettings,
-        physics: &PhysicsSettings,
-        materials: &MaterialSettings,
-    ) -> Self {
+    /// The loss of a scene's task.
+    pub fn of_scene(scene: &Scene) -> Self {
+        let [goal, _] = scene.controller.goal;
         Self {
-            settings: settings.clone(),
+            settings: scene.objective.clone(),
             far: Displacement {
-                ground: physics.into(),
-                settings: loss.clone(),
+                ground: (&scene.physics).into(),
+                settings: scene.loss.clone(),
             },
-            stroke: Material::Actuator.of(&materials.max_strain),
+            goal,
+            stroke: Material::Actuator.of(&scene.materials.max_strain),
         }
     }
 
     /// How far the robot is from the goal of the task "reach" after a number of steps, m^2. It is the squared distance
-    /// along the ground from the payload to the target, plus the square of the distance that the payload would cover in
+    /// along the ground from the payload to the goal, plus the square of the distance that the payload would cover in
     /// the time `settle`. So a payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, seen: &Trajectory<R>, step: usize) -> R {
         let place = seen.position(step);
         let along = self.far.ground.point_to_ground(place).forward();
-        let way = seen.velocity(step) * R::lit(self.settings.settle);
-        let off = along - R::lit(self.settings.target);
+        let way = seen.velocity(step) * R::lit(self.settings.settle());
+        let off = along - R::lit(self.goal);
         off * off + way.dot(way)
     }
 
@@ -109,7 +108,7 @@ impl Loss for Objective {
             TaskKind::Reach => self.mean(trajectory, |step| self.off_target(trajectory, step)),
             TaskKind::Climb => self.mean(trajectory, |step| -trajectory.position(step).up()),
             TaskKind::Economy => {
-                let price = R::lit(self.settings.energy_price);
+                let price = R::lit(self.settings.energy_price());
                 self.far.loss(trajectory) + self.energy(trajectory) * price
             }
         }

@@ -376,7 +376,6 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
                 "gradient.design_memory",
                 "schedule.snap_trials",
                 "schedule.stability_share",
-                "schedule.cycle",
                 "materials.penalisation",
                 "projection.hold_materials",
                 "binarisation.method",

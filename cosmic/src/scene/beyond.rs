@@ -2,9 +2,9 @@
 
 use super::Scene;
 use super::chosen::Chosen;
-use super::robot::GoalKind;
 use crate::settings;
 use crate::settings::{DEVIATION, above, within};
+use serde::Serialize;
 
 settings! {
     /// The task of the robot. Displacement is reported for every task.
@@ -13,28 +13,31 @@ settings! {
         task: TaskKind = TaskKind::Far, since 1,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
-        /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes
-        /// in use. Every task, every reported distance and every choice by distance follows it; only an `own_loss`
-        /// reads what it likes. The centre of mass and the mean node count from the payload's place at the start.
+        /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes in
+        /// use, each from the payload's place at the start.
         body: MovedBody = MovedBody::Payload, since 3, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
         own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
-        /// For "reach" with a fixed goal: the desired position of the payload along the ground, from its origin, in the
-        /// states that the loss covers.
-        target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
-            read "with the task `reach` and a fixed goal" if |s: &Scene| {
-                s.objective.task == TaskKind::Reach && s.has_task() && s.controller.goals != GoalKind::Given
+        /// Weight of the second term of a task. With 1, "reach" counts a speed of 1 m/s as 0.2 m from the goal, and "economy"
+        /// 1 J per kilogram of the robot as 0.01 m.
+        weight: f64 = 1.0, allowed within(0.0, 1e6), since 1,
+            read "with the tasks `reach` and `economy`" if |s: &Scene| {
+                [TaskKind::Reach, TaskKind::Economy].contains(&s.objective.task) && s.has_task()
             },
             source "beyond the paper";
-        /// For "reach": the time by which the payload's speed is multiplied, to count as a distance from the target or
-        /// the goal.
-        settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
-            read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
-            source "beyond the paper";
-        /// For "economy": the price, in metres, of a joule that the actuators give per kilogram of the robot.
-        energy_price: f64 = 0.01, allowed within(0.0, 1e6), unit "m kg/J", since 1,
-            read "with the task `economy`" if |s: &Scene| s.objective.task == TaskKind::Economy && s.has_task(),
-            source "beyond the paper";
+    }
+}
+
+impl ObjectiveSettings {
+    /// For the task "reach": the time by which the payload's speed is multiplied, to count as a distance from the goal,
+    /// in seconds.
+    pub(crate) fn settle(&self) -> f64 {
+        0.2 * self.weight
+    }
+
+    /// For the task "economy": the price, in metres, of a joule that the actuators give per kilogram of the robot.
+    pub(crate) fn energy_price(&self) -> f64 {
+        0.01 * self.weight
     }
 }
 
@@ -43,8 +46,8 @@ settings! {
     enum TaskKind {
         /// To get far along the ground.
         Far = "far",
-        /// To get to the goals of a rollout and stay there. With a fixed goal: to be near `target`, and slow, in the states
-        /// that the loss covers; such a robot passes the target and keeps moving.
+        /// To get to the goals of a rollout and stay there. With a fixed goal: to be near `controller.goal`, and slow, in
+        /// the states that the loss covers; such a robot passes the goal and keeps moving.
         Reach = "reach",
         /// To get the payload high.
         Climb = "climb",
@@ -75,33 +78,38 @@ settings! {
     struct RobustSettings {
         /// Number of random variations per gradient, drawn anew in every iteration; 0 for the nominal robot only.
         samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
-        /// Largest deviation of a coordinate of the start. It counts as `lattice.units` says: for `relative` in ten
-        /// spacings, for `absolute` in metres.
-        start: f64 = 0.002, allowed within(0.0, 1.0), since 1,
+        /// Factor on the largest deviations of the robot: 2 % of a spacing for a coordinate of the start, and 10 % for the
+        /// stiffness of an edge and the mass of a node.
+        spread: f64 = 1.0, allowed within(0.0, 9.0), since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
         /// Largest relative deviation of the coefficient of friction.
         friction: f64 = 0.2, allowed DEVIATION, since 1,
             read "with `samples` above 0 and a contact law that slips" if |s: &Scene| s.robust.samples > 0 && s.slips(),
             source "beyond the paper";
-        /// Largest relative deviation of the stiffness of an edge.
-        stiffness: f64 = 0.1, allowed DEVIATION, since 1,
-            read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
-            source "beyond the paper";
-        /// Largest relative deviation of the mass of a node.
-        mass: f64 = 0.1, allowed DEVIATION, since 1,
-            read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
-            source "beyond the paper";
     }
+}
+
+/// The largest random deviations of a robot and its surroundings from the nominal ones.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scatter {
+    /// The largest deviation of a coordinate of the start, in units of the lattice's [scale](crate::lattice::Lattice::scale),
+    /// which is ten spacings.
+    pub start: f64,
+    /// The largest relative deviation of the coefficient of friction.
+    pub friction: f64,
+    /// The largest relative deviation of the stiffness of an edge.
+    pub stiffness: f64,
+    /// The largest relative deviation of the mass of a node.
+    pub mass: f64,
 }
 
 settings! {
     /// The goals for which a controller is trained and by which robots are ranked, if goals are inputs of a rollout.
     struct GoalsSettings {
-        /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration. Half of the goals are
-        /// ahead of the payload and half behind it, as far as a goal of a sequence is from the goal before it.
+        /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration, half of them behind.
         samples: usize = 8, allowed within(1.0, 1e4), since 5, source "beyond the paper";
-        /// Number of goals, one after the other, of a rollout in which robots are ranked. Each holds for the same time.
+        /// Number of goals, one after the other, of a rollout in which robots are ranked.
         count: usize = 3, allowed within(1.0, 64.0), since 5, source "beyond the paper";
         /// The two places along the ground between which goals are drawn, counted from the payload at the start.
         along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",
@@ -121,13 +129,26 @@ impl GoalsSettings {
 }
 
 impl RobustSettings {
+    /// The largest deviations.
+    pub fn scatter(&self) -> Scatter {
+        Scatter {
+            start: 0.002 * self.spread,
+            friction: self.friction,
+            stiffness: 0.1 * self.spread,
+            mass: 0.1 * self.spread,
+        }
+    }
+
     /// The largest ratio of the highest frequency of a random variation of the robot to that of the nominal robot. A
     /// variation may vibrate faster, because its edges may be stiffer and its nodes lighter. The ratio is 1 if there
     /// are no variations.
     pub fn faster(&self) -> f64 {
+        let Scatter {
+            stiffness, mass, ..
+        } = self.scatter();
         match self.samples {
             0 => 1.0,
-            _ => ((1.0 + self.stiffness) / (1.0 - self.mass)).sqrt(),
+            _ => ((1.0 + stiffness) / (1.0 - mass)).sqrt(),
         }
     }
 }

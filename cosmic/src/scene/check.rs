@@ -51,7 +51,7 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, asymptotes, goals,
+        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals,
         springs, terrain, parts,
     ] {
         rule(scene, &mut found);
@@ -329,16 +329,6 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The bounds on asymptotes must ascend.
-fn asymptotes(scene: &Scene, found: &mut Conflicts) {
-    let (least, most) = (scene.mma.asymin, scene.mma.asymax);
-    found.require(
-        least <= most,
-        ["mma.asymin", "mma.asymax"],
-        format!("the smallest distance of the asymptotes ({least}) is above the largest ({most})"),
-    );
-}
-
 /// Some laws take the place of linear springs.
 fn springs(scene: &Scene, found: &mut Conflicts) {
     let physics = &scene.physics;
@@ -377,7 +367,7 @@ fn parts(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The profile `points` needs at least one point. The ramps of steps must not overlap.
+/// The profile `points` needs at least one point. The number of steps is limited.
 fn terrain(scene: &Scene, found: &mut Conflicts) {
     let ground = &scene.physics.ground;
     found.require(
@@ -401,15 +391,6 @@ fn steps(ground: &GroundSettings, found: &mut Conflicts) {
         format!(
             "there are {} steps; at most {MOST_STEPS} are allowed",
             ground.count
-        ),
-    );
-    let (ramp, spacing) = (ground.ramp, ground.spacing);
-    found.require(
-        ramp < spacing,
-        ["ground.ramp", "ground.spacing"],
-        format!(
-            "the ramp of a step is {ramp} m long, but the next step begins after {spacing} m; set ground.ramp below \
-             ground.spacing"
         ),
     );
 }

@@ -2,8 +2,8 @@
 
 use super::{
     ActuatorPart, BinarisationMethod, ClockKind, GoalKind, GradientPrecision, Integrator,
-    LatticeKind, Layout, LossKind, MovedBody, Pass, ProfileKind, Scene, SelectionKind,
-    SkeletonPart, StartKind, TaskKind, VoidEdges,
+    LatticeKind, Layout, LossKind, MovedBody, ProfileKind, Scene, SelectionKind, SkeletonPart,
+    StartKind, TaskKind, VoidEdges,
 };
 use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};
@@ -75,8 +75,6 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| !s.controller.policy.is_default();
     "controller.clock": "the frequency of the clock is optimised with the controller"
         if |s| s.controller.clock == ClockKind::Learned;
-    "controller.goal_relative": "the goal is relative to the robot, not absolute"
-        if |s| s.controller.goal_relative && s.controller.goals != GoalKind::Given;
     "controller.goals": "the goal is an input of a rollout, and the robot observes its direction"
         if |s| s.controller.goals == GoalKind::Given;
     "start.tilt": "the initial design has more void on one side, which depends on the seed"
@@ -115,10 +113,6 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.schedule.stability_share == 0.0 && s.designs();
     "schedule.stability_share": "the performance projection has no share in design updates"
         if |s| s.schedule.stability_share == 1.0 && s.designs();
-    "schedule.cycle": "the design does not change before the snap"
-        if |s| !s.passes(Pass::Design);
-    "schedule.cycle": "the controller does not learn before the snap"
-        if |s| !s.passes(Pass::Controller);
     "ground.profile": "the ground has a height profile"
         if |s| s.physics.ground.profile != ProfileKind::Flat;
     "physics.contact": "there is no ground"
@@ -133,8 +127,7 @@ const KNOWN: &[KnownDeparture] = &departures! {
 
 impl Scene {
     /// The departures of this scene from the paper. Without departures, the physics and the algorithm are those of the
-    /// paper. Numbers such as sizes, widths, rates, weights and the angle of the ground are no departures, and neither
-    /// is the order of the passes in a cycle. But a number that switches something on is a departure.
+    /// paper. Numbers such as sizes, widths, rates, weights and the angle of the ground are no departures. But a number that switches something on is a departure.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
         in_force
@@ -143,11 +136,5 @@ impl Scene {
                 says: known.says.to_string(),
             })
             .collect()
-    }
-
-    /// True if the cycle of the schedule has passes of this kind. Also true if the design is a layout, because the
-    /// cycle is then not used.
-    fn passes(&self, pass: Pass) -> bool {
-        !self.designs() || self.schedule.cycle.contains(&pass)
     }
 }

@@ -2,32 +2,26 @@
 
 use super::Scene;
 use crate::settings;
-use crate::settings::{ITERATIONS, SHARE, above, within};
+use crate::settings::{ITERATIONS, SHARE, within};
 
 settings! {
     /// The softmax projections from design vectors to mixtures.
     struct ProjectionSettings {
-        /// Sharpness of the performance projection.
-        beta: f64 = 20.0, allowed above(0.0, 1e4),
-            read "if the initial design is not a layout" if Scene::designs,
-            source "paper, table 2";
-        /// Sharpness of the stability projection's value.
-        beta_stability: f64 = 500.0, allowed above(0.0, 1e4),
-            read "if the initial design is not a layout" if Scene::designs,
-            source "paper, table 2";
-        /// Sharpness of the stability projection's straight-through derivative.
-        beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4),
-            read "if the initial design is not a layout" if Scene::designs,
-            source "paper, table 2";
-        /// Small number added to the mean of two shares in the overlap measures, so that they never divide zero by
-        /// zero.
-        delta: f64 = 1e-6, allowed within(1e-15, 1.0), source "D6";
-        /// Number that is subtracted, before every projection, from an edge's entry for the solid material that the
-        /// edge does not have in the layout "filled". A large number fixes the solid materials, so that only the
-        /// topology is designed.
+        /// Number that is subtracted from an edge's entry for the solid material that it does not have in the layout
+        /// "filled". 1 fixes the solid materials, so that only the topology is designed.
         hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
+    } of cases {
+        /// Sharpness of the performance projection.
+        beta: f64 = 20.0, source "paper, table 2";
+        /// Sharpness of the stability projection's value.
+        beta_stability: f64 = 500.0, source "paper, table 2";
+        /// Sharpness of the stability projection's straight-through derivative.
+        beta_straight_through: f64 = 20.0, source "paper, table 2";
+        /// Small number added to the mean of two shares in the overlap measures, so that they never divide zero by
+        /// zero.
+        delta: f64 = 1e-6, source "D6";
     }
 }
 
@@ -36,12 +30,7 @@ settings! {
     struct StartSettings {
         /// Mixture of the edges at the start. "layout" is one-hot, and only the controller is trained.
         kind: StartKind = StartKind::Stability, source "paper, design b";
-        /// For "stability": the surplus of void at the topmost edge.
-        void_shift: f64 = 0.12, allowed within(-0.33, 0.66),
-            read "with the start `stability`" if |s: &Scene| s.start.kind == StartKind::Stability,
-            source "paper: 0.12";
         /// Share of void: with "three_legged" the share where the layout is void, with "filled" the share everywhere.
-        /// The share is smaller if `projection.beta` is so small that no design vector has it.
         void: f64 = 0.6, allowed within(0.001, 0.999),
             read "with the starts `three_legged` and `filled`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Filled].contains(&s.start.kind),
             source "paper silent";
@@ -49,8 +38,7 @@ settings! {
         layout: Layout = Layout::Short,
             read "with the starts `three_legged` and `layout`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Layout].contains(&s.start.kind),
             source "paper: tall";
-        /// Mean surplus of void. The surplus grows from nearly zero at one side to twice the mean at the opposite side.
-        /// The seed decides which sides these are.
+        /// Mean surplus of void, which grows from a side that the seed draws to the opposite side.
         tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
     }
 }
@@ -88,8 +76,7 @@ settings! {
 settings! {
     /// Requirements on layouts beside their volumes. A bar is an edge of solid material.
     struct DesignSettings {
-        /// Whether all bars must be connected with the payload. If so, the weight of a node in the mean position and in
-        /// the observation depends on how solid its edges are, and is 0 for a node without a bar.
+        /// Whether all bars must be connected with the payload. Nodes without a bar are then not observed.
         one_piece: bool = true, since 1 before false, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
         free_ends: bool = true, since 1,
@@ -111,8 +98,8 @@ settings! {
     struct VolumeSettings {
         /// Smallest and largest share of solid edges, which are skeleton or actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE,
-            auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, so that bars cost \
-                  little, and for a truss with fewer than three edges per node, which has none to spare",
+            auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, and for a truss with \
+                  fewer than three edges per node",
             source "paper, table 2";
         /// Smallest and largest share of actuator edges.
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE,
@@ -131,8 +118,7 @@ settings! {
 settings! {
     /// The augmented Lagrangian of the four binarisation measures, and the attraction of edges to a single material.
     struct BinarisationSettings {
-        /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints in
-        /// the optimiser of the design.
+        /// How the measures are held below their thresholds: by terms of the objective, or by constraints.
         method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
         /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
@@ -143,15 +129,6 @@ settings! {
         penalty: f64 = 0.3, allowed within(0.0, 1e6),
             read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
             source "paper, table 2";
-        /// Factor by which a penalty weight is multiplied if the violation of its measure grew, and divided if it fell.
-        penalty_growth: f64 = 1.01, allowed within(1.0, 10.0),
-            read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
-            source "paper, table 2";
-        /// Confidence above which an edge is attracted to its material, at the start and at the end of the attraction.
-        confidence: [f64; 2] = [0.9, 0.6], allowed SHARE, source "found by experiment";
-        /// Change of the design vector of an attracted edge in an iteration, at the start and at the end of the
-        /// attraction.
-        nudge: [f64; 2] = [0.002, 0.006], allowed SHARE, source "found by experiment";
     }
 }
 

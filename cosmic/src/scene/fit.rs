@@ -9,8 +9,7 @@ use std::slice::from_mut;
 /// The iterations in the value of a key.
 type Iterations = fn(&mut Scene) -> &mut [usize];
 
-/// Every key with iterations except `schedule.iterations`. The length of the cycle and `schedule.polish_every` are not
-/// in this list, because they count iterations from any place in the run.
+/// Every key with iterations except `schedule.iterations`.
 const PHASES: [(&str, Iterations); 5] = [
     ("schedule.snap_at", |scene| {
         from_mut(&mut scene.schedule.snap_at)

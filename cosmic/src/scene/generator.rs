@@ -16,7 +16,7 @@ impl Lattice {
         if let Some(truss) = settings.file.truss() {
             let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
             let lattice = Self::of_truss(truss, positions.collect());
-            let scale = settings.scale(lattice.spacing);
+            let scale = Self::SPACINGS * lattice.spacing;
             return settings.mirrored(Self { scale, ..lattice });
         }
         // The positions follow D1 without rounding errors: with `drop = 0` the lowest row is exactly on the ground.
@@ -29,7 +29,7 @@ impl Lattice {
         settings.mirrored(Self {
             places,
             spacing: settings.spacing,
-            scale: settings.scale(settings.spacing),
+            scale: Self::SPACINGS * settings.spacing,
             payload: Payload::at(settings.payload),
             ..Self::between(positions, edges)
         })

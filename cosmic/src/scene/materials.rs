@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use super::Scene;
 use crate::lattice::Lattice;
 use crate::settings;
-use crate::settings::{above, within};
+use crate::settings::{Filled, Limits, Named, SettingValue, above, within};
+use toml::Spanned;
+use toml::de::DeValue;
 
 settings! {
     /// The library of materials, each array in the order void, skeleton, actuator.
@@ -30,25 +32,16 @@ settings! {
     /// actuator is a device of a given mass and stroke. Stiffness and mass follow from the bar's rest length.
     struct PartsSettings {
         /// What a bar of skeleton is: plain numbers, those of `[materials]`; or a tube, a round rod or a printed strut with
-        /// a square section. A part has the stiffness `E A / l` in series with the joints at its two ends, where `E` is
-        /// Young's modulus, `A` the area of the section and `l` the rest length of the bar.
+        /// a square section.
         skeleton: SkeletonPart = SkeletonPart::Numbers, since 7, source "paper: numbers";
-        /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3, pultruded tubes (Goodwinds, technical
-        /// material specifications). "glass": 41 GPa and 2000 kg/m3, pultruded rods (Goodwinds). "aluminium": 69 GPa and
-        /// 2700 kg/m3, alloy 6061 (makeitfrom.com). "steel": 200 GPa and 7800 kg/m3, AISI 304 (makeitfrom.com). "pla": 3.0
-        /// GPa and 1260 kg/m3, printed without gaps (data sheet of Stratasys PLA, specimens printed on edge). "own":
-        /// `modulus` and `density`.
-        material: PartMaterial = PartMaterial::Carbon, since 7,
+        /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3 (pultruded tubes, Goodwinds). "glass": 41 GPa
+        /// and 2000 kg/m3 (pultruded rods, Goodwinds). "aluminium": 69 GPa and 2700 kg/m3 (alloy 6061, makeitfrom.com).
+        /// "steel": 200 GPa and 7800 kg/m3 (AISI 304, makeitfrom.com). "pla": 3.0 GPa and 1260 kg/m3 (Stratasys PLA,
+        /// printed on edge). A material of one's own is `[modulus, density]`, such as `[2e9, 900]` for 2 GPa and 900
+        /// kg/m3.
+        material: PartMaterial = PartMaterial::Stock(StockMaterial::Carbon), allowed above(0.0, 1e13), since 7,
             read "with a tube, a rod or a strut" if Scene::has_sections,
             source "beyond the paper";
-        /// Young's modulus of the own material.
-        modulus: f64 = 1e10, allowed above(0.0, 1e13), unit "Pa", since 7,
-            read "with a part of the material `own`" if Scene::has_own_material,
-            source "beyond the paper: take it from a data sheet";
-        /// Density of the own material.
-        density: f64 = 1000.0, allowed above(0.0, 1e5), unit "kg/m3", since 7,
-            read "with a part of the material `own`" if Scene::has_own_material,
-            source "beyond the paper: take it from a data sheet";
         /// Outer diameter of a tube, diameter of a rod, or width of a strut.
         outer: f64 = 0.006, allowed above(0.0, 1.0), unit "m", since 7,
             read "with a tube, a rod or a strut" if Scene::has_sections,
@@ -57,8 +50,7 @@ settings! {
         inner: f64 = 0.004, allowed within(0.0, 1.0), unit "m", since 7,
             read "with a tube" if |s: &Scene| s.materials.parts.skeleton == SkeletonPart::Tube,
             source "beyond the paper";
-        /// Stiffness of one joint along its bar, or "off" for rigid joints. Every part and every device has a joint at
-        /// either end.
+        /// Stiffness of one joint along its bar. Every part and every device has a joint at either end; "off": rigid.
         joint: Option<f64> = None, allowed above(0.0, 1e12), unit "N/m", since 7,
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
@@ -66,43 +58,38 @@ settings! {
         end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg", since 7,
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
-        /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass`, of
-        /// any length. The stiffness of a device is that of `materials.stiffness`, in series with its two joints. The law
-        /// `actuator` has its force and its speed.
+        /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass` and
+        /// the stiffness of `materials.stiffness`, in series with its two joints.
         actuator: ActuatorPart = ActuatorPart::Numbers, since 7, source "paper: numbers";
-        /// Mass of a device, with all that lengthens it to the length of its bar, but without `end_mass`.
+        /// Mass of a device and of what lengthens it to its bar, without `end_mass`.
         actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg", since 7,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Stroke of a device: its greatest length minus its smallest length. A scene is refused if the longest bar needs
-        /// more for its largest actuation strain in both directions.
+            source "data sheet";
+        /// Stroke of a device. A scene is refused if the longest bar needs more for its largest actuation strain in both
+        /// directions.
         stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m", since 7,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Smallest length of a device, from joint to joint, or "off" if it is not known. A device is longer than its
-        /// stroke, because its rod slides into its body. The verdict compares it with the bars.
+            source "data sheet";
+        /// Smallest length of a device, from joint to joint, which the verdict compares with the bars.
         length: Option<f64> = None, allowed above(0.0, 10.0), unit "m", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Largest force of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
-        /// compares it with the forces in the walk.
+            source "data sheet";
+        /// Largest force of a device, which the verdict compares with the walk; "off": that of the law `actuator`.
         force: Option<f64> = None, allowed above(0.0, 1e6), unit "N", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Largest speed of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
-        /// compares it with the speeds in the walk.
+            source "data sheet";
+        /// Largest speed of a device, which the verdict compares with the walk; "off": that of the law `actuator`.
         speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
-        /// Bore of a pneumatic cylinder, or "off" for a device that needs no air. With a bore, reports say how much air
-        /// the robot needs: every movement fills a chamber of the cylinder.
+            source "data sheet";
+        /// Bore of a pneumatic cylinder; "off": the device needs no air. Reports then say how much air the robot needs.
         bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m", since 8,
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
-            source "beyond the paper: take it from a data sheet";
+            source "data sheet";
         /// Pressure of the air in a cylinder, above that of the atmosphere.
         pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa", since 8,
             read "with a bore" if |s: &Scene| s.materials.parts.cylinder().is_some(),
-            source "beyond the paper: that of a usual compressed-air line";
+            source "beyond the paper";
     }
 }
 
@@ -123,8 +110,8 @@ settings! {
 }
 
 settings! {
-    /// The material of a part.
-    enum PartMaterial {
+    /// A material of parts that shops sell.
+    enum StockMaterial {
         /// Pultruded carbon fibre.
         Carbon = "carbon",
         /// Pultruded glass fibre.
@@ -135,8 +122,78 @@ settings! {
         Steel = "steel",
         /// Printed PLA.
         Pla = "pla",
-        /// The material that the scene describes.
-        Own = "own",
+    }
+}
+
+/// The material of a part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PartMaterial {
+    /// A material that shops sell.
+    Stock(StockMaterial),
+    /// A material of one's own: Young's modulus (Pa) and density (kg/m3).
+    Own([f64; 2]),
+}
+
+impl PartMaterial {
+    /// The name of the material; "own" for a material of one's own.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stock(stock) => stock.name(),
+            Self::Own(_) => "own",
+        }
+    }
+
+    /// Young's modulus (Pa) and density (kg/m3). The documentation of the key `material` has the sources.
+    fn modulus_and_density(self) -> [f64; 2] {
+        match self {
+            Self::Stock(StockMaterial::Carbon) => [134e9, 1500.0],
+            Self::Stock(StockMaterial::Glass) => [41e9, 2000.0],
+            Self::Stock(StockMaterial::Aluminium) => [69e9, 2700.0],
+            Self::Stock(StockMaterial::Steel) => [200e9, 7800.0],
+            Self::Stock(StockMaterial::Pla) => [3.0e9, 1260.0],
+            Self::Own(own) => own,
+        }
+    }
+}
+
+impl SettingValue for PartMaterial {
+    fn allowed(&self, limits: &Limits) -> String {
+        let stock = StockMaterial::Carbon.allowed(limits);
+        format!("{stock} or [modulus, density], each a number {limits}")
+    }
+
+    fn toml(&self) -> String {
+        match self {
+            Self::Stock(stock) => stock.toml(),
+            Self::Own(own) => own.toml(),
+        }
+    }
+
+    fn json(&self) -> serde_json::Value {
+        match self {
+            Self::Stock(stock) => stock.json(),
+            Self::Own(own) => own.json(),
+        }
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        *self = if value.get_ref().is_array() {
+            let mut own = [0.0; 2];
+            own.read(value, limits)?;
+            Self::Own(own)
+        } else {
+            let mut stock = StockMaterial::Carbon;
+            stock.read(value, limits)?;
+            Self::Stock(stock)
+        };
+        Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        match self {
+            Self::Stock(_) => true,
+            Self::Own(own) => own.fits(limits),
+        }
     }
 }
 
@@ -203,18 +260,6 @@ impl PartsSettings {
         }
     }
 
-    /// Young's modulus (Pa) and density (kg/m3) of the material. The documentation of the key `material` has the sources.
-    fn modulus_and_density(&self) -> [f64; 2] {
-        match self.material {
-            PartMaterial::Carbon => [134e9, 1500.0],
-            PartMaterial::Glass => [41e9, 2000.0],
-            PartMaterial::Aluminium => [69e9, 2700.0],
-            PartMaterial::Steel => [200e9, 7800.0],
-            PartMaterial::Pla => [3.0e9, 1260.0],
-            PartMaterial::Own => [self.modulus, self.density],
-        }
-    }
-
     /// The bore of the cylinders (m); `None` if actuators need no air.
     fn cylinder(&self) -> Option<f64> {
         let is_device = self.actuator == ActuatorPart::Device;
@@ -275,7 +320,7 @@ impl MaterialSettings {
         let parts = &self.parts;
         let ends = 2.0 * parts.end_mass / length;
         if let Some(section) = parts.section() {
-            let [modulus, density] = parts.modulus_and_density();
+            let [modulus, density] = parts.material.modulus_and_density();
             *skeleton = parts.between_joints(modulus * section.area / length);
             *of_skeleton = density * section.area + ends;
         }
@@ -307,7 +352,7 @@ impl MaterialSettings {
     /// The bending stiffness `E I` of a skeleton bar, N m^2. `None` if skeleton has plain numbers instead of a section.
     pub(super) fn bending(&self) -> Option<f64> {
         let section = self.parts.section()?;
-        let [modulus, _] = self.parts.modulus_and_density();
+        let [modulus, _] = self.parts.material.modulus_and_density();
         Some(modulus * section.second_moment)
     }
 }
@@ -316,10 +361,5 @@ impl Scene {
     /// True if bars of skeleton are tubes, rods or struts.
     fn has_sections(&self) -> bool {
         self.materials.parts.skeleton != SkeletonPart::Numbers
-    }
-
-    /// True if bars of skeleton are parts of a material that the scene describes.
-    fn has_own_material(&self) -> bool {
-        self.has_sections() && self.materials.parts.material == PartMaterial::Own
     }
 }

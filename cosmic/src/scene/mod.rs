@@ -9,7 +9,6 @@
 //! lists its differences from its [`Base`]. The order of the `mod` lines is the architecture: a file imports only files
 //! above it.
 
-mod pass;
 mod truss_file;
 mod terrain;
 mod chosen;
@@ -43,7 +42,9 @@ mod builtin;
 
 pub use any_design::AnyDesign;
 pub use base::Base;
-pub use beyond::{GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, TaskKind};
+pub use beyond::{
+    GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, Scatter, TaskKind,
+};
 pub use builtin::{BUILTIN, Builtin};
 pub use chosen::Chosen;
 pub use departures::Departure;
@@ -64,17 +65,17 @@ pub(crate) use layout::LAYOUT_SIDE;
 pub use margins::Riser;
 pub use materials::{
     ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
+    StockMaterial,
 };
 pub use optimisation::{
     AdamSettings, GradientPrecision, GradientSettings, LossKind, LossSettings, MmaSettings,
     ScheduleSettings, SelectionKind, SelectionSettings,
 };
-pub use pass::Pass;
 pub use read::{Lacks, ShownScene};
 pub(crate) use robot::MOST_SUBSTEPS;
 pub use robot::{
     ClockKind, ControllerSettings, GoalKind, Integrator, LatticeKind, LatticeSettings,
-    PhysicsSettings, Senses, Units, UnstableStep, VoidEdges,
+    PhysicsSettings, Senses, UnstableStep, VoidEdges,
 };
 
 pub use stable_step::{phase_limit, stable_step, stable_step_off_bars, step_limit};

@@ -3,7 +3,6 @@
 use super::Scene;
 use autodiff::Memory;
 
-use super::pass::Pass;
 use crate::settings;
 use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
 
@@ -26,26 +25,15 @@ settings! {
         /// Iteration of the hard snap; 0 for a "layout" start, which has no snap.
         snap_at: usize = 240, allowed ITERATIONS,
             auto "four fifths of `iterations`; 0 for a \"layout\" start", source "paper: 240";
-        /// Number of trials at the snap. Each trial changes the material of one of the edges with the least confidence
-        /// and takes a full rollout. The best layout is kept.
+        /// Number of trials of another material for one of the least confident edges, at the snap.
         snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
-        /// Number of trials in each polish after the snap. Each trial changes the material of the edge for which the
-        /// gradient promises most. All trials take a short rollout, and the best quarter a full one. The best layout is
-        /// kept.
+        /// Number of trials of another material for the edge for which the gradient promises most, in every third
+        /// iteration after the snap.
         polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
-        /// Iterations from one polish to the next. The first polish is right after the snap. No polish happens while
-        /// the fine-tuning settles.
-        polish_every: usize = 3, allowed within(1.0, 1e5), since 1,
-            read "with `polish_trials` above 0" if |s: &Scene| s.schedule.polish_trials > 0 && s.designs(),
-            source "paper silent";
-        /// Sequence of passes, which repeats: d updates the design, c the controller.
-        cycle: Vec<Pass> = passes("dcdcddcdcd"), allowed within(1.0, 1e3),
-            read "if the initial design is not a layout" if Scene::designs,
-            source "paper: three to two";
         /// Share of the stability projection's update in a design pass.
         stability_share: f64 = 1.0 / 3.0, allowed SHARE,
             read "if the initial design is not a layout" if Scene::designs,
@@ -61,43 +49,19 @@ settings! {
     struct MmaSettings {
         /// Largest change of a variable in an update, as a share of its range.
         move_limit: f64 = 0.02, allowed above(0.0, 1.0), source "found by experiment";
-        /// Distance of the first asymptotes, as a share of the range.
-        asyinit: f64 = 0.05, allowed above(0.0, 10.0), source "found by experiment";
-        /// Factor on the distance of the asymptotes if a variable keeps its direction.
-        asyincr: f64 = 1.2, allowed within(1.0, 10.0), source "Svanberg";
-        /// Factor on the distance of the asymptotes if a variable changes its direction.
-        asydecr: f64 = 0.7, allowed above(0.0, 1.0), source "Svanberg";
-        /// Least distance of the asymptotes, as a share of the range.
-        asymin: f64 = 0.01, allowed above(0.0, 100.0), source "Svanberg";
-        /// Largest distance of the asymptotes, as a share of the range.
-        asymax: f64 = 10.0, allowed above(0.0, 1e3), source "Svanberg";
-        /// Share of the distance to an asymptote that a variable keeps from it.
-        albefa: f64 = 0.1, allowed within(0.01, 0.99), source "Svanberg";
-        /// Curvature added to every term of the approximation.
-        raa0: f64 = 1e-5, allowed POSITIVE, source "Svanberg";
-        /// Linear cost of the elastic variables.
-        c: f64 = 1000.0, allowed POSITIVE, source "Svanberg";
-        /// Quadratic cost of the elastic variables.
-        d: f64 = 1.0, allowed POSITIVE, source "Svanberg";
-        /// Factor on the volume inequalities in MMA.
-        volume_row_scale: f64 = 10.0, allowed POSITIVE, source "found by experiment";
     }
 }
 
+/// Distance of the first asymptotes of MMA, as a share of the range (found by experiment).
+const FIRST_ASYMPTOTES: f64 = 0.05;
+
 impl MmaSettings {
-    /// The settings that the optimiser itself reads.
+    /// The settings of the optimiser: all others are Svanberg's.
     pub(crate) fn method(&self) -> cosmic_optimiser::MmaSettings {
         cosmic_optimiser::MmaSettings {
             move_limit: self.move_limit,
-            asyinit: self.asyinit,
-            asyincr: self.asyincr,
-            asydecr: self.asydecr,
-            asymin: self.asymin,
-            asymax: self.asymax,
-            albefa: self.albefa,
-            raa0: self.raa0,
-            c: self.c,
-            d: self.d,
+            asyinit: FIRST_ASYMPTOTES,
+            ..cosmic_optimiser::MmaSettings::default()
         }
     }
 }
@@ -111,52 +75,35 @@ settings! {
                   time of a rollout",
             read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
-        /// Learning rate at the start of the fine-tuning, when only the controller is updated.
+        /// Learning rate at the start of the fine-tuning, when only the controller is updated. It falls linearly to a
+        /// tenth; once the fine-tuning settles, to zero.
         fine_rate: f64 = 0.003, allowed within(0.0, 10.0), auto "3/4 of the rate that `rate` has with auto", source "found by experiment";
-        /// Ratio of the learning rate at the end of the fine-tuning to the rate at its start. The rate falls linearly.
-        /// Once the fine-tuning settles, it falls to zero.
-        fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";
-        /// Decay of the first and the second moment.
-        betas: [f64; 2] = [0.9, 0.999], allowed within(0.0, 0.999999), source "Kingma and Ba";
-        /// Keeps the update from dividing by zero.
-        epsilon: f64 = 1e-8, allowed within(1e-30, 1.0), source "Kingma and Ba";
-        /// Bound on the norm of the whole controller gradient, or "off". The derivative by the tempo of a learned clock
-        /// is bounded by itself, to a third of this bound.
-        gradient_norm: Option<f64> = Some(1.0), allowed POSITIVE, source "found by experiment";
     }
 }
 
 settings! {
     /// Bounds on gradients.
     struct GradientSettings {
-        /// Bound on the norm of the displacement's design gradient, or "off".
-        design_norm: Option<f64> = Some(0.3), allowed POSITIVE,
-            read "if the initial design is not a layout" if Scene::designs,
-            source "found by experiment";
-        /// Weight of the earlier design gradients in the running mean that moves the design. Each gradient is bounded
-        /// before it enters the mean. 0 uses only the newest gradient.
+        /// Weight of the earlier design gradients in the running mean that moves the design.
         design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
-        /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
+        /// Bound on the norm of the state's cotangent in the reverse sweep.
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
-        /// Number of steps from one check of the cotangent to the next.
-        cotangent_every: usize = 16, allowed STEPS,
-            read "with a `cotangent_bound`" if |s: &Scene| s.gradient.cotangent_bound.is_some(),
-            source "found by experiment";
-        /// Memory for the states that a gradient keeps of its rollout, or of all rollouts that a thread runs together;
-        /// "off" for no limit. If the memory is too small, some steps are computed again. The gradient does not depend
-        /// on it.
+        /// Memory for the states that a gradient keeps of the rollouts of a thread; "off": no limit. The gradient does not
+        /// depend on it: if the memory is too small, steps are computed again.
         memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
-        /// Number type of the rollouts during the optimisation: for gradients, for trials of other materials, and for
-        /// the full rollout of an iteration. Medians over perturbed starts, which choose controllers and are the
-        /// results, are always in f64.
+        /// Number type of the rollouts during the optimisation. Medians over perturbed starts, which choose controllers and
+        /// are the results, are always in f64.
         precision: GradientPrecision = GradientPrecision::F64, since 1, source "paper silent";
     }
 }
 
 impl GradientSettings {
+    /// Number of steps from one check of the cotangent to the next (found by experiment).
+    pub const COTANGENT_EVERY: usize = 16;
+
     /// The setting `memory` as the memory budget of a simulator.
     pub fn budget(&self) -> Memory {
         let bytes = |megabytes: f64| Memory::Bytes((megabytes * 1e6) as usize);
@@ -204,16 +151,9 @@ settings! {
     /// The choice of the controller that is delivered, and the measurement of designs.
     struct SelectionSettings {
         /// The last controller, the one with the best median over perturbed starts, or the one with the best robust
-        /// displacement. For an unreliable robot, the 10 % quantile replaces the median.
+        /// displacement: the 10 % quantile over robots that vary a little.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
-        /// Number of controllers whose medians are compared: those with the best single rollouts.
-        candidates: usize = 6, allowed within(1.0, 1e4),
-            read "unless the kind is `last`" if |s: &Scene| s.selection.kind != SelectionKind::Last,
-            source "found by experiment";
-        /// Number of rollouts from perturbed starts for each median, and of varied robots for each robust displacement.
-        perturbed_rollouts: usize = 8, allowed within(8.0, 1e4), source "found by experiment";
-        /// Distance by which each coordinate of a perturbed start is moved. It counts as `lattice.units` says: for
-        /// `relative` in ten spacings, for `absolute` in metres.
+        /// Distance by which each coordinate of a perturbed start is moved, in units of ten spacings.
         perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), source "found by experiment";
     }
 }
@@ -231,7 +171,8 @@ settings! {
     }
 }
 
-/// The passes that these letters stand for. Every letter must be valid.
-fn passes(letters: &str) -> Vec<Pass> {
-    super::pass::cycle(letters).unwrap_or_default()
+impl SelectionSettings {
+    /// Number of rollouts from perturbed starts for each median, and of varied robots for each robust displacement
+    /// (found by experiment).
+    pub const PERTURBED_ROLLOUTS: usize = 8;
 }

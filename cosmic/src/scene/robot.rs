@@ -41,20 +41,14 @@ settings! {
         kind: LatticeKind = LatticeKind::Rectangular, since 1,
             read "without a `file`" if Scene::is_generated,
             source "D1";
-        /// Number of the node that carries `physics.payload_mass`. It is row * columns + column, counted from 0 at the
-        /// lower left. A truss file names its own payload.
+        /// Number of the node that carries `physics.payload_mass`: row * columns + column, from 0 at the lower left.
         payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0", since 3,
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
-        /// Whether the robot is its own mirror image, front and back: bars that mirror one another have one design, and the
-        /// gait back of the policy "gaits" is the mirror image of the gait ahead. The payload must be in the middle.
+        /// Whether the robot is its own mirror image, front and back, with the payload in the middle. With the policy "gaits"
+        /// so are the gaits ahead and back.
         mirror: bool = false, since 5, source "beyond the paper";
-        /// Units of the small lengths and of the bounds that the method contains. `relative`: ten spacings count as 1 m
-        /// (of a truss, ten median lengths of its edges), so that a lattice of any size is treated alike. `absolute`:
-        /// metres, as in runs before version 3.
-        units: Units = Units::Relative, since 3 before "absolute", source "D4";
-        /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file, or the
-        /// name of a lattice that the program adds.
+        /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file.
         file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
     }
 }
@@ -71,27 +65,7 @@ settings! {
     }
 }
 
-settings! {
-    /// The units of the small lengths and of the bounds that the method contains.
-    #[derive(Default)]
-    enum Units {
-        /// Ten spacings count as 1 m.
-        #[default]
-        Relative = "relative",
-        /// Metres and seconds.
-        Absolute = "absolute",
-    }
-}
-
 impl LatticeSettings {
-    /// The [scale](Lattice::scale) of a lattice whose neighbouring nodes have this distance, m.
-    pub(crate) fn scale(&self, spacing: f64) -> f64 {
-        match self.units {
-            Units::Relative => Lattice::SPACINGS * spacing,
-            Units::Absolute => 1.0,
-        }
-    }
-
     /// True if the nodes and edges come from a truss file or from a program, and not from columns and rows.
     pub fn is_truss(&self) -> bool {
         self.file.truss().is_some()
@@ -133,28 +107,16 @@ settings! {
     struct PhysicsSettings with ground: GroundSettings {
         /// Time step.
         dt: f64 = 0.002, allowed within(1e-9, 1.0), unit "s",
-            auto "0.002 s times the time scale `sqrt((l / 0.5 m) (9.81 m/s2 / g))`, where `l` is the extent of the lattice \
-                  along the ground, or less if the largest number of substeps is not stable for every design",
+            auto "0.002 s times the time scale, or less if the largest number of substeps is not stable for every design",
             source "paper, table 2";
         /// Number of steps of a rollout.
         steps: usize = 8192, allowed STEPS,
             auto "16.384 s times the time scale, divided by `dt`", source "paper, table 2";
         /// Integration method.
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
-        /// Number of times that an implicit step solves its equations, each time about the last result. Once is
-        /// inaccurate: it brakes stiff robots that turn.
-        passes: usize = 2, allowed within(1.0, 16.0), since 6,
-            read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
-            source "found by experiment";
-        /// Share of an implicit step after which forces are taken. With 1, the end of the step, vibrations are damped; near
-        /// 0.5 the step is of second order. In a step in which a node lands it is 1.
-        theta: f64 = 1.0, allowed within(0.5, 1.0), since 8,
-            read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
-            source "beyond the paper: theta method";
-        /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
-        /// output is constant during them.
+        /// Number of mechanical steps per step of the controller.
         substeps: usize = 1, allowed within(1.0, MOST_SUBSTEPS),
-            auto "the smallest number with which a substep is at most 0.97 of the step that is stable for every design",
+            auto "the smallest number whose substep is at most 0.97 of the step that is stable for every design",
             since 1, source "paper: 1";
         /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
@@ -162,10 +124,8 @@ settings! {
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
         /// Mass of a node without its edges.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
-        /// Extra mass of the payload, whose node is `lattice.payload`, or the nodes that a truss file names.
+        /// Extra mass of the payload.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
-        /// Height of the ground line at x = 0. `[ground]` has the profile above this line.
-        ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
         /// Angle of the ground.
         incline_deg: f64 = 0.0, allowed within(-80.0, 80.0), unit "degrees",
             source "paper: 0, and 15 for the incline";
@@ -182,17 +142,21 @@ settings! {
         bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", since 1, source "paper: 0";
         /// Forces in addition to springs and bending, by the names of their laws.
         forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
-        /// Whether void edges pull. If they are dropped, the void edges of a one-hot layout do not pull.
+        /// Whether the void edges of a one-hot layout pull.
         void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
-        /// The speed of a node above which a rollout counts as diverged, or "off". A robot with such a
-        /// node has flown apart, and its displacement means nothing. Nodes reach 13 m/s in delivered
-        /// robots, about 50 m/s in undecided robots that hold together, and several hundred in robots
-        /// that fly apart.
+        /// The speed of a node above which a rollout counts as diverged. Nodes reach 13 m/s in delivered robots, about 50
+        /// m/s in undecided robots that hold together, and several hundred in robots that fly apart.
         speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s",
             auto "100 m/s times `l / 0.5 m` divided by the time scale", since 1 before "off",
             source "found by experiment";
         /// What an optimisation does if the time step is so long that the robot's vibrations grow.
         unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
+    } of cases {
+        /// Height of the ground line at x = 0, m.
+        ground_height: f64 = 0.1, source "D1";
+        /// Number of times that an implicit step solves its equations, each time about the last result. Once is
+        /// inaccurate: it brakes stiff robots that turn.
+        passes: usize = 2, source "found by experiment";
     }
 }
 
@@ -283,8 +247,8 @@ impl PhysicsSettings {
 settings! {
     /// The controller: policy, size, inputs, goals and initial weights.
     struct ControllerSettings {
-        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), a
-        /// network with hidden units for each direction of a given goal, or a policy that the program adds.
+        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), or a
+        /// network with hidden units for each direction of a given goal.
         policy: Chosen = Chosen::policy(), since 2, source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
@@ -295,22 +259,15 @@ settings! {
             auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
                   0.25 to 4)",
             source "paper: 10";
-        /// Whether the frequency of the clock is a design variable. If it is, it begins at `omega`, and the optimisation of
-        /// the controller changes it.
+        /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, since 4, source "paper: fixed";
         /// Position of the goal along the ground and above it, from the world's origin.
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
-            read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
+            read "with a `goal_scale` above 0, or for the task `reach`" if |s: &Scene| s.controller.goal_scale > 0.0 || s.reaches(),
             source "paper: 2, 0.1";
         /// Factor on the goal in the observation.
         goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m", auto "0.05 / m divided by `l / 0.5 m`; 3 / m for a given goal",
             source "D3, found by experiment";
-        /// Whether the goal is given relative to the mean node position.
-        goal_relative: bool = false,
-            read "with a `goal_scale` above 0 and a fixed goal" if |s: &Scene| {
-                s.controller.goal_scale > 0.0 && s.controller.goals != GoalKind::Given
-            },
-            source "D3; paper: false";
         /// The goals for which the controller is trained: `goal`, a number of the controller; or goals that are given to
         /// every rollout and may change while the robot walks. The paper's goal is too small an input for a robot to
         /// steer by. For a robot that steers, choose given goals. A given goal is observed as its offset `d` from the mean
@@ -329,6 +286,9 @@ settings! {
             auto "the first activations have the size that the gains `[2, 0.2]` give 36 nodes, 110 edges, 10 clock \
                   signals and 32 hidden units; times the care",
             source "found by experiment";
+    } of cases {
+        /// Whether the goal is given relative to the mean node position.
+        goal_relative: bool = false, source "D3; paper: false";
     }
 }
 

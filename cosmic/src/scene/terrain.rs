@@ -17,8 +17,7 @@ settings! {
         profile: ProfileKind = ProfileKind::Flat, since 1,
             read "with a contact law that has a ground" if |s: &Scene| s.physics.contact.has_ground(),
             source "paper: flat";
-        /// For "points": the corners of the profile, each as its place along the ground and its height. Two corners at
-        /// the same place are a vertical wall.
+        /// For "points": the corners of the profile.
         points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
@@ -26,8 +25,7 @@ settings! {
         from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
-        /// For "steps" and "rough": the number of steps or of drawn heights. Beyond the last one the ground is flat:
-        /// rough ground ends after `count + 1` times `spacing`.
+        /// For "steps" and "rough": the number of steps or of drawn heights. Beyond the last one the ground is flat.
         count: usize = 10, allowed within(1.0, 62.0), since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
@@ -35,12 +33,8 @@ settings! {
         spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
-        /// For "steps": the height of a step; negative for steps down.
+        /// For "steps": the height of a step; negative for steps down. A step rises over a sixtieth of `spacing`.
         rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", since 1,
-            read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
-            source "beyond the paper";
-        /// For "steps": the length of the ramp of a step. It must be shorter than the distance to the next step.
-        ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";
         /// For "rough": the largest height above or below the ground line.
@@ -76,6 +70,10 @@ fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
 }
 
+/// The distance from one step to the next, divided by the length over which a step rises. A step 30 cm long rises over 5
+/// mm.
+const RAMPS: f64 = 60.0;
+
 /// The largest number of steps in a profile. Each step has two corners.
 pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
 
@@ -108,9 +106,10 @@ impl GroundSettings {
     }
 
     fn steps(&self) -> Vec<Vector<f64>> {
+        let ramp = self.spacing / RAMPS;
         let step = |k: usize| {
             let [below, above] = [k, k + 1].map(|k| k as f64 * self.rise);
-            [[self.place(k), below], [self.place(k) + self.ramp, above]].map(Vector::new)
+            [[self.place(k), below], [self.place(k) + ramp, above]].map(Vector::new)
         };
         (0..self.count).flat_map(step).collect()
     }

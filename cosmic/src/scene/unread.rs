@@ -1,6 +1,6 @@
 //! Finds settings of a scene that have no effect.
 
-use super::{Finding, LossKind, Scene, Setting, StartKind};
+use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
     /// The settings whose values differ from those of the scene's base.
@@ -41,6 +41,11 @@ impl Scene {
     /// True if the loss is that of the task, and not a loss that a program adds.
     pub(super) fn has_task(&self) -> bool {
         self.objective.own_loss.is_default()
+    }
+
+    /// True if the loss is the distance from a fixed goal.
+    pub(super) fn reaches(&self) -> bool {
+        self.has_task() && self.objective.task == TaskKind::Reach
     }
 
     /// True if the loss depends on more states than the last one.

@@ -21,6 +21,9 @@
 ///
 /// `struct PhysicsSettings with ground: GroundSettings {` has one more field, whose settings are a separate section.
 ///
+/// After the keys, `} of cases { ... }` declares numbers that scene files do not have: they are constants of every
+/// scene, but a case may have other values.
+///
 /// A new key has a mark before `source`, such as `since 2 before 0.5`: scenes of runs hold the key from version 2 on,
 /// and `scene::VERSION` must be raised to that version. In scenes of older runs the key has the value after `before`,
 /// written as in TOML, or the default if there is no `before`. With this value the program must do what programs
@@ -41,9 +44,13 @@ macro_rules! settings {
     ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt) => {
         $crate::settings! { @struct [$R] $(#[doc = $about])+ struct $Settings $body }
     };
-    ($(#[doc = $about:literal])+ struct $Settings:ident $(with $part:ident: $Part:ty)? { $($body:tt)* }) => {
+    (
+        $(#[doc = $about:literal])+ struct $Settings:ident $(with $part:ident: $Part:ty)? { $($body:tt)* }
+        $(of cases { $($constants:tt)* })?
+    ) => {
         $crate::settings! {
             @struct [] $(#[doc = $about])+ struct $Settings $(with $part: $Part)? { $($body)* }
+            $(of cases { $($constants)* })?
         }
     };
     (
@@ -57,6 +64,9 @@ macro_rules! settings {
                 $(, read $when:literal if $is_read:expr)?, source $source:literal;
             )*
         }
+        $(of cases {
+            $($(#[doc = $says:literal])+ $constant:ident: $Of:ty = $always:expr, source $origin:literal;)*
+        })?
     ) => {
         $(#[doc = $about])+
         #[derive(Debug, Clone, PartialEq)]
@@ -72,11 +82,22 @@ macro_rules! settings {
                 #[doc = concat!("The section `[", stringify!($part), "]` of a file.")]
                 pub $part: $Part,
             )?
+            $($(
+                $(#[doc = $says])+
+                #[doc = concat!(
+                    "\n\nAlways `", stringify!($always), "` in scenes (", $origin, "). A case may have another value."
+                )]
+                pub $constant: $Of,
+            )*)?
         }
 
         impl Default for $Settings {
             fn default() -> Self {
-                Self { $($key: $default,)* $($part: <$Part>::default(),)? }
+                Self {
+                    $($key: $default,)*
+                    $($part: <$Part>::default(),)?
+                    $($($constant: $always,)*)?
+                }
             }
         }
 

@@ -11,7 +11,6 @@ use autodiff::{AnyProgram, Array, Kernel, Real};
 
 use super::effort::{Meter, Pulled};
 use super::parameters::Parameters;
-use super::theta::Theta;
 use crate::geometry::Vector;
 use crate::laws::{
     AnyContact, Equation, FirstPass, Flat, Force, FreeEquation, Hold, Impulse, Linear, Meet,
@@ -28,8 +27,6 @@ pub(super) struct Implicit<'a> {
     pub(super) forces: &'a [Arc<dyn Force>],
     /// The number of passes, each of which solves linear equations.
     pub(super) passes: usize,
-    /// The share of the step after which forces are taken, at most 1.
-    pub(super) theta: f64,
     pub(super) given: &'a Parameters<Array>,
     /// The nodes at the start of the step, and what forces read besides. Its `dt` is the duration of the step.
     pub(super) step: &'a Step<'a>,
@@ -43,8 +40,6 @@ struct Start {
     grip: Option<Array>,
     /// A zero for every node.
     none: Array,
-    /// The share of the step after which forces are taken; `None` if it is 1.
-    theta: Option<Theta>,
 }
 
 /// The results of a pass.
@@ -85,22 +80,11 @@ impl Implicit<'_> {
         let has_ground = self.contact.has_ground();
         let grip = has_ground.then(|| self.contact.grip(p, any, &self.given.contact[2..]));
         let none = p.gather(any, &vec![None; self.step.graph.nodes()]);
-        let theta = (self.theta < 1.0).then(|| {
-            let under = has_ground.then(|| self.under(p, free, [none; 2]));
-            Theta::of(p, self.theta, self.step, under, none)
-        });
-        let free = theta.map_or(free, |theta| theta.free(p, nodes.v, free));
-        let start = Start {
-            free,
-            grip,
-            none,
-            theta,
-        };
+        let start = Start { free, grip, none };
         let first = Particle { v: free, ..nodes };
         let mut pass = self.pass(p, first, &start, None);
         for _ in 1..self.passes {
-            let moving = theta.map_or(pass.moving, |theta| theta.times(p, pass.moving));
-            let moved = p.map(Moved(self.step.dt), both(nodes.x, moving));
+            let moved = p.map(Moved(self.step.dt), both(nodes.x, pass.moving));
             let base = Particle {
                 x: Vector::new(moved),
                 v: pass.moving,
@@ -109,15 +93,9 @@ impl Implicit<'_> {
         }
         pass.moving = self.balanced(p, &start, &pass);
         if let Some(meter) = meter {
-            *meter = self.metered(p, &start, &pass, *meter);
+            *meter = self.metered(p, &pass, *meter);
         }
-        let after = self.land(p, &pass);
-        let Some(theta) = theta else { return after };
-        let is_held = pass.hold.map_or(none, |hold| hold.is_held);
-        Particle {
-            v: theta.end(p, [nodes.v, pass.moving, after.v], is_held),
-            ..after
-        }
+        self.land(p, &pass)
     }
 
     /// The velocities with which nodes move. If no node is held, they are shifted so that the momentum of the robot is
@@ -141,7 +119,7 @@ impl Implicit<'_> {
         before: Option<&Pass>,
     ) -> Pass {
         let (graph, free) = (self.step.graph, start.free);
-        let bars = self.bars(p, base, start.theta, before.is_none());
+        let bars = self.bars(p, base, before.is_none());
         let held = start
             .grip
             .map(|grip| self.hold(p, [grip, start.none], base.v, before));
@@ -149,13 +127,13 @@ impl Implicit<'_> {
             Some((hold, change)) => (Some(hold), change),
             None => (None, base.v.map(|_| start.none)),
         };
-        let impulses = self.impulses(p, base, start.theta, &bars, change);
+        let impulses = self.impulses(p, base, &bars, change);
         let solved = self.solve(p, [base.v, free, impulses, change], hold.as_ref(), &bars);
         let change = change.zip_with(solved, |change, solved| p.map(Sum, [change, solved])[0]);
         let moving = base
             .v
             .zip_with(change, |base, change| p.map(Sum, [base, change])[0]);
-        let impulses = self.impulses(p, base, start.theta, &bars, change);
+        let impulses = self.impulses(p, base, &bars, change);
         let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses)));
         Pass {
             moving,
@@ -173,22 +151,17 @@ impl Implicit<'_> {
 
     /// Records the meter after a step whose last pass is `pass`. The impulses are those with which bars act on the nodes in
     /// this pass.
-    fn metered(&self, p: &mut AnyProgram, start: &Start, pass: &Pass, before: Meter) -> Meter {
+    fn metered(&self, p: &mut AnyProgram, pass: &Pass, before: Meter) -> Meter {
         let ([jx, jy], [xx, xy, yy]) = (pass.bars.impulse.array(), pass.bars.slopes);
         let (graph, per_edge) = (self.step.graph, [jx, jy, xx, xy, yy]);
         let impulse: [Array; 2] =
             p.map_each_edge(graph, Impulse, pass.change.array(), &per_edge, &[]);
-        let impulse = (start.theta).map_or(impulse, |theta| theta.whole(p, impulse));
         let pulled = Pulled {
             dt: self.step.dt,
             softening: self.step.softening,
         };
         let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
-        let velocities = both(self.step.nodes.v, pass.moving);
-        let moving = match start.theta {
-            None => p.map(Mean, velocities),
-            Some(theta) => theta.midway(p, velocities),
-        };
+        let moving = p.map(Mean, both(self.step.nodes.v, pass.moving));
         before.after(p, graph, Vector::new(moving), impulse, tension)
     }
 
@@ -212,13 +185,7 @@ impl Implicit<'_> {
     }
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
-    fn bars(
-        &self,
-        p: &mut AnyProgram,
-        mut base: Particle<Array>,
-        theta: Option<Theta>,
-        from_start: bool,
-    ) -> Bars {
+    fn bars(&self, p: &mut AnyProgram, base: Particle<Array>, from_start: bool) -> Bars {
         let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
         for (k, force) in self.forces.iter().enumerate() {
             match force.record_slopes(p, &at, &self.given.forces[k], sum) {
@@ -226,11 +193,7 @@ impl Implicit<'_> {
                 None => others.push(k),
             }
         }
-        let mut tensions = sum.expect("every robot has springs");
-        if let Some(theta) = theta {
-            tensions = theta.tensions(p, tensions);
-            base.v = theta.times(p, base.v);
-        }
+        let tensions = sum.expect("every robot has springs");
         let linear = Linear {
             dt: at.dt,
             softening: at.softening,
@@ -240,7 +203,7 @@ impl Implicit<'_> {
             p.map_each_edge(at.graph, linear, base.array(), &tensions.array(), &[]);
         Bars {
             impulse: Vector::new([jx, jy]),
-            slopes: theta.map_or(slopes, |theta| theta.slopes(p, slopes)),
+            slopes,
             others,
         }
     }
@@ -251,29 +214,16 @@ impl Implicit<'_> {
         &self,
         p: &mut AnyProgram,
         base: Particle<Array>,
-        theta: Option<Theta>,
         bars: &Bars,
         change: Vector<Array>,
     ) -> Vector<Array> {
         let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
         let per_edge = [jx, jy, xx, xy, yy];
         let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
-        let (at, of_bars) = (self.at(base), Vector::new(of_bars));
-        let mut others = |before| {
-            bars.others.iter().fold(before, |sum, &k| {
-                Some(self.forces[k].record(p, &at, &self.given.forces[k], sum))
-            })
-        };
-        match theta {
-            None => others(Some(of_bars)).unwrap_or(of_bars),
-            Some(theta) => match others(None) {
-                None => of_bars,
-                Some(others) => {
-                    let part = theta.times(p, others);
-                    of_bars.zip_with(part, |a, b| p.map(Sum, [a, b])[0])
-                }
-            },
-        }
+        let at = self.at(base);
+        (bars.others.iter()).fold(Vector::new(of_bars), |sum, &k| {
+            self.forces[k].record(p, &at, &self.given.forces[k], Some(sum))
+        })
     }
 
     /// Decides which nodes are held in a pass that begins with the velocity `moving`. Returns the contacts, and the change

@@ -26,8 +26,6 @@ pub(super) struct Mechanics {
     substeps: usize,
     /// The number of passes of an implicit step; `None` for an explicit integrator.
     passes: Option<usize>,
-    /// The share of an implicit step after which forces are taken.
-    theta: f64,
     /// The drift before the push; `None` for an integrator without one.
     first: Option<Drift>,
     /// The time for which the forces push in a substep, s.
@@ -68,7 +66,6 @@ impl Mechanics {
         let mechanics = Self {
             substeps: physics.substeps,
             passes: (physics.integrator == Integrator::Implicit).then_some(physics.passes),
-            theta: physics.theta,
             first,
             push,
             softening: lattice.softening(),
@@ -175,7 +172,6 @@ impl Mechanics {
                     terrain,
                     forces: &self.forces,
                     passes,
-                    theta: self.theta,
                     given,
                     step: &step,
                 };

@@ -8,7 +8,6 @@ mod surroundings;
 mod parameters;
 mod effort;
 mod implicit;
-mod theta;
 mod mechanics;
 mod robot;
 mod energy;

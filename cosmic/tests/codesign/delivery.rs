@@ -82,7 +82,7 @@ fn an_undecided_design_has_neither_structure_nor_loads() {
 fn the_last_iterate_is_measured_once_if_it_is_also_a_candidate() {
     let (evaluator, mut progress) = begun(&tiny());
     let plain = evaluator.deliver(&progress);
-    progress.note_candidate(1.0, evaluator.scene.selection.candidates);
+    progress.note_candidate(1.0);
     assert_eq!(evaluator.entrants(&progress).len(), 1);
     assert_eq!(evaluator.deliver(&progress), plain);
     evaluator.judge_candidates(&mut progress);

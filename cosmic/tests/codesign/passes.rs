@@ -2,7 +2,7 @@ use crate::small::{after, records, tiny};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
-use cosmic::scene::{BinarisationMethod, ClockKind, GradientPrecision, Pass, Scene};
+use cosmic::scene::{BinarisationMethod, ClockKind, GradientPrecision, Scene};
 use cosmic::simulator::Trajectory;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -163,22 +163,31 @@ fn a_controller_that_does_not_move_costs_no_gradient() {
     assert_eq!(first(&still), first(&moved));
 }
 
-/// The tempo of a learned clock has its own bound, so its large derivative does not change the update of the weights. It
-/// moves at three times their rate.
+/// The tempo of a learned clock has its own bound, a third of that of the weights, so its large derivative does not change
+/// their update. It moves at three times their rate.
 #[test]
 fn the_tempo_has_its_own_bound_and_rate() {
     let mut scene = tiny();
-    scene.schedule.cycle = vec![Pass::Controller];
-    // A bound as small as `epsilon`: a first update of Adam then depends on the size of the gradient.
-    scene.adam.gradient_norm = Some(scene.adam.epsilon);
-    let fixed = after(&scene, 1, 0).1.controller;
+    scene.gradient.cotangent_bound = None;
+    // The first update of the controller is that of the second iteration.
+    let moved = |scene: &Scene| {
+        let mut codesign = CoDesign::with_loss(scene, Steep).unwrap();
+        let mut progress = codesign.begin(0).unwrap();
+        (0..2).for_each(|_| _ = codesign.iterate(&mut progress));
+        progress
+    };
+    let fixed = moved(&scene);
     scene.controller.clock = ClockKind::Learned;
-    let learned = after(&scene, 1, 0).1.controller;
-    let (weights, tempo) = learned.numbers().split_at(fixed.weights());
-    assert_eq!(weights, fixed.numbers());
-    // A third of the bound gives a quarter of a step: a third over the sum of a third and one.
-    let steps = tempo[0].abs() / scene.adam.rate;
-    assert!((steps - 0.75).abs() < 1e-6, "{steps}");
+    let learned = moved(&scene);
+    // After one update, Adam's mean is a tenth of the bounded gradient.
+    let count = fixed.controller.weights();
+    let (weights, tempo) = learned.adam.mean.split_at(count);
+    assert_eq!(weights, fixed.adam.mean);
+    let norm = |mean: &[f64]| mean.iter().map(|g| g * g).sum::<f64>().sqrt();
+    assert!((norm(weights) - 0.1).abs() < 1e-12, "{}", norm(weights));
+    assert!((norm(tempo) - 0.1 / 3.0).abs() < 1e-12, "{}", norm(tempo));
+    let steps = learned.controller.numbers()[count].abs() / scene.adam.rate;
+    assert!((steps - 3.0).abs() < 1e-6, "{steps}");
 }
 
 #[test]

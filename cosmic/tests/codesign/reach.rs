@@ -4,7 +4,9 @@ use cosmic::domain::{Domain, draw};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{GradientPrecision, Scene, SelectionKind, TaskKind};
+use cosmic::scene::{
+    GradientPrecision, Scene, SelectionKind, SelectionSettings, TaskKind,
+};
 
 /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
 /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
@@ -137,8 +139,7 @@ fn a_robust_rank_is_a_quantile_over_varied_robots() {
     let (evaluator, progress) = begun(&scene);
     let reached = evaluator.evaluate(&progress);
     let mut stream = stream(progress.seed, Purpose::Ranking);
-    let count = scene.selection.perturbed_rollouts;
-    let mut domains: Vec<_> = (0..count)
+    let mut domains: Vec<_> = (0..SelectionSettings::PERTURBED_ROLLOUTS)
         .map(|_| draw(&evaluator.task, &VARIED, &mut stream))
         .collect();
     domains[0] = Domain::of(&evaluator.task, evaluator.start.clone());

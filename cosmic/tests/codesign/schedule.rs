@@ -1,5 +1,5 @@
-use cosmic::codesign::{Phase, Schedule};
-use cosmic::scene::{Pass, Scene};
+use cosmic::codesign::{Pass, Phase, Schedule};
+use cosmic::scene::Scene;
 
 #[test]
 fn the_paper_s_phases_and_ramps() {

@@ -23,8 +23,7 @@ fn wild(settle: f64) -> Scene {
         [loss]
         window = 32
         [adam]
-        fine_rate = 0.2
-        fine_decay = 1.0
+        fine_rate = 0.3
     ";
     let mut scene = Scene::parse("wild", text).unwrap();
     scene.schedule.settle = settle;

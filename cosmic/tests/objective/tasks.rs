@@ -7,10 +7,10 @@ use cosmic::simulator::{Effort, Efforts, Trajectory};
 fn objective(task: TaskKind) -> Objective {
     let text = "
         base = 'stability'
+        [controller]
+        goal = [1.0, 0.0]
         [objective]
-        target = 1.0
-        settle = 0.5
-        energy_price = 0.25
+        weight = 2.5
         [loss]
         window = 2
         every = 1
@@ -21,12 +21,7 @@ fn objective(task: TaskKind) -> Objective {
     ";
     let mut scene = Scene::parse("tasks", text).unwrap();
     scene.objective.task = task;
-    Objective::new(
-        &scene.objective,
-        &scene.loss,
-        &scene.physics,
-        &scene.materials,
-    )
+    Objective::of_scene(&scene)
 }
 
 /// The states of a moving payload and a node at rest: at the start and after 1, 2 and 3 steps.
@@ -66,11 +61,11 @@ fn each_task_has_its_loss() {
     assert_eq!(loss(TaskKind::Far), -3.0);
     assert_eq!(loss(TaskKind::Back), 3.0);
     assert_eq!(loss(TaskKind::Climb), -0.75);
-    // In the first state the payload is 3 m beyond the target and moves 1 m in the time `settle`. In the second it
-    // is 1 m beyond the target and at rest.
+    // In the first state the payload is 3 m beyond the goal and moves 1 m in 0.5 s. In the second it is 1 m beyond the
+    // goal and at rest.
     assert_eq!(loss(TaskKind::Reach), 0.5 * (9.0 + 1.0 + 1.0));
-    // The second bar is half an actuator and has given 20 J: the robot of 2 kg spends 5 J/kg, at 0.25 m for each.
-    assert_eq!(loss(TaskKind::Economy), -3.0 + 1.25);
+    // The second bar is half an actuator and has given 20 J: the robot of 2 kg spends 5 J/kg, at 0.025 m for each.
+    assert_eq!(loss(TaskKind::Economy), -3.0 + 0.125);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Checks that the structs, the declarations and the texts of scenes agree.
 
 use cosmic::Registry;
-use cosmic::scene::{Scene, Units, VERSION};
+use cosmic::scene::{Scene, VERSION};
 use cosmic::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
@@ -46,12 +46,10 @@ fn the_scene_of_a_run_of_version_1_is_read() {
     let newer = [
         "policy = ",
         "payload = ",
-        "units = ",
         "body = ",
         "clock = ",
         "goals = ",
         "mirror = ",
-        "theta = ",
     ];
     let is_new = |line: &&str| newer.iter().any(|key| line.starts_with(key));
     assert_eq!(text.lines().filter(is_new).count(), newer.len());
@@ -60,9 +58,7 @@ fn the_scene_of_a_run_of_version_1_is_read() {
         .filter(|line| !is_new(line))
         .fold(String::new(), |text, line| text + line + "\n");
     let old = without_parts(&old).replacen("version = 8", "version = 1", 1);
-    let mut read = Scene::parse_of_run("old", &old, &Registry::default()).unwrap();
-    assert_eq!(read.lattice.units, Units::Absolute);
-    read.lattice.units = Units::Relative;
+    let read = Scene::parse_of_run("old", &old, &Registry::default()).unwrap();
     assert_eq!(read, Scene::paper());
     let cut = old.replacen("version = 1", "version = 2", 1);
     let refused = Scene::parse_of_run("cut", &cut, &Registry::default())

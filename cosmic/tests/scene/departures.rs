@@ -26,9 +26,7 @@ design.one_piece = false
 const PAPERS: &[(&str, &[&str])] = &[
     ("lattice.kind", &["\"rectangular\""]),
     ("lattice.file", &["\"off\""]),
-    // The paper has no such lengths, and its lattice has the same scale in both units.
     ("lattice.mirror", &["false"]),
-    ("lattice.units", &["\"relative\"", "\"absolute\""]),
     ("physics.integrator", &["\"symplectic_euler\""]),
     ("physics.contact", &["\"infinite\"", "\"coulomb\""]),
     ("physics.void_edges", &["\"keep\""]),
@@ -41,7 +39,6 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("ground.points", &["[[1.0, 0.1]]"]),
     ("controller.policy", &["\"mlp\""]),
     ("controller.clock", &["\"fixed\""]),
-    ("controller.goal_relative", &["false"]),
     ("controller.goals", &["\"fixed\""]),
     // The starts of the paper's designs d, b and c, of its ablation, and of its design a.
     (
@@ -59,10 +56,6 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("design.free_ends", &["true"]),
     ("design.crossings", &["true"]),
     ("binarisation.method", &["\"augmented\""]),
-    ("schedule.cycle", &["\"dc\"", "\"cddcd\""]),
-    // The paper does not say whether these gradients are bounded.
-    ("adam.gradient_norm", &["\"off\"", "1.0"]),
-    ("gradient.design_norm", &["\"off\"", "1.0"]),
     ("gradient.cotangent_bound", &["\"off\""]),
     // The gradient does not depend on the memory.
     ("gradient.memory", &["\"off\"", "1.0"]),
@@ -80,7 +73,7 @@ const PAPERS: &[(&str, &[&str])] = &[
             "\"aluminium\"",
             "\"steel\"",
             "\"pla\"",
-            "\"own\"",
+            "[2e9, 900.0]",
         ],
     ),
     ("parts.joint", &["\"off\"", "1.0"]),
@@ -95,8 +88,8 @@ const PAPERS: &[(&str, &[&str])] = &[
 
 /// Values to try for keys whose description does not list all their values.
 const MORE_VALUES: &[(&str, &[&str])] = &[
-    ("schedule.cycle", &["\"dc\"", "\"cddcd\"", "\"d\"", "\"c\""]),
     ("ground.points", &["[[1.0, 0.1]]"]),
+    ("parts.material", &["[2e9, 900.0]"]),
 ];
 
 /// For a key that only some scenes read, settings with which the scene reads it.
@@ -280,12 +273,11 @@ fn a_layout_has_no_departures_in_settings_for_designing() {
         [binarisation]
         method = 'constraints'
         [schedule]
-        cycle = 'c'
         stability_share = 0.0
     ";
     let of = |name| options(&paper(name).with("designs", text).unwrap());
     assert_eq!(of("baseline_tall"), HashSet::new());
-    assert_eq!(of("uniform").len(), 8);
+    assert_eq!(of("uniform").len(), 7);
 }
 
 /// If a program's own loss replaces the task, the task and its loss are not read. So they are no departures.

@@ -216,15 +216,10 @@ class Robot:
         a[nodes, :, nodes, :] += fixed
         return np.linalg.solve(a.reshape(2 * count, -1), along(free, -residual).reshape(-1)).reshape(count, 2)
 
-    def implicit(self, x, v, activation, passes=2, theta=1.0, log=None):
+    def implicit(self, x, v, activation, passes=2, log=None):
         dt, m, count = self.dt, self.m[:, None], len(x)
-        v0, lands = self.decay * v + dt * self.g, np.zeros(count, bool)
-        if self.ground and theta < 1.0:
-            met = self.ground.meet(x, v0, np.full(count, dt), np.full(count, -1))[0]
-            lands = (met >= 0) & (dot(self.ground.normal[met], v).real < -1e-6)
-        theta = 1.0 if lands.any() else theta
-        v0 = v + theta * (v0 - v) if theta < 1.0 else v0
-        kick, stiff, viscous = self.linearised(x, v0, activation, theta * dt)
+        v0 = self.decay * v + dt * self.g
+        kick, stiff, viscous = self.linearised(x, v0, activation, dt)
         bumped, touching = self.bumps(x)
         at, rate, base = 0.0 * v0, v0, x
         eye, between = np.eye(2), lambda w: w[self.j] - w[self.i]
@@ -238,7 +233,7 @@ class Robot:
 
         def residual(w):
             """The impulse that the bars do not explain if the nodes move with the velocity w."""
-            return m * (w - v0) - self.gather(bars(w)) - theta * bumped
+            return m * (w - v0) - self.gather(bars(w)) - bumped
 
         zero, none = 0.0 * v0[:, 0], np.full(count, -1)
         held, stick, segment = none > 0, none > 0, 0 * none
@@ -284,8 +279,8 @@ class Robot:
             external = -(drag * (dot(t, w) - slip_to))[:, None] * t
             if number > 0:
                 at = rate = last
-                base = x + theta * dt * last
-                kick, stiff, viscous = self.linearised(base, last, activation, theta * dt)
+                base = x + dt * last
+                kick, stiff, viscous = self.linearised(base, last, activation, dt)
                 bumped, touching = self.bumps(base)
             w = last = w + self.held_solve(node, stiff + viscous, residual(w) - external, fixed)
             reaction = residual(w)
@@ -297,14 +292,12 @@ class Robot:
             stops = stick | (size(dot(t, w) - slip_to).real < 0.5 * slid.real)
             resting = np.where(stops, 0.0, self.respond(dot(t, w), dot(n, w)))[:, None] * t
             v1 = np.where((held & ~again)[:, None], resting, v1)
-        v1 = np.where((~held & ~again)[:, None], v + (w - v) / theta, v1) if theta < 1.0 else v1
-        v1 = np.where((held & lands)[:, None], w, v1)
         if log is not None:
             d = between(base)
             u = d / np.sqrt(dot(d, d) + self.softening)[:, None]
-            tension = dot(u, bars(w)) / (theta * dt)
+            tension = dot(u, bars(w)) / dt
             # An impulse does its work at the mean of the velocities before it and after it.
-            net = -dot(bars(w) / theta, between(v + 0.5 * (w - v) / theta))
+            net = -dot(bars(w), between(v + 0.5 * (w - v)))
             log.append(dict(reaction=held[:, None] * reaction, held=held, stick=stick, again=again & ~held, lam_n=held * lam_n, lam_t=held * lam_t, w=w,
                             bar=bars(w), tension=tension, work=positive(net), net=net, touching=np.array(touching)))
         return x1, v1
@@ -330,9 +323,6 @@ CASES = dict(
     bumpers=(dict(contact="none", bumpers=dict(stiffness=2000.0, distance=0.9, reach=3),
                   library=dict(k=[1e-7, 4.0, 3.0], rho=[1e-8, 0.03, 0.1], a_max=[0.0, 0.0, 0.35])), [0.3, 1.0], 2.0,
              "a lattice whose nodes fly at each other, until nodes and bars push each other apart"),
-    theta_flight=(dict(contact="none", drop=0.3, theta=0.5, damper_time=3e-4), [0.3, 1.0], 6.0,
-                  "free flight, forces at the middle of the step"),
-    theta_lands=(dict(theta=0.55, mu=0.6), [0.3, -0.4], 1.0, "lands with forces near the middle of the step"),
 )
 NAMES = ("z", "w1", "b1", "w2", "b2", "x0", "v0")
 
@@ -383,7 +373,7 @@ def rollout(scene, edges, l0, given, steps, kind="implicit", log=None):
         if kind == "explicit":
             x, v = robot.explicit(x, v, activation)
         else:
-            x, v = robot.implicit(x, v, activation, scene["passes"], scene.get("theta", 1.0), log)
+            x, v = robot.implicit(x, v, activation, scene["passes"], log)
         states.append((x @ turn + origin, v @ turn))
     return states, robot
 
@@ -425,7 +415,7 @@ def check_explicit(folder):
 
 def check_budget(scene, states, robot, log):
     """The works of bars, bumpers apart, gravity, drag and ground add up to the change of the kinetic energy in each step."""
-    if scene.get("bumpers") or scene.get("theta", 1.0) < 1.0 and scene["contact"] != "none":
+    if scene.get("bumpers"):
         return
     turn, m, dt = turned(scene), robot.m[:, None], scene["dt"]
     for (_, before), (_, after), entry in zip(states, states[1:], log):

@@ -8,7 +8,7 @@ use cosmic::error::{Error, Result, in_shell};
 use cosmic::laws::ContactLaw;
 use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::{DesignFile, Summary, run};
-use cosmic::scene::Integrator;
+use cosmic::scene::{Integrator, SelectionSettings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::process::Command;
@@ -91,11 +91,10 @@ impl Walks {
             ..MujocoSettings::default()
         };
         mujoco::write(&case, &settings, &model)?;
-        let selection = &scene.selection;
         let mut arguments = vec![
             model.display().to_string(),
-            selection.perturbed_rollouts.to_string(),
-            (selection.perturbation * case.lattice.scale).to_string(),
+            SelectionSettings::PERTURBED_ROLLOUTS.to_string(),
+            (scene.selection.perturbation * case.lattice.scale).to_string(),
             summary.seed.to_string(),
         ];
         arguments.extend(frictions.iter().map(f64::to_string));

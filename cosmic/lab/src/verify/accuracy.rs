@@ -73,20 +73,14 @@ pub struct Method {
     pub integrator: Integrator,
     /// The number of mechanical steps in a time step.
     pub substeps: usize,
-    /// The share of an implicit step after which forces are taken.
-    pub theta: f64,
 }
 
 impl Method {
     pub(super) fn name(&self) -> String {
         let name = self.integrator.name().replace('_', " ");
-        let theta = match self.theta < 1.0 {
-            true => format!(", theta {}", self.theta),
-            false => String::new(),
-        };
         match self.substeps {
-            1 => name + &theta,
-            substeps => format!("{name} x{substeps}{theta}"),
+            1 => name,
+            substeps => format!("{name} x{substeps}"),
         }
     }
 
@@ -95,7 +89,6 @@ impl Method {
         Self {
             integrator: case.physics.integrator,
             substeps: case.physics.substeps,
-            theta: case.physics.theta,
         }
     }
 
@@ -107,7 +100,6 @@ impl Method {
             methods.extend(explicit.map(|integrator| Self {
                 integrator,
                 substeps,
-                theta: case.physics.theta,
             }));
         }
         if !methods.contains(&Self::of(case)) {
@@ -119,7 +111,6 @@ impl Method {
     /// Changes the physics to this method.
     pub(super) fn set(&self, physics: &mut PhysicsSettings) {
         (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
-        physics.theta = self.theta;
     }
 
     /// Changes the case to this method and to a time step that is `fraction` times the old one. `marks` are numbers of
@@ -160,7 +151,6 @@ impl Reference {
             let method = Method {
                 integrator,
                 substeps: 1,
-                theta: 1.0,
             };
             let (case, at) = method.applied(case, marks, coarser / finer as f64);
             Probe::new(&case).run::<f64>(&at)

@@ -86,7 +86,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 fn the_exported_controller_has_the_library_s_controls() {
     const SMALL: &str =
         "lattice.columns = 3\nlattice.rows = 2\nlattice.drop = 0.01\ncontroller.hidden = 6\n";
-    const SLOPE: &str = "lattice.mirror = false\nlattice.payload = 0\nphysics.incline_deg = 12.0\nphysics.ground_height = 0.3\n";
+    const SLOPE: &str = "lattice.mirror = false\nlattice.payload = 0\nphysics.incline_deg = 12.0\n";
     const GIVEN: &str =
         "controller.goals = \"given\"\ncontroller.goal_scale = 2.0\nobjective.task = \"reach\"\n";
     const OPEN: &str = "controller.policy = \"clock\"\n";

@@ -92,7 +92,6 @@ fn all_rows_are_compared_with_one_motion() {
     let finest = Method {
         integrator: Integrator::SymplecticEuler,
         substeps: 4,
-        theta: 1.0,
     };
     let truth = states(finest, 1.0 / FINER as f64);
     for run in accuracy.runs.iter().filter(|run| run.precision == DOUBLE) {

@@ -24,8 +24,6 @@ const MARGIN: f64 = 0.9;
 const DOUBTFUL: f64 = 1.0;
 /// The median time is taken over at most this many runs.
 const REPEATS: usize = 5;
-/// The share of an implicit step that is nearly of second order and still damps what it cannot resolve.
-const THETA: f64 = 0.55;
 /// The number of times that the longest step of a method is halved.
 const HALVINGS: i32 = 3;
 
@@ -202,7 +200,7 @@ impl<'a> Contest<'a> {
 type Group = (&'static str, fn(&Method) -> bool);
 
 /// The lines of a figure.
-const GROUPS: [Group; 5] = [
+const GROUPS: [Group; 4] = [
     ("explicit", |of| {
         of.integrator == Integrator::SymplecticEuler && of.substeps == 1
     }),
@@ -210,19 +208,13 @@ const GROUPS: [Group; 5] = [
     ("substeps", |of| {
         of.integrator == Integrator::SymplecticEuler && of.substeps > 1
     }),
-    ("implicit", |of| {
-        of.integrator == Integrator::Implicit && of.theta == 1.0
-    }),
-    ("second order", |of| {
-        of.integrator == Integrator::Implicit && of.theta < 1.0
-    }),
+    ("implicit", |of| of.integrator == Integrator::Implicit),
 ];
 
 fn method(integrator: Integrator, substeps: usize) -> Method {
     Method {
         integrator,
         substeps,
-        theta: 1.0,
     }
 }
 
@@ -254,13 +246,8 @@ fn methods(explicit: f64) -> Vec<(Method, f64)> {
         let substeps = (fraction / explicit) as usize;
         methods.push((method(Integrator::SymplecticEuler, substeps), fraction));
     }
-    for theta in [1.0, THETA] {
-        let implicit = Method {
-            theta,
-            ..method(Integrator::Implicit, 1)
-        };
-        methods.extend(halved(2.0, 2 * HALVINGS).map(|fraction| (implicit, fraction)));
-    }
+    let implicit = method(Integrator::Implicit, 1);
+    methods.extend(halved(2.0, 2 * HALVINGS).map(|fraction| (implicit, fraction)));
     methods
 }
 
