@@ -52,7 +52,7 @@ pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
         phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, searches, goals,
-        springs, terrain, parts,
+        terrain, parts,
     ] {
         rule(scene, &mut found);
     }
@@ -357,20 +357,6 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
         format!(
             "two goals need the task \"far\", but the task is \"{}\"",
             task.name()
-        ),
-    );
-}
-
-/// Some laws take the place of linear springs.
-fn springs(scene: &Scene, found: &mut Conflicts) {
-    let physics = &scene.physics;
-    let replaces = physics.forces.replaces_spring();
-    found.require(
-        replaces.is_none() || physics.stiffening == 0.0,
-        ["physics.forces", "physics.stiffening"],
-        format!(
-            "the force `{}` takes the place of springs by Hooke's law, not of stiffening springs; set physics.stiffening to 0",
-            replaces.unwrap_or_default()
         ),
     );
 }

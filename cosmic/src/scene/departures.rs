@@ -87,10 +87,6 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| s.physics.integrator != Integrator::SymplecticEuler;
     "physics.substeps": "the mechanics take shorter steps than the controller"
         if |s| s.physics.substeps != 1;
-    "physics.stiffening": "springs grow stiffer as they are stretched or compressed"
-        if |s| s.physics.stiffening > 0.0;
-    "physics.bending_radius": "bars that continue straight through a node resist bending there"
-        if |s| s.physics.bending_radius > 0.0;
     "physics.forces": "additional forces act on the robot"
         if |s| s.physics.forces.laws().next().is_some();
     "physics.void_edges": "void edges of a one-hot layout exert no force"

@@ -300,15 +300,9 @@ impl MaterialSettings {
     /// The force (N) under which a skeleton bar with this rest length (m) buckles: `pi^2 E I / l^2`, Euler's load of a bar
     /// with a joint at either end. `None` if skeleton has plain numbers instead of a section.
     pub fn euler_load(&self, length: f64) -> Option<f64> {
-        let bending = self.bending()?;
-        Some(PI.powi(2) * bending / length.powi(2))
-    }
-
-    /// The bending stiffness `E I` of a skeleton bar, N m^2. `None` if skeleton has plain numbers instead of a section.
-    pub(super) fn bending(&self) -> Option<f64> {
         let section = self.parts.section()?;
         let [modulus, _] = self.parts.modulus_and_density();
-        Some(modulus * section.second_moment)
+        Some(PI.powi(2) * (modulus * section.second_moment) / length.powi(2))
     }
 }
 

@@ -8,9 +8,7 @@ use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
 use crate::geometry::Ground;
 use crate::lattice::Lattice;
-use crate::laws::{
-    AnyContact, AnyForce, Bending, ContactLaw, Force, ForceLaws, Hooke, OnBars, Stiffening,
-};
+use crate::laws::{AnyContact, ContactLaw, Force, ForceLaws, Hooke, OnBars};
 use crate::settings;
 use crate::settings::{POSITIVE, STEPS, Settings, within};
 
@@ -176,11 +174,7 @@ settings! {
         friction: f64 = 2.5, allowed within(0.0, 1e3),
             read "with a contact law that slips" if Scene::slips,
             source "paper: 2.5";
-        /// Cubic coefficient c of the spring force k (e + c e^3).
-        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", since 1, source "paper: 0, Hooke's law";
-        /// Radius of gyration of the bars' section. Above 0, bars in line resist bending.
-        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", since 1, source "paper: 0";
-        /// Forces in addition to springs and bending, by the names of their laws.
+        /// Forces in addition to springs, by the names of their laws.
         forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
         /// Whether void edges pull. If they are dropped, the void edges of a one-hot layout do not pull.
         void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
@@ -266,17 +260,9 @@ impl PhysicsSettings {
 
     /// The force laws that act on a lattice. The springs come first.
     pub(crate) fn forces_on(&self, lattice: &Lattice) -> Vec<Arc<dyn Force>> {
-        let (cubic, radius) = (self.stiffening, self.bending_radius);
-        let springs: Box<dyn AnyForce> = if cubic > 0.0 {
-            Box::new(OnBars(Stiffening { cubic }))
-        } else {
-            Box::new(OnBars(Hooke {}))
-        };
-        let bending = (radius > 0.0).then(|| -> Box<dyn AnyForce> { Box::new(Bending { radius }) });
-        let own = [springs].into_iter().chain(bending);
-        let own = own.filter_map(|law| law.on(lattice));
-        own.chain(self.forces.laws().filter_map(|law| law.on(lattice)))
-            .collect()
+        let springs: Arc<dyn Force> = Arc::new(OnBars(Hooke {}));
+        let chosen = self.forces.laws().filter_map(|law| law.on(lattice));
+        [springs].into_iter().chain(chosen).collect()
     }
 }
 

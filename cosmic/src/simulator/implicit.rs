@@ -15,7 +15,7 @@ use super::theta::Theta;
 use crate::geometry::Vector;
 use crate::laws::{
     AnyContact, Equation, FirstPass, Flat, Force, FreeEquation, Hold, Impulse, Linear, Meet,
-    NextPass, Particle, Reaction, Step, Sum, Terrain, Under,
+    NextPass, Particle, Reaction, Step, Sum, Terrain, Under, add,
 };
 
 /// An implicit step of all nodes, as it is recorded.
@@ -261,7 +261,8 @@ impl Implicit<'_> {
         let (at, of_bars) = (self.at(base), Vector::new(of_bars));
         let mut others = |before| {
             bars.others.iter().fold(before, |sum, &k| {
-                Some(self.forces[k].record(p, &at, &self.given.forces[k], sum))
+                let own = self.forces[k].record(p, &at, &self.given.forces[k]);
+                Some(add(p, sum, own))
             })
         };
         match theta {
