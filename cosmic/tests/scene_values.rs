@@ -1,12 +1,8 @@
-//! The sources of a scene's values: its base, the scene file of a run, and the option `--set`. Also the list of a
-//! scene's departures from the paper.
+//! The sources of a scene's values: its base, the scene file of a run, and the option `--set`.
 
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{
-    BUILTIN, GoalKind, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
-    StartKind,
-};
+use cosmic::scene::{BUILTIN, GoalKind, Layout, Pass, Scene};
 
 #[test]
 fn missing_keys_come_from_the_base() {
@@ -94,57 +90,6 @@ fn the_scene_of_a_run_is_complete() {
             .to_string();
         assert!(says.contains(" missing"), "{says}");
     }
-}
-
-#[test]
-fn departures_are_named_and_can_be_switched_off() {
-    let options = |scene: &Scene| -> Vec<_> {
-        let departures = scene.departures().into_iter();
-        departures.map(|departure| departure.option).collect()
-    };
-    let mut scene = Scene::load("stability").unwrap();
-    assert_eq!(
-        options(&scene),
-        [
-            "loss.kind",
-            "gradient.cotangent_bound",
-            "gradient.design_memory",
-            "schedule.snap_trials",
-            "schedule.polish_trials",
-            "schedule.settle",
-            "selection.kind",
-            "design.one_piece"
-        ]
-    );
-    let mut given = scene.clone();
-    given.start.kind = StartKind::Layout;
-    let of_designs = [
-        "gradient.design_memory",
-        "schedule.snap_trials",
-        "schedule.polish_trials",
-    ];
-    assert!(
-        options(&given)
-            .iter()
-            .all(|o| !of_designs.contains(&&o[..]))
-    );
-    (scene.gradient.design_memory, scene.schedule.settle) = (0.0, 0.0);
-    (scene.schedule.snap_trials, scene.schedule.polish_trials) = (0, 0);
-    scene.loss.kind = LossKind::Final;
-    scene.gradient.cotangent_bound = None;
-    scene.selection.kind = SelectionKind::Last;
-    scene.design.one_piece = false;
-    assert_eq!(options(&scene), Vec::<&str>::new());
-    let physics = scene.physics.clone();
-    (scene.physics.integrator, scene.physics.substeps) = (Integrator::Leapfrog, 2);
-    let of_steps = ["physics.integrator", "physics.substeps"];
-    assert_eq!(options(&scene), of_steps);
-    scene.physics = physics;
-    scene.start.kind = StartKind::ThreeLegged;
-    assert_eq!(options(&scene), ["start.layout"]);
-    let scene = Scene::parse("f32", "[gradient]\nprecision = \"f32\"").unwrap();
-    assert_eq!(scene.gradient.precision, GradientPrecision::F32);
-    assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
 /// The text of the error report after `--set` has applied settings to the paper's scene.

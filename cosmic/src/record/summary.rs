@@ -10,7 +10,7 @@ use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
 use crate::keys::{Cell, Keyed, keys};
 use crate::lattice::Lattice;
-use crate::scene::{Departure, Scene};
+use crate::scene::Scene;
 use crate::simulator::{Energy, Loads};
 use crate::verdict::{Measured, bars};
 use serde::{Deserialize, Serialize};
@@ -131,10 +131,6 @@ keys! {
         delivered_iteration: usize, "whole number", columns ["delivered_iteration"];
         /// `finished`, or `iteration_limit` for the robot of an unfinished run.
         stop_reason: StopReason, "text";
-        /// The named options in use that differ from the paper. If the list is empty, physics and algorithm are
-        /// those of the paper, except for the values of numbers. `option` is the key as `section.key`, or `start`
-        /// with `--from`, or `loss` if a program supplied its own loss. `says` describes what the option does.
-        departures: Vec<Departure>, "list of objects";
         /// Version of the program.
         cosmic_version: String, "text";
         /// Wall time without interruptions; with several starts, the sum over all starts.
@@ -324,7 +320,6 @@ impl Summary {
             } else {
                 StopReason::IterationLimit
             },
-            departures: departures(plan, progress),
             cosmic_version: env!("CARGO_PKG_VERSION").to_string(),
             seconds,
             starts: Vec::new(),
@@ -372,42 +367,4 @@ fn unfinished(folder: &Path) -> String {
     }
     let how = go_on(folder, Snapshot::has_own_loss(folder));
     format!("the run is not finished; {how}")
-}
-
-/// The options in use that differ from the paper. These are the options of the scene that have an effect in this run,
-/// and also a given robot or a given loss, which are not part of the scene.
-fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
-    let decided_before = progress.entered == Some(plan.scene.schedule.snap_at);
-    let idle = |option: &str| {
-        let of_start = progress.entered.is_some() && option.starts_with("start.");
-        let of_design = decided_before
-            && [
-                "gradient.design_memory",
-                "schedule.snap_trials",
-                "schedule.stability_share",
-                "schedule.cycle",
-                "materials.penalisation",
-                "projection.hold_materials",
-                "binarisation.method",
-            ]
-            .contains(&option);
-        let of_loss =
-            progress.own_loss && (option.starts_with("loss.") || option.starts_with("objective."));
-        of_start || of_design || of_loss
-    };
-    let mut departures = plan.scene.departures();
-    departures.retain(|departure| !idle(&departure.option));
-    let named = |option: &str, says: &str| Departure {
-        option: option.to_owned(),
-        says: says.to_owned(),
-    };
-    if progress.entered.is_some() {
-        let says = "the run began with an existing robot, which is in start.json";
-        departures.push(named("start", says));
-    }
-    if progress.own_loss {
-        let says = "robots are designed for a loss of the program that began the run";
-        departures.push(named("loss", says));
-    }
-    departures
 }

@@ -2,7 +2,7 @@
 
 use super::files::{RobotFiles, complete_from, read_trajectory};
 use super::motion::Motion;
-use super::numbers::{Shown, departures, with_numbers, with_six};
+use super::numbers::{Shown, with_numbers, with_six};
 use super::verdict::line;
 use super::{data, page};
 use crate::table::{Table, TableOf, escape};
@@ -145,9 +145,7 @@ impl Comparison {
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
     pub fn to_html(&self, registry: &Registry) -> Result<String> {
-        let departures = |run: &ComparedRun| departures(&run.summary);
         let table = with_numbers(self.names(), |run| &run.summary);
-        let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
         let (verdicts, short) = (self.verdicts(), self.short().to_html());
         let with_lane = self

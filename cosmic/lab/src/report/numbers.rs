@@ -188,13 +188,3 @@ fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
         false => number(summary).into(),
     }
 }
-
-/// Returns a text that names the options by which a run departs from the paper.
-pub(super) fn departures(summary: &Summary) -> String {
-    let departures = summary.departures.iter();
-    let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
-    if names.is_empty() {
-        return "none".to_owned();
-    }
-    names.join(", ")
-}
