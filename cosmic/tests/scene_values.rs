@@ -41,8 +41,8 @@ fn missing_keys_come_from_the_base() {
     assert_eq!(scene.physics.gravity, 5.0);
 }
 
-/// The scene file of a run must have every key of its version. Keys that are newer than the file get the values that
-/// reproduce the behaviour of older programs.
+/// The scene file of a run states its format and its version, and has every key. A scene beside a design need not state
+/// its version.
 #[test]
 fn the_scene_of_a_run_is_complete() {
     let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
@@ -70,25 +70,17 @@ fn the_scene_of_a_run_is_complete() {
         .unwrap_err()
         .to_string();
     assert!(says.contains("`stops.at` is missing"), "{says}");
-    // In a file from before files had a version, no key gets its value from a base, and keys that did not exist yet are
-    // off.
-    let old = without(&without(&without(&text, "format"), "version"), "base");
-    assert_eq!(
-        Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
-        earth
-    );
-    let older = ["one_piece", "polish_trials", "integrator", "speed_bound"];
-    let older = older
-        .iter()
-        .fold(old.clone(), |text, key| without(&text, key));
-    let read = Scene::parse_of_run("older", &older, &Registry::default()).unwrap();
-    assert!(!read.design.one_piece && read.schedule.polish_trials == 0);
-    assert_eq!(read.physics.speed_bound, None);
-    for text in ["", &without(&old, "gravity")] {
-        let says = Scene::parse_of_run("old", text, &Registry::default())
-            .unwrap_err()
-            .to_string();
-        assert!(says.contains(" missing"), "{says}");
+    let bare = without(&without(&text, "format"), "version");
+    let version = text.replacen("version = 1", "version = 8", 1);
+    let read = |text: &str| Scene::parse_of_run("run", text, &Registry::default());
+    assert_eq!(read(&bare).unwrap(), earth);
+    for (text, says) in [
+        ("", " more keys are missing"),
+        (&without(&bare, "gravity"), "`physics.gravity` is missing"),
+        (&version, "version 8, not \"cosmic-scene\" version 1"),
+    ] {
+        let told = read(text).unwrap_err().to_string();
+        assert!(told.contains(says), "{told}");
     }
 }
 

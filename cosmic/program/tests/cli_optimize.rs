@@ -30,7 +30,7 @@ fn a_run_writes_every_file_and_each_begins_with_its_format() {
     }
     let shown = bench.cosmic("scene show tiny.toml").out;
     let kept = bench.read("a/scene.toml");
-    let stamp = "\nformat = \"cosmic-scene\"\nversion = 8\n";
+    let stamp = "\nformat = \"cosmic-scene\"\nversion = 1\n";
     assert!(kept.contains(stamp) && kept.ends_with(&shown), "{kept}");
 }
 

@@ -11,29 +11,29 @@ settings! {
     /// The task of the robot. Displacement is reported for every task.
     struct ObjectiveSettings {
         /// The task: to get far, to be near a point, to climb, to go back, or to save energy.
-        task: TaskKind = TaskKind::Far, since 1,
+        task: TaskKind = TaskKind::Far,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
         /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes
         /// in use. Every task, every reported distance and every choice by distance follows it; only an `own_loss`
         /// reads what it likes. The centre of mass and the mean node count from the payload's place at the start.
-        body: MovedBody = MovedBody::Payload, since 3, source "paper: the payload";
+        body: MovedBody = MovedBody::Payload, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
-        own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
+        own_loss: Chosen = Chosen::loss(), source "the paper has none";
         /// For "reach" with a fixed goal: the desired position of the payload along the ground, from its origin, in the
         /// states that the loss covers.
-        target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
+        target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m",
             read "with the task `reach` and a fixed goal" if |s: &Scene| {
                 s.objective.task == TaskKind::Reach && s.has_task() && s.controller.goals != GoalKind::Given
             },
             source "beyond the paper";
         /// For "reach": the time by which the payload's speed is multiplied, to count as a distance from the target or
         /// the goal.
-        settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
+        settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s",
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
         /// For "economy": the price, in metres, of a joule that the actuators give per kilogram of the robot.
-        energy_price: f64 = 0.01, allowed within(0.0, 1e6), unit "m kg/J", since 1,
+        energy_price: f64 = 0.01, allowed within(0.0, 1e6), unit "m kg/J",
             read "with the task `economy`" if |s: &Scene| s.objective.task == TaskKind::Economy && s.has_task(),
             source "beyond the paper";
     }
@@ -75,22 +75,22 @@ settings! {
     /// Gradients averaged over random variations of the robot and its surroundings.
     struct RobustSettings {
         /// Number of random variations per gradient, drawn anew in every iteration; 0 for the nominal robot only.
-        samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
+        samples: usize = 0, allowed within(0.0, 1e4), source "paper: 0";
         /// Largest deviation of a coordinate of the start. It counts as `lattice.units` says: for `relative` in ten
         /// spacings, for `absolute` in metres.
-        start: f64 = 0.002, allowed within(0.0, 1.0), since 1,
+        start: f64 = 0.002, allowed within(0.0, 1.0),
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
         /// Largest relative deviation of the coefficient of friction.
-        friction: f64 = 0.2, allowed DEVIATION, since 1,
+        friction: f64 = 0.2, allowed DEVIATION,
             read "with `samples` above 0 and a contact law that slips" if |s: &Scene| s.robust.samples > 0 && s.slips(),
             source "beyond the paper";
         /// Largest relative deviation of the stiffness of an edge.
-        stiffness: f64 = 0.1, allowed DEVIATION, since 1,
+        stiffness: f64 = 0.1, allowed DEVIATION,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
         /// Largest relative deviation of the mass of a node.
-        mass: f64 = 0.1, allowed DEVIATION, since 1,
+        mass: f64 = 0.1, allowed DEVIATION,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
     }
@@ -101,14 +101,14 @@ settings! {
     struct GoalsSettings {
         /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration. Half of the goals are
         /// ahead of the payload and half behind it, as far as a goal of a sequence is from the goal before it.
-        samples: usize = 8, allowed within(1.0, 1e4), since 5, source "beyond the paper";
+        samples: usize = 8, allowed within(1.0, 1e4), source "beyond the paper";
         /// Number of goals, one after the other, of a rollout in which robots are ranked. Each holds for the same time.
-        count: usize = 3, allowed within(1.0, 64.0), since 5, source "beyond the paper";
+        count: usize = 3, allowed within(1.0, 64.0), source "beyond the paper";
         /// The two places along the ground between which goals are drawn, counted from the payload at the start.
         along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",
-            auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", since 5, source "beyond the paper";
+            auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", source "beyond the paper";
         /// Least distance from one goal to the next, and from the payload at the start to the first goal.
-        apart: f64 = 0.75, allowed above(0.0, 1e3), unit "m", auto "0.75 m times `l / 0.5 m`", since 5,
+        apart: f64 = 0.75, allowed above(0.0, 1e3), unit "m", auto "0.75 m times `l / 0.5 m`",
             source "beyond the paper";
     }
 }
@@ -139,10 +139,10 @@ settings! {
         /// Iterations after which starts are dropped, ascending. No start is dropped at the last iteration of the run
         /// or later.
         rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5),
-            auto "60, 200 and 260 for 300 iterations, and in proportion", since 1, source "beyond the paper";
+            auto "60, 200 and 260 for 300 iterations, and in proportion", source "beyond the paper";
         /// Share of the starts that continue after each rung. The number of starts is rounded up.
-        keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, since 1, source "beyond the paper";
+        keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, source "beyond the paper";
         /// Number of iterations before a rung that count. A start is judged by its median over these iterations.
-        window: usize = 10, allowed within(1.0, 1e5), since 1, source "beyond the paper";
+        window: usize = 10, allowed within(1.0, 1e5), source "beyond the paper";
     }
 }

@@ -25,7 +25,7 @@ settings! {
         /// Number that is subtracted, before every projection, from an edge's entry for the solid material that the
         /// edge does not have in the layout "filled". A large number fixes the solid materials, so that only the
         /// topology is designed.
-        hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
+        hold_materials: f64 = 0.0, allowed within(0.0, 10.0),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
     }
@@ -51,7 +51,7 @@ settings! {
             source "paper: tall";
         /// Mean surplus of void. The surplus grows from nearly zero at one side to twice the mean at the opposite side.
         /// The seed decides which sides these are.
-        tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
+        tilt: f64 = 0.0, allowed within(0.0, 0.5), source "paper: 0";
     }
 }
 
@@ -90,17 +90,17 @@ settings! {
     struct DesignSettings {
         /// Whether all bars must be connected with the payload. If so, the weight of a node in the mean position and in
         /// the observation depends on how solid its edges are, and is 0 for a node without a bar.
-        one_piece: bool = true, since 1 before false, source "paper: false";
+        one_piece: bool = true, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
-        free_ends: bool = true, since 1,
+        free_ends: bool = true,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper silent";
         /// Whether bars may cross.
-        crossings: bool = true, since 1,
+        crossings: bool = true,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: true";
         /// Smallest number of nodes in the lowest row that must have a bar.
-        feet: usize = 0, allowed within(0.0, 1e4), since 1,
+        feet: usize = 0, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
     }
@@ -133,7 +133,7 @@ settings! {
     struct BinarisationSettings {
         /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints in
         /// the optimiser of the design.
-        method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
+        method: BinarisationMethod = BinarisationMethod::Augmented, source "paper: augmented";
         /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
         /// First and last iteration in which the thresholds fall.

@@ -21,7 +21,7 @@ settings! {
         max_strain: [f64; 3] = [0.0, 0.0, 0.35], allowed within(0.0, 0.99),
             source "paper, table 1; D8";
         /// Exponent on the shares of a mixture in its stiffness (the penalisation of SIMP).
-        penalisation: usize = 1, allowed within(1.0, 10.0), since 1, source "paper: 1, none";
+        penalisation: usize = 1, allowed within(1.0, 10.0), source "paper: 1, none";
     }
 }
 
@@ -32,75 +32,75 @@ settings! {
         /// What a bar of skeleton is: plain numbers, those of `[materials]`; or a tube, a round rod or a printed strut with
         /// a square section. A part has the stiffness `E A / l` in series with the joints at its two ends, where `E` is
         /// Young's modulus, `A` the area of the section and `l` the rest length of the bar.
-        skeleton: SkeletonPart = SkeletonPart::Numbers, since 7, source "paper: numbers";
+        skeleton: SkeletonPart = SkeletonPart::Numbers, source "paper: numbers";
         /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3, pultruded tubes (Goodwinds, technical
         /// material specifications). "glass": 41 GPa and 2000 kg/m3, pultruded rods (Goodwinds). "aluminium": 69 GPa and
         /// 2700 kg/m3, alloy 6061 (makeitfrom.com). "steel": 200 GPa and 7800 kg/m3, AISI 304 (makeitfrom.com). "pla": 3.0
         /// GPa and 1260 kg/m3, printed without gaps (data sheet of Stratasys PLA, specimens printed on edge). "own":
         /// `modulus` and `density`.
-        material: PartMaterial = PartMaterial::Carbon, since 7,
+        material: PartMaterial = PartMaterial::Carbon,
             read "with a tube, a rod or a strut" if Scene::has_sections,
             source "beyond the paper";
         /// Young's modulus of the own material.
-        modulus: f64 = 1e10, allowed above(0.0, 1e13), unit "Pa", since 7,
+        modulus: f64 = 1e10, allowed above(0.0, 1e13), unit "Pa",
             read "with a part of the material `own`" if Scene::has_own_material,
             source "beyond the paper: take it from a data sheet";
         /// Density of the own material.
-        density: f64 = 1000.0, allowed above(0.0, 1e5), unit "kg/m3", since 7,
+        density: f64 = 1000.0, allowed above(0.0, 1e5), unit "kg/m3",
             read "with a part of the material `own`" if Scene::has_own_material,
             source "beyond the paper: take it from a data sheet";
         /// Outer diameter of a tube, diameter of a rod, or width of a strut.
-        outer: f64 = 0.006, allowed above(0.0, 1.0), unit "m", since 7,
+        outer: f64 = 0.006, allowed above(0.0, 1.0), unit "m",
             read "with a tube, a rod or a strut" if Scene::has_sections,
             source "beyond the paper";
         /// Inner diameter of a tube.
-        inner: f64 = 0.004, allowed within(0.0, 1.0), unit "m", since 7,
+        inner: f64 = 0.004, allowed within(0.0, 1.0), unit "m",
             read "with a tube" if |s: &Scene| s.materials.parts.skeleton == SkeletonPart::Tube,
             source "beyond the paper";
         /// Stiffness of one joint along its bar, or "off" for rigid joints. Every part and every device has a joint at
         /// either end.
-        joint: Option<f64> = None, allowed above(0.0, 1e12), unit "N/m", since 7,
+        joint: Option<f64> = None, allowed above(0.0, 1e12), unit "N/m",
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
         /// Mass of the fitting at one end of a part or a device, such as a rod end.
-        end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg", since 7,
+        end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg",
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
         /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass`, of
         /// any length. The stiffness of a device is that of `materials.stiffness`, in series with its two joints. The law
         /// `actuator` has its force and its speed.
-        actuator: ActuatorPart = ActuatorPart::Numbers, since 7, source "paper: numbers";
+        actuator: ActuatorPart = ActuatorPart::Numbers, source "paper: numbers";
         /// Mass of a device, with all that lengthens it to the length of its bar, but without `end_mass`.
-        actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg", since 7,
+        actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Stroke of a device: its greatest length minus its smallest length. A scene is refused if the longest bar needs
         /// more for its largest actuation strain in both directions.
-        stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m", since 7,
+        stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Smallest length of a device, from joint to joint, or "off" if it is not known. A device is longer than its
         /// stroke, because its rod slides into its body. The verdict compares it with the bars.
-        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m", since 8,
+        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Largest force of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
         /// compares it with the forces in the walk.
-        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N", since 8,
+        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Largest speed of a device by its data sheet, or "off": then it is that of the law `actuator`. The verdict
         /// compares it with the speeds in the walk.
-        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s", since 8,
+        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Bore of a pneumatic cylinder, or "off" for a device that needs no air. With a bore, reports say how much air
         /// the robot needs: every movement fills a chamber of the cylinder.
-        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m", since 8,
+        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "beyond the paper: take it from a data sheet";
         /// Pressure of the air in a cylinder, above that of the atmosphere.
-        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa", since 8,
+        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa",
             read "with a bore" if |s: &Scene| s.materials.parts.cylinder().is_some(),
             source "beyond the paper: that of a usual compressed-air line";
     }

@@ -30,18 +30,18 @@ settings! {
             auto "four fifths of `iterations`; 0 for a \"layout\" start", source "paper: 240";
         /// Number of trials at the snap. Each trial changes the material of one of the edges with the least confidence
         /// and takes a full rollout. The best layout is kept.
-        snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
+        snap_trials: usize = 20, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Number of trials in each polish after the snap. Each trial changes the material of the edge for which the
         /// gradient promises most. All trials take a short rollout, and the best quarter a full one. The best layout is
         /// kept.
-        polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
+        polish_trials: usize = 16, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Iterations from one polish to the next. The first polish is right after the snap. No polish happens while
         /// the fine-tuning settles.
-        polish_every: usize = 3, allowed within(1.0, 1e5), since 1,
+        polish_every: usize = 3, allowed within(1.0, 1e5),
             read "with `polish_trials` above 0" if |s: &Scene| s.schedule.polish_trials > 0 && s.designs(),
             source "paper silent";
         /// Sequence of passes, which repeats: d updates the design, c the controller.
@@ -54,7 +54,7 @@ settings! {
             source "found by experiment";
         /// Share of the fine-tuning, at its end, that continues from the best controller and takes back updates that
         /// lose distance.
-        settle: f64 = 0.25, allowed SHARE, since 1 before 0.0, source "paper: 0";
+        settle: f64 = 0.25, allowed SHARE, source "paper: 0";
     }
 }
 
@@ -147,7 +147,7 @@ settings! {
             source "found by experiment";
         /// Weight of the earlier design gradients in the running mean that moves the design. Each gradient is bounded
         /// before it enters the mean. 0 uses only the newest gradient.
-        design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
+        design_memory: f64 = 0.8, allowed DEVIATION,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
@@ -160,11 +160,11 @@ settings! {
         /// Memory for the states that a gradient keeps of its rollout, or of all rollouts that a thread runs together;
         /// "off" for no limit. If the memory is too small, some steps are computed again. The gradient does not depend
         /// on it.
-        memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
+        memory: Option<f64> = None, allowed POSITIVE, unit "MB", source "paper silent";
         /// Number type of the rollouts during the optimisation: for gradients, for trials of other materials, and for
         /// the full rollout of an iteration. Medians over perturbed starts, which choose controllers and are the
         /// results, are always in f64.
-        precision: GradientPrecision = GradientPrecision::F64, since 1, source "paper silent";
+        precision: GradientPrecision = GradientPrecision::F64, source "paper silent";
     }
 }
 

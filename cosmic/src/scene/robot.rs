@@ -36,24 +36,24 @@ settings! {
             read "without a `file`" if Scene::is_generated,
             source "D1";
         /// Squares with both diagonals, or equilateral triangles.
-        kind: LatticeKind = LatticeKind::Rectangular, since 1,
+        kind: LatticeKind = LatticeKind::Rectangular,
             read "without a `file`" if Scene::is_generated,
             source "D1";
         /// Number of the node that carries `physics.payload_mass`. It is row * columns + column, counted from 0 at the
         /// lower left. A truss file names its own payload.
-        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0", since 3,
+        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0",
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
         /// Whether the robot is its own mirror image, front and back: bars that mirror one another have one design, and the
         /// gait back of the policy "gaits" is the mirror image of the gait ahead. The payload must be in the middle.
-        mirror: bool = false, since 5, source "beyond the paper";
+        mirror: bool = false, source "beyond the paper";
         /// Units of the small lengths and of the bounds that the method contains. `relative`: ten spacings count as 1 m
         /// (of a truss, ten median lengths of its edges), so that a lattice of any size is treated alike. `absolute`:
-        /// metres, as in runs before version 3.
-        units: Units = Units::Relative, since 3 before "absolute", source "D4";
+        /// metres.
+        units: Units = Units::Relative, source "D4";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file, or the
         /// name of a lattice that the program adds.
-        file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
+        file: TrussFile = TrussFile::default(), source "the paper has none";
     }
 }
 
@@ -138,22 +138,22 @@ settings! {
         steps: usize = 8192, allowed STEPS,
             auto "16.384 s times the time scale, divided by `dt`", source "paper, table 2";
         /// Integration method.
-        integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
+        integrator: Integrator = Integrator::SymplecticEuler, source "paper: symplectic Euler";
         /// Number of times that an implicit step solves its equations, each time about the last result. Once is
         /// inaccurate: it brakes stiff robots that turn.
-        passes: usize = 2, allowed within(1.0, 16.0), since 6,
+        passes: usize = 2, allowed within(1.0, 16.0),
             read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
             source "found by experiment";
         /// Share of an implicit step after which forces are taken. With 1, the end of the step, vibrations are damped; near
         /// 0.5 the step is of second order. In a step in which a node lands it is 1.
-        theta: f64 = 1.0, allowed within(0.5, 1.0), since 8,
+        theta: f64 = 1.0, allowed within(0.5, 1.0),
             read "with the implicit integrator" if |s: &Scene| s.physics.integrator == Integrator::Implicit,
             source "beyond the paper: theta method";
         /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
         /// output is constant during them.
         substeps: usize = 1, allowed within(1.0, MOST_SUBSTEPS),
             auto "the smallest number with which a substep is at most 0.97 of the step that is stable for every design",
-            since 1, source "paper: 1";
+            source "paper: 1";
         /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
         /// Damping rate of the velocities.
@@ -175,18 +175,18 @@ settings! {
             read "with a contact law that slips" if Scene::slips,
             source "paper: 2.5";
         /// Forces in addition to springs, by the names of their laws.
-        forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
+        forces: ForceLaws = ForceLaws::default(), source "the paper has none";
         /// Whether void edges pull. If they are dropped, the void edges of a one-hot layout do not pull.
-        void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
+        void_edges: VoidEdges = VoidEdges::Keep, source "paper: they do";
         /// The speed of a node above which a rollout counts as diverged, or "off". A robot with such a
         /// node has flown apart, and its displacement means nothing. Nodes reach 13 m/s in delivered
         /// robots, about 50 m/s in undecided robots that hold together, and several hundred in robots
         /// that fly apart.
         speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s",
-            auto "100 m/s times `l / 0.5 m` divided by the time scale", since 1 before "off",
+            auto "100 m/s times `l / 0.5 m` divided by the time scale",
             source "found by experiment";
         /// What an optimisation does if the time step is so long that the robot's vibrations grow.
-        unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
+        unstable_step: UnstableStep = UnstableStep::Error, source "beyond the paper";
     }
 }
 
@@ -271,7 +271,7 @@ settings! {
     struct ControllerSettings {
         /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), a
         /// network with hidden units for each direction of a given goal, or a policy that the program adds.
-        policy: Chosen = Chosen::policy(), since 2, source "paper: mlp";
+        policy: Chosen = Chosen::policy(), source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
         /// Number of clock signals.
@@ -283,7 +283,7 @@ settings! {
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable. If it is, it begins at `omega`, and the optimisation of
         /// the controller changes it.
-        clock: ClockKind = ClockKind::Fixed, since 4, source "paper: fixed";
+        clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
         /// Position of the goal along the ground and above it, from the world's origin.
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
@@ -304,7 +304,7 @@ settings! {
         /// 1.5 and 3 it walks to the same side for both goals, or badly. For a robot that steers, choose given goals. A
         /// given goal is observed as its offset `d` from the mean node position, `s d / sqrt(1 + s^2 |d|^2)` with the
         /// `goal_scale` s: of a far goal, only its direction.
-        goals: GoalKind = GoalKind::Fixed, since 5, source "paper: fixed";
+        goals: GoalKind = GoalKind::Fixed, source "paper: fixed";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             auto "0.05 / m times `sqrt(36 / nodes)`, divided by `l / 0.5 m`",

@@ -1,77 +1,13 @@
 //! Checks that the structs, the declarations and the texts of scenes agree.
 
-use cosmic::Registry;
-use cosmic::scene::{GoalKind, Named, Scene, TaskKind, Units, VERSION};
-use cosmic::settings::{Limits, Settings, above, within};
+use cosmic::scene::{Named, Scene, TaskKind};
+use cosmic::settings::{Limits, above, within};
 use proptest::prelude::*;
 
 /// The key of every setting as `section.key`, in the order in which a scene is written.
 fn paths() -> Vec<String> {
     let settings = Scene::paper().settings().into_iter();
     settings.map(|setting| setting.key).collect()
-}
-
-/// A key that is newer than version 0 must name a version that exists, and its value for older runs must be valid.
-#[test]
-fn the_value_of_a_key_for_older_runs_is_valid() {
-    let mut scene = Scene::paper();
-    let fields = |_: &str, section: &mut dyn Settings| {
-        section
-            .fields()
-            .into_iter()
-            .all(|field| field.since <= VERSION && field.take_before())
-    };
-    assert!(
-        scene
-            .of_sections(fields)
-            .into_iter()
-            .all(|is_right| is_right)
-    );
-    assert!(!scene.design.one_piece && scene.schedule.settle == 0.0);
-    assert_eq!(scene.physics.speed_bound, None);
-    assert_eq!(scene.robust, Scene::paper().robust);
-}
-
-/// The scene of a run without the section of parts, which scenes have from version 7 on.
-fn without_parts(text: &str) -> String {
-    let (before, rest) = text.split_once("# Parts that can").unwrap();
-    let (_, after) = rest.split_once("\n# The height profile").unwrap();
-    format!("{before}# The height profile{after}")
-}
-
-/// A scene of version 1 has no `controller.policy` and is read. A scene of version 2 without this key is refused.
-#[test]
-fn the_scene_of_a_run_of_version_1_is_read() {
-    let text = Scene::paper().to_run_toml();
-    let newer = [
-        "policy = ",
-        "payload = ",
-        "units = ",
-        "body = ",
-        "clock = ",
-        "goals = ",
-        "mirror = ",
-        "theta = ",
-    ];
-    let is_new = |line: &&str| newer.iter().any(|key| line.starts_with(key));
-    assert_eq!(text.lines().filter(is_new).count(), newer.len());
-    let old: String = text
-        .lines()
-        .filter(|line| !is_new(line))
-        .fold(String::new(), |text, line| text + line + "\n");
-    let old = without_parts(&old).replacen("version = 8", "version = 1", 1);
-    let mut read = Scene::parse_of_run("old", &old, &Registry::default()).unwrap();
-    assert_eq!(read.lattice.units, Units::Absolute);
-    read.lattice.units = Units::Relative;
-    assert_eq!(read, Scene::paper());
-    let cut = old.replacen("version = 1", "version = 2", 1);
-    let refused = Scene::parse_of_run("cut", &cut, &Registry::default())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        refused.contains("`controller.policy` is missing"),
-        "{refused}"
-    );
 }
 
 #[test]
@@ -126,79 +62,6 @@ fn two_goals_need_the_task_far() {
             "{says}"
         );
         assert!(says.contains("two:2:"), "{says}");
-    }
-}
-
-/// Scenes of earlier versions have the key `two_goals`, and from version 5 on beside `goals`. `None`: the two keys
-/// contradict each other.
-#[test]
-fn the_old_key_two_goals_is_read_as_goals() {
-    let read = |text: &str, goals: Option<GoalKind>| match (Scene::parse("old", text), goals) {
-        (Ok(scene), Some(goals)) => assert_eq!(scene.controller.goals, goals, "{text}"),
-        (Err(error), None) => {
-            let says = error.to_string();
-            let both = says.contains("`controller.two_goals` is ");
-            assert!(both && says.contains("but `controller.goals` is"), "{says}");
-        }
-        (read, goals) => panic!("{text}: {read:?} instead of {goals:?}"),
-    };
-    let given = "[objective]\ntask = 'reach'\n[controller]\ngoals = 'given'\n";
-    for (keys, goals) in [
-        ("[controller]\ntwo_goals = true", Some(GoalKind::Two)),
-        ("[controller]\ntwo_goals = false", Some(GoalKind::Fixed)),
-        (
-            "controller = { goals = 'fixed', two_goals = true }",
-            Some(GoalKind::Two),
-        ),
-        (
-            "controller = { two_goals = true, goals = 'fixed' }",
-            Some(GoalKind::Two),
-        ),
-        (
-            "controller = { two_goals = true, goals = 'two' }",
-            Some(GoalKind::Two),
-        ),
-        (
-            "controller = { two_goals = false, goals = 'fixed' }",
-            Some(GoalKind::Fixed),
-        ),
-        ("controller = { two_goals = false, goals = 'two' }", None),
-        (&format!("{given}two_goals = false"), Some(GoalKind::Given)),
-        (&format!("{given}two_goals = true"), None),
-    ] {
-        read(keys, goals);
-    }
-    let paper = Scene::paper();
-    let two = paper.set(&["controller.two_goals=true"]).unwrap();
-    assert_eq!(two, paper.set(&["controller.goals=two"]).unwrap());
-    assert_eq!(two.set(&["controller.two_goals=false"]).unwrap(), paper);
-    let errand = Scene::load("errand").unwrap();
-    assert_eq!(errand.set(&["controller.two_goals=false"]).unwrap(), errand);
-    assert!(errand.set(&["controller.two_goals=true"]).is_err());
-}
-
-/// The scene of a run of version 5 states both keys, that of a run of version 4 only `two_goals`. Both are read as the
-/// scene that this program writes for the same run.
-#[test]
-fn runs_for_two_goals_of_earlier_versions_are_read() {
-    let parse = |text: &str| Scene::parse_of_run("run", text, &Registry::default());
-    for (goals, now, old) in [
-        ("two", "goals = \"two\"", "two_goals = true"),
-        ("fixed", "goals = \"fixed\"", "two_goals = false"),
-    ] {
-        let scene = Scene::paper()
-            .set(&[format!("controller.goals={goals}")])
-            .unwrap();
-        let text = scene.to_run_toml();
-        assert_eq!(parse(&text).unwrap(), scene);
-        assert!(text.contains(now) && text.contains("version = 8"), "{text}");
-        let both = format!("{old}\ngoals = \"fixed\"");
-        for (version, keys) in [("version = 5", &both[..]), ("version = 4", old)] {
-            let text = text
-                .replacen(now, keys, 1)
-                .replacen("version = 8", version, 1);
-            assert_eq!(parse(&text).unwrap(), scene, "{version}");
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Compares several runs side by side: their numbers, and their robots in motion.
 
-use super::files::{RobotFiles, complete_from, read_trajectory};
+use super::files::{RobotFiles, read_trajectory};
 use super::motion::Motion;
 use super::numbers::{Shown, with_numbers, with_six};
 use super::verdict::line;
@@ -74,8 +74,6 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
     {
         let scene = read_scene_to_show(folder, registry)?.scene;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        // Runs of earlier versions may lack these files. Their verdict then lacks the loads that only the files have.
-        complete_from(folder, &mut run.summary, registry);
         let measured = run.summary.measured(&scene, &lattice);
         run.verdict = Some(measured.verdict());
         run.seconds = Some(run.summary.seconds_of_walk(measured.seconds));

@@ -52,7 +52,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         format!(
             include_str!("page/run.html"),
-            peaks = match summary.is_undecided() {
+            peaks = match summary.undecided {
                 true => UNDECIDED.to_owned(),
                 false => loads::peaks(&gait.loads, &actuators, motion.limit),
             },
@@ -191,7 +191,7 @@ fn figures(summary: &Summary) -> String {
         (kept, "of it in open loop, without feedback"),
         (
             format!("{solid} / {actuators}"),
-            if summary.is_undecided() {
+            if summary.undecided {
                 "of the undecided material is solid / is actuator"
             } else {
                 "of the edges are solid / are actuators"
