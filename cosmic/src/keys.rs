@@ -99,7 +99,6 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
 ///     #[derive(Serialize, Deserialize)]
 ///     struct Summary {
 ///         /// What the key means.
-///         #[serde(default)]
 ///         volume as "V": f64, "number", unit "m", columns ["V"];
 ///         /// An object, whose columns are those of its type.
 ///         structure: Option<Structure>, "object or `null`", parts Structure as columns;

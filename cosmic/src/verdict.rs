@@ -402,13 +402,12 @@ impl<'m> Measured<'m> {
             return Some(Item::limit("no bars pass through each other", Level::Good));
         }
         let pairs = match most_tangles {
-            Some(1) => " (one pair at a time)".to_owned(),
-            Some(pairs) => format!(" (up to {pairs} pairs)"),
-            None => String::new(),
+            1 => "one pair at a time".to_owned(),
+            pairs => format!("up to {pairs} pairs"),
         };
         let level = Level::up_to([0.0, BRUSHES], tangled);
         Some(Item::limit(
-            format!("bars pass through each other{pairs}"),
+            format!("bars pass through each other ({pairs})"),
             level,
         ))
     }

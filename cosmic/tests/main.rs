@@ -45,7 +45,6 @@ mod lattice {
 }
 mod laws {
     mod adjoints;
-    mod bending;
     mod built_in;
     mod bumpers;
     mod contacts;

@@ -1,12 +1,8 @@
-//! The sources of a scene's values: its base, the scene file of a run, and the option `--set`. Also the list of a
-//! scene's departures from the paper.
+//! The sources of a scene's values: its base, the scene file of a run, and the option `--set`.
 
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{
-    BUILTIN, ClockKind, GradientPrecision, Integrator, Layout, LossKind, Scene, SelectionKind,
-    StartKind,
-};
+use cosmic::scene::{BUILTIN, ClockKind, Layout, Scene};
 
 #[test]
 fn missing_keys_come_from_the_base() {
@@ -45,8 +41,8 @@ fn missing_keys_come_from_the_base() {
     assert_eq!(scene.physics.gravity, 5.0);
 }
 
-/// The scene file of a run must have every key of its version. Keys that are newer than the file get the values that
-/// reproduce the behaviour of older programs.
+/// The scene file of a run states its format and its version, and has every key. A scene beside a design need not state
+/// its version.
 #[test]
 fn the_scene_of_a_run_is_complete() {
     let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
@@ -74,77 +70,18 @@ fn the_scene_of_a_run_is_complete() {
         .unwrap_err()
         .to_string();
     assert!(says.contains("`stops.at` is missing"), "{says}");
-    // In a file from before files had a version, no key gets its value from a base, and keys that did not exist yet are
-    // off.
-    let old = without(&without(&without(&text, "format"), "version"), "base");
-    assert_eq!(
-        Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
-        earth
-    );
-    let older = ["one_piece", "polish_trials", "integrator", "speed_bound"];
-    let older = older
-        .iter()
-        .fold(old.clone(), |text, key| without(&text, key));
-    let read = Scene::parse_of_run("older", &older, &Registry::default()).unwrap();
-    assert!(!read.design.one_piece && read.schedule.polish_trials == 0);
-    assert_eq!(read.physics.speed_bound, None);
-    for text in ["", &without(&old, "gravity")] {
-        let says = Scene::parse_of_run("old", text, &Registry::default())
-            .unwrap_err()
-            .to_string();
-        assert!(says.contains(" missing"), "{says}");
+    let bare = without(&without(&text, "format"), "version");
+    let version = text.replacen("version = 1", "version = 8", 1);
+    let read = |text: &str| Scene::parse_of_run("run", text, &Registry::default());
+    assert_eq!(read(&bare).unwrap(), earth);
+    for (text, says) in [
+        ("", " more keys are missing"),
+        (&without(&bare, "gravity"), "`physics.gravity` is missing"),
+        (&version, "version 8, not \"cosmic-scene\" version 1"),
+    ] {
+        let told = read(text).unwrap_err().to_string();
+        assert!(told.contains(says), "{told}");
     }
-}
-
-#[test]
-fn departures_are_named_and_can_be_switched_off() {
-    let options = |scene: &Scene| -> Vec<_> {
-        let departures = scene.departures().into_iter();
-        departures.map(|departure| departure.option).collect()
-    };
-    let mut scene = Scene::load("stability").unwrap();
-    assert_eq!(
-        options(&scene),
-        [
-            "loss.kind",
-            "gradient.cotangent_bound",
-            "gradient.design_memory",
-            "schedule.snap_trials",
-            "schedule.polish_trials",
-            "schedule.settle",
-            "selection.kind",
-            "design.one_piece"
-        ]
-    );
-    let mut given = scene.clone();
-    given.start.kind = StartKind::Layout;
-    let of_designs = [
-        "gradient.design_memory",
-        "schedule.snap_trials",
-        "schedule.polish_trials",
-    ];
-    assert!(
-        options(&given)
-            .iter()
-            .all(|o| !of_designs.contains(&&o[..]))
-    );
-    (scene.gradient.design_memory, scene.schedule.settle) = (0.0, 0.0);
-    (scene.schedule.snap_trials, scene.schedule.polish_trials) = (0, 0);
-    scene.loss.kind = LossKind::Final;
-    scene.gradient.cotangent_bound = None;
-    scene.selection.kind = SelectionKind::Last;
-    scene.design.one_piece = false;
-    assert_eq!(options(&scene), Vec::<&str>::new());
-    let physics = scene.physics.clone();
-    (scene.physics.integrator, scene.physics.substeps) = (Integrator::Leapfrog, 2);
-    let of_steps = ["physics.integrator", "physics.substeps"];
-    assert_eq!(options(&scene), of_steps);
-    scene.physics = physics;
-    scene.start.kind = StartKind::ThreeLegged;
-    assert_eq!(options(&scene), ["start.layout"]);
-    let scene = Scene::parse("f32", "[gradient]\nprecision = \"f32\"").unwrap();
-    assert_eq!(scene.gradient.precision, GradientPrecision::F32);
-    assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
 /// The text of the error report after `--set` has applied settings to the paper's scene.

@@ -229,7 +229,7 @@ fn laws_act_alike_on_a_device_and_on_the_processor() {
     let registry = (Registry::default().with_law(on_nodes::<Gusts>()))
         .with_law(on_nodes::<Magnet>())
         .with_law(contact::<Mud>());
-    let forces = ["gusts", "magnet", "actuator", "rope", "buckle"];
+    let forces = ["gusts", "magnet", "actuator", "rope"];
     let mut worlds = forces
         .map(|name| (name, format!("physics.forces = [{name:?}]")))
         .to_vec();

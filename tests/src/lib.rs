@@ -1,5 +1,6 @@
 //! Helpers for the tests of both crates together: reference files, comparisons with them, and small robots.
 
+pub mod laws;
 pub mod readers;
 mod robot;
 
@@ -89,12 +90,13 @@ impl Reference {
         self.path.display().to_string()
     }
 
-    /// Reads the case in the file.
+    /// Reads the case in the file, which may have the laws of the [example programs](laws).
     ///
     /// # Panics
     /// If the file is not a case.
     pub fn case(&self) -> Case {
-        Case::parse(&self.name(), &self.text).unwrap_or_else(|error| panic!("{error}"))
+        let case = Case::parse_with(&laws::registry(), &self.name(), &self.text);
+        case.unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// Asserts that `got` agrees with `expected`. The file states the tolerance under the name `tolerance`. A failure

@@ -8,15 +8,16 @@ use cosmic::scene::{PhysicsSettings, Scene};
 use cosmic::simulator::Span;
 use cosmic_lab::verify::check_gradients;
 
+use crate::laws;
+
 /// A robot of 3x2 nodes that falls to the ground while it moves forward. All its edges have different mixtures.
-/// `settings` is TOML that changes the paper's scene. The rollout of 90 steps is long enough to land and to push off,
+/// `settings` is TOML that changes the paper's scene; it may name the laws of the [example programs](laws). The rollout of 90 steps is long enough to land and to push off,
 /// and short enough for finite differences.
 ///
 /// # Panics
 /// If the settings are wrong.
 pub fn robot(settings: &str) -> Case {
-    let scene = Scene::paper().with("test", settings);
-    robot_of(scene.unwrap_or_else(|error| panic!("{error}")))
+    robot_of(laws::scene(settings))
 }
 
 /// Like [`robot`], with the settings of any scene. The lattice, the number of steps and the network of [`robot`]

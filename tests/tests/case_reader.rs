@@ -182,7 +182,6 @@ fn a_robot_written_as_a_case_reads_back_the_same() {
     scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     scene.materials.penalisation = 3;
     scene.projection.hold_materials = 0.05;
-    scene.physics.stiffening = 2.0;
     let case = Case::of_scene(&scene, 1).expect("any lattice starts so");
     let again = Case::parse("written", &case.to_json()).expect("it was just written");
     assert_eq!(again.own_design(), case.own_design());

@@ -7,7 +7,7 @@ use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Controller, NETWORK};
 use cosmic::scene::{Scene, StartKind};
-use cosmic_tests::states;
+use cosmic_tests::{laws, states};
 use proptest::prelude::*;
 
 /// The number of steps of a motion: enough for a few periods of the fastest vibration, but too few for chaos to amplify
@@ -80,7 +80,7 @@ proptest! {
         (case.physics.gravity, case.physics.damping) = (0.0, 0.0);
         case.physics.ground_height = -1e3;
         if bends {
-            case.physics.bending_radius = 0.02;
+            case.physics.forces = laws::forces("physics.forces = ['bending']\nbending.radius = 0.02");
         }
         let masses = case.body().mass;
         let seen = states(&case);

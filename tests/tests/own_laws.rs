@@ -1,8 +1,8 @@
 //! Laws in a separate crate, as a user would write them. They agree with built-in laws and with formulas of mechanics,
 //! and their gradients are right.
 
-use autodiff::Real;
 use autodiff::check::{Options, Verdict};
+use autodiff::{Function, Real, gradient};
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
@@ -16,7 +16,7 @@ use cosmic::settings::within;
 use cosmic::simulator::Store;
 use cosmic::simulator::stability::Vibration;
 use cosmic_lab::verify::check_gradients;
-use cosmic_tests::{Bare, robot_of, states};
+use cosmic_tests::{Bare, laws, robot_of, states};
 
 cosmic::settings! {
     /// A contact law: a node that hits the ground stops.
@@ -110,9 +110,9 @@ impl NodeForce for Tether {
     }
 }
 
-/// A registry with the laws of this file.
+/// A registry with the laws of this file and of the example programs.
 fn registry() -> Registry {
-    Registry::default()
+    laws::registry()
         .with_law(contact::<Glue>())
         .with_law(contact::<Bounce>())
         .with_law(on_bars::<Again>())
@@ -230,9 +230,9 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
         "physics.contact = 'glue'",
         "physics = {contact = 'bounce', incline_deg = 10}",
         "physics = {forces = ['again'], contact = 'coulomb'}",
-        "physics = {forces = ['tether', 'damper'], bending_radius = 0.01, substeps = 2}\n\
+        "physics = {forces = ['tether', 'damper'], substeps = 2}\n\
          tether = {stiffness = 0.3, damping = 0.01, pull = 0.01}",
-        "physics = {forces = ['damper', 'tether'], integrator = 'leapfrog', stiffening = 50}\n\
+        "physics = {forces = ['damper', 'tether'], integrator = 'leapfrog'}\n\
          damper.time = 1e-3",
         // These stops are so close that most actuators reach them.
         "physics = {forces = ['stops'], contact = 'none'}\nstops = {at = 0.003, stiffness = 3}",
@@ -439,12 +439,59 @@ fn the_stable_step_includes_the_speed_of_actuators() {
     );
 }
 
+/// The energy `c (1 - cos a)` of two bars with the angle `a` between them and the angular stiffness `c` = 0.02 N m, as a
+/// function of the coordinates of their three nodes.
+struct BendingEnergy;
+
+impl Function for BendingEnergy {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let [ax, ay] = [x[2] - x[0], x[3] - x[1]];
+        let [bx, by] = [x[4] - x[2], x[5] - x[3]];
+        let lengths = (ax * ax + ay * ay).sqrt() * (bx * bx + by * by).sqrt();
+        R::lit(0.02) * (R::one() - (ax * bx + ay * by) / lengths)
+    }
+}
+
+/// Bars in line resist bending with the slope of their energy. Their stiffnesses of 100 and 400 N/m and the radius of
+/// gyration give the angular stiffness `2 r^2 k_1 k_2 / (k_1 + k_2)`.
 #[test]
-fn laws_in_the_place_of_springs_are_refused_beside_stiffening() {
-    let physics = "physics = {forces = ['rope'], stiffening = 50}";
-    let error = Scene::paper()
-        .with("test", physics)
-        .expect_err("the settings contradict each other");
-    let said = error.to_string();
-    assert!(said.contains("set physics.stiffening to 0"), "{said}");
+fn bars_resist_bending_as_their_energy_says() {
+    let x = [[0.0, 0.0], [0.1, 0.01], [0.19, 0.05]].map(Vector::new);
+    let springs = [([0, 1], 100.0), ([1, 2], 400.0)];
+    let relaxed = springs.map(|([i, j], k)| ([i, j], x[i].distance(x[j]), k));
+    let mut bare = Bare::new(&relaxed, &[1.0; 3]);
+    bare.lattice.positions = [0.0, 0.1, 0.2].map(|x| Vector::new([x, 0.0])).to_vec();
+    let radius = (0.02_f64 / 160.0).sqrt();
+    let bending = format!("physics.forces = ['bending']\nbending.radius = {radius:?}");
+    bare.physics.forces = laws::forces(&bending);
+    let start = State {
+        x: x.to_vec(),
+        v: vec![Vector::zero(); 3],
+    };
+    let end = bare.run_to_end(&start, 1);
+    let slope = gradient(
+        |x| BendingEnergy.eval(x),
+        &start.x.iter().copied().flatten().collect::<Vec<_>>(),
+    );
+    for (node, v) in end.v.iter().enumerate() {
+        for k in 0..2 {
+            // The softening lengthens bars by a fraction of 1e-10, and the forces are below 1 N.
+            let expected = -bare.physics.dt * slope[2 * node + k];
+            assert!((v[k] - expected).abs() < 1e-10, "{end:?} {slope:?}");
+        }
+    }
+}
+
+/// A compressed bar of 30 N/m buckles under `pi^2 E I / l^2`, and below that it is a spring.
+#[test]
+fn a_buckled_bar_pushes_with_its_euler_load() {
+    let load = std::f64::consts::PI.powi(2) * 1e-3 / 0.01;
+    for (length, push) in [(0.05, load), (0.08, 0.6), (0.12, -0.6)] {
+        let mut bare = Bare::new(&[([0, 1], 0.1, 30.0)], &[1.0; 2]);
+        bare.physics.forces = laws::forces("physics.forces = ['buckle']\nbuckle.bending = 1e-3");
+        let start = State::new(vec![[0.0, 0.0], [length, 0.0]], vec![[0.0; 2]; 2]);
+        let speed = bare.run_to_end(&start, 1).v[1][0];
+        // As above.
+        assert!((speed - bare.physics.dt * push).abs() < 1e-10, "{speed}");
+    }
 }

@@ -21,17 +21,17 @@ const WORLDS: [&str; 25] = [
     "physics = {contact = 'coulomb', integrator = 'leapfrog', friction = 0.3}",
     "physics = {integrator = 'leapfrog', substeps = 2}",
     "physics = {contact = 'coulomb', substeps = 3, friction = 0.3}",
-    "physics.bending_radius = 0.02",
-    "physics.stiffening = 200",
-    "physics = {bending_radius = 0.02, stiffening = 200}",
+    "physics.forces = ['bending']\nbending.radius = 0.02",
+    "physics.forces = ['stiffening']",
+    "physics.forces = ['stiffening', 'bending']\nbending.radius = 0.02",
     "physics.friction = 0.4\nlattice.drop = 0.008\nground = {profile = 'points', points = [[0.08, 0.0], \
      [0.15, 0.01], [0.18, 0.003], [0.22, 0.01], [0.31, -0.01], [0.34, 0.008]]}",
     "physics = {contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = \
      'points', points = [[0.08, 0.0], [0.15, 0.01], [0.18, 0.003], [0.22, 0.01], [0.31, -0.01]]}",
     "physics.integrator = 'implicit'",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, incline_deg = 15}",
-    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.3, substeps = 2, stiffening = 200, \
-     forces = ['damper', 'stops']}\nstops.at = 0.05",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.3, substeps = 2, \
+     forces = ['damper', 'stops', 'stiffening']}\nstops.at = 0.05",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, dt = 0.003}\nmaterials.stiffness = \
      [1e-7, 1e5, 30.0]\nlattice.drop = 0.008\nground = {profile = 'points', points = [[0.08, 0.0], [0.15, 0.01], \
      [0.18, 0.003], [0.22, 0.01], [0.31, -0.01]]}",
@@ -46,7 +46,7 @@ const WORLDS: [&str; 25] = [
     "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}\nbumpers.distance = 0.9",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['bumpers']}\n\
      bumpers = {distance = 0.9, reach = 1}",
-    "physics = {integrator = 'implicit', bending_radius = 0.02, contact = 'coulomb', friction = 0.4}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['bending']}\nbending.radius = 0.02",
     "physics = {contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = 'points', points = \
      [[0.07, -0.01], [0.07, 0.0], [0.22, 0.0], [0.22, -0.01], [0.32, -0.01], [0.32, 0.03]]}",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = \

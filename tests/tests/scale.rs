@@ -94,7 +94,7 @@ const WORLDS: [&str; 7] = [
     // precision all bits agree.
     "base = 'errand'\ngradient.precision = 'f64'",
     "base = 'coulomb'\nphysics.incline_deg = 12.0\nlattice.kind = 'triangular'",
-    "base = 'stability'\nphysics = { integrator = 'leapfrog', substeps = 3, stiffening = 40.0 }",
+    "base = 'stability'\nphysics = { integrator = 'leapfrog', substeps = 3 }",
     "base = 'rough'\ncontroller.goal_scale = 0.5",
     "base = 'steps'\nobjective.body = 'mass'\nlattice.payload = 5\ncontroller.clock = 'learned'",
 ];

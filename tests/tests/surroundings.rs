@@ -69,8 +69,8 @@ impl Function for ByNumber<'_> {
 /// name.
 fn with_settings() -> [(Case, &'static [&'static str]); 4] {
     let sliding = robot(
-        "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\nstiffening = 50.0\n\
-         forces = [\"tether\", \"damper\"]\n[tether]\nstiffness = 0.3\ndamping = 0.01",
+        "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\n\
+         forces = [\"tether\", \"damper\", \"stiffening\", \"bending\"]\n[tether]\nstiffness = 0.3\ndamping = 0.01",
     );
     let bouncing = robot(
         "[physics]\ncontact = \"bounce\"\nintegrator = \"leapfrog\"\nforces = [\"stops\"]\n\
@@ -89,10 +89,11 @@ fn with_settings() -> [(Case, &'static [&'static str]); 4] {
             &[
                 "physics.gravity",
                 "physics.friction",
-                "physics.stiffening",
                 "tether.stiffness",
                 "tether.damping",
                 "damper.time",
+                "stiffening.cubic",
+                "bending.radius",
             ],
         ),
         (

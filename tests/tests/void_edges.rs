@@ -14,6 +14,7 @@ use cosmic::scene::{PhysicsSettings, Scene, VoidEdges};
 use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Simulator, Span};
 use cosmic::task::{Horizon, Task};
+use cosmic_tests::laws;
 
 const STEPS: usize = 256;
 
@@ -91,8 +92,11 @@ fn void_edges_are_kept_unless_a_scene_drops_them() {
 fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
     let worlds: [fn(&mut PhysicsSettings); 4] = [
         |_| (),
-        |p| p.bending_radius = 0.02,
-        |p| (p.stiffening, p.contact) = (50.0, ContactLaw::coulomb()),
+        |p| p.forces = laws::forces("physics.forces = ['bending']"),
+        |p| {
+            p.forces = laws::forces("physics.forces = ['stiffening']");
+            p.contact = ContactLaw::coulomb();
+        },
         |p| (p.substeps, p.incline_deg) = (2, 10.0),
     ];
     for (layout, world) in layouts(VoidEdges::Drop)

@@ -125,8 +125,6 @@ fn rollout_json(case: &Case, stable: &StableStep) -> Value {
         "contact": physics.contact,
         "forces": physics.forces,
         "friction": is_coulomb.then_some(physics.friction),
-        "stiffening": physics.stiffening,
-        "bending_radius": physics.bending_radius,
         "incline_deg": physics.incline_deg,
         "gravity": physics.gravity,
         "damping": physics.damping,

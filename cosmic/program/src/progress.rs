@@ -256,7 +256,7 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {
             let median = metres(summary.displacement_robust_p50);
-            let verdict = unreliable(summary.reliability.as_ref());
+            let verdict = unreliable(Some(&summary.reliability));
             format!("{median}{verdict}  {:.1} s", summary.seconds)
         }
         RunOutcome::Diverged(says) => says.clone(),

@@ -119,7 +119,7 @@ fn next(folder: &Path, registry: &Registry) -> String {
 /// it walks without feedback.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
-    if summary.is_undecided() {
+    if summary.undecided {
         text += "bars and actuators: undecided, because the run ended before every edge had one material\n";
     }
     if let Some(s) = summary.structure {
@@ -148,8 +148,8 @@ fn robot(summary: &Summary) -> String {
             loads.power.p99,
             100.0 * loads.tangled,
             match loads.most_tangles {
-                Some(pairs @ 1..) => format!(", up to {}", counted(pairs, "pair")),
-                _ => String::new(),
+                0 => String::new(),
+                pairs => format!(", up to {}", counted(pairs, "pair")),
             },
         );
         if let Some(safety) = loads.euler_safety {
@@ -207,7 +207,7 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
         summary.seed,
         counted(summary.iterations, "iteration"),
         summary.delivered_iteration,
-        match summary.is_undecided() {
+        match summary.undecided {
             true => "not snapped".to_owned(),
             false => counted(summary.flips, "flip"),
         },
@@ -237,7 +237,7 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
         "displacement {} (median of robots that vary a little; 10 % quantile {}){}, V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
         metres(summary.displacement_robust_p50),
         metres(summary.displacement_robust_p10),
-        unreliable(summary.reliability.as_ref()),
+        unreliable(Some(&summary.reliability)),
         summary.volume,
         summary.actuator_volume,
         summary.seconds,

@@ -23,8 +23,6 @@ fn a_robust_design_differs_from_the_nominal_one_and_is_reproducible() {
     bench.run("a", "");
     bench.run("b", "--threads 3");
     assert_eq!(bench.results("a"), bench.results("b"));
-    let departures = bench.json("a/summary.json")["departures"].to_string();
-    has(&departures, &["robust.samples"]);
     let nominal = Bench::with(&scene(24, 64, "contact = \"coulomb\""));
     nominal.run("a", "");
     assert_ne!(bench.json("a/design.json"), nominal.json("a/design.json"));
@@ -77,7 +75,6 @@ fn every_task_runs_and_reports_its_loss() {
         has(&said.out, &["\nloss "]);
         let summary = bench.json("a/summary.json");
         assert!(summary["loss_p50"].is_number());
-        assert!(summary["departures"].to_string().contains("objective.task"));
         assert_ne!(bench.json("a/design.json"), plain.json("a/design.json"));
         // Both designs are simulated with this scene's task. Only one of them was optimised for it, so the losses
         // differ.
@@ -90,12 +87,12 @@ fn every_task_runs_and_reports_its_loss() {
 
 #[test]
 fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
-    let physics = "bending_radius = 0.02\nstiffening = 500.0";
-    let bench = bench(physics, "");
+    let physics = "integrator = \"leapfrog\"\nforces = [\"damper\"]";
+    let bench = bench(physics, "[damper]\ntime = 1e-5\n");
     bench.run("a", "");
     bench.evaluated("a");
     let said = bench.cosmic("explain tiny.toml");
-    has(&said.out, &["physics.bending_radius is 0.02 m"]);
+    has(&said.out, &["damper"]);
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 

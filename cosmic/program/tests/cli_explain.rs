@@ -25,7 +25,7 @@ fn explain_shows_a_rollout_and_its_stable_step() {
     let plan = json["plan"].as_array().unwrap();
     let term = |name: &str| plan.iter().find(|t| t["term"] == name).unwrap();
     assert_eq!(term("Coulomb friction")["kept"], true);
-    assert_eq!(term("bending of bars")["kept"], false);
+    assert_eq!(term("profile of the ground")["kept"], false);
     let limit = |key: &str| rollout["stable_dt"][key].as_f64().unwrap();
     // The scenes are stable with a margin, and the limit `bound` is no larger than the limit `exact`.
     assert!(limit("bound") > 0.002 && limit("bound") <= limit("exact"));

@@ -383,14 +383,6 @@ fn settings_that_the_model_cannot_express_are_refused() {
     let bench = Bench::default();
     for (scene, setting) in [
         (
-            "stability --set physics.stiffening=2",
-            "physics.stiffening=0",
-        ),
-        (
-            "stability --set physics.bending_radius=0.01",
-            "physics.bending_radius=0",
-        ),
-        (
             "stability --set physics.integrator=leapfrog",
             "physics.integrator=symplectic_euler",
         ),

@@ -30,7 +30,7 @@ fn a_run_writes_every_file_and_each_begins_with_its_format() {
     }
     let shown = bench.cosmic("scene show tiny.toml").out;
     let kept = bench.read("a/scene.toml");
-    let stamp = "\nformat = \"cosmic-scene\"\nversion = 8\n";
+    let stamp = "\nformat = \"cosmic-scene\"\nversion = 1\n";
     assert!(kept.contains(stamp) && kept.ends_with(&shown), "{kept}");
 }
 
@@ -88,7 +88,6 @@ fn the_summary_has_the_promised_keys_and_agrees_with_the_other_files() {
     assert_eq!(summary["seed"], 7);
     assert_eq!(summary["cosmic_version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(summary["stop_reason"], "finished");
-    assert_eq!(summary["departures"][0]["option"], "loss.kind");
 
     let Summary {
         displacement,
@@ -164,7 +163,6 @@ fn optimize_prints_its_progress_and_its_result() {
     // A distance before the snap is not that of a robot that can be built.
     assert!(lines[5].contains(" m (undecided)  V "), "{}", lines[5]);
     assert!(!lines[8].contains("undecided") && lines[9].ends_with("0:00 left"));
-    assert!(!said.out.contains("departures"), "{}", said.out);
     assert!(
         !bench
             .run(

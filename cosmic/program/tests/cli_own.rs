@@ -152,35 +152,6 @@ impl Loss for Lift {
     }
 }
 
-/// The departures from the paper that the summary of a run lists.
-fn departures(bench: &Bench, run: &str) -> Vec<String> {
-    let summary = bench.json(&format!("{run}/summary.json"));
-    let departures = summary["departures"].as_array().unwrap().iter();
-    let options = departures.map(|d| d["option"].as_str().unwrap().to_string());
-    options.collect()
-}
-
-#[test]
-fn departures_list_only_options_that_took_effect() {
-    let bench = Bench::finished();
-    bench.unfinished("soft", 10);
-    bench.run("b", "--from a");
-    bench.run("c", "--from soft");
-    let [a, b, c] = ["a", "b", "c"].map(|run| departures(&bench, run));
-    let has = |run: &[String], option: &str| run.iter().any(|o| o == option);
-    for option in ["gradient.design_memory", "schedule.snap_trials"] {
-        assert!(has(&a, option) && !has(&b, option) && has(&c, option));
-    }
-    assert!(!has(&a, "start") && has(&b, "start") && has(&c, "start"));
-    let plan = bench.plan();
-    let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
-    let progress = codesign.begin(0).unwrap();
-    let observer = &mut StopsAfter(usize::MAX);
-    optimise_with(&bench.path("own"), &plan, codesign, progress, observer).unwrap();
-    let own = departures(&bench, "own");
-    assert!(has(&a, "loss.kind") && !has(&own, "loss.kind") && has(&own, "loss"));
-}
-
 /// `optimize --from` without a scene uses the scene beside the given design. The new run's folder is beside the folder
 /// of that design.
 #[test]

@@ -4,8 +4,7 @@ use crate::common::Bench;
 use crate::program::has;
 use serde_json::Value;
 
-/// Every command that shows a displacement also shows whether the summary calls the robot unreliable. The summaries of
-/// earlier versions do not say.
+/// Every command that shows a displacement also shows whether the summary calls the robot unreliable.
 #[test]
 fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     let bench = Bench::finished();
@@ -13,13 +12,10 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     let mut summary: Value = serde_json::from_str(&text).unwrap();
     let verdict = summary["reliability"]["verdict"].as_str().unwrap();
     assert!(["reliable", "unreliable"].contains(&verdict), "{summary}");
-    let mut shown = |verdict: Option<&str>, clock: f64| {
+    let mut shown = |verdict: &str, clock: f64| {
         let object = summary.as_object_mut().unwrap();
-        object.remove("reliability");
-        if let Some(verdict) = verdict {
-            let found = serde_json::json!({ "verdict": verdict, "reason": "it falls < 3 times" });
-            object.insert("reliability".to_owned(), found);
-        }
+        let found = serde_json::json!({ "verdict": verdict, "reason": "it falls < 3 times" });
+        object.insert("reliability".to_owned(), found);
         for key in ["displacement_robust_p50", "displacement_p50"] {
             object.insert(key.to_owned(), 2.0.into());
         }
@@ -30,7 +26,7 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
         let table = bench.ok("compare a").out;
         (told, bench.read("a/report.html"), table)
     };
-    let (told, page, table) = shown(Some("unreliable"), 1.0);
+    let (told, page, table) = shown("unreliable", 1.0);
     has(&told, &["\nunreliable: it falls < 3 times\n"]);
     let last = told.lines().last().unwrap();
     has(last, &["), unreliable, V "]);
@@ -39,17 +35,15 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
         has(&page, &[words]);
     }
     has(&table, &["unreliable"]);
-    for verdict in [Some("reliable"), None] {
-        let (told, page, table) = shown(verdict, 1.0);
-        has(&told, &["1.000 m, 50 % of the displacement with feedback"]);
-        assert!(page.contains("<b>50 %</b>"));
-        for text in [&told, &table] {
-            assert!(!text.contains("unreliable"), "{text}");
-        }
-        assert!(!page.contains("median: unreliable") && !page.contains("Unreliable robot"));
-        // This robot walks backwards without feedback, so no percentage of its displacement is shown.
-        let (told, page, _) = shown(verdict, -2.74);
-        has(&told, &["open loop, without feedback: -2.740 m\n"]);
-        assert!(!page.contains("137 %"));
+    let (told, page, table) = shown("reliable", 1.0);
+    has(&told, &["1.000 m, 50 % of the displacement with feedback"]);
+    assert!(page.contains("<b>50 %</b>"));
+    for text in [&told, &table] {
+        assert!(!text.contains("unreliable"), "{text}");
     }
+    assert!(!page.contains("median: unreliable") && !page.contains("Unreliable robot"));
+    // This robot walks backwards without feedback, so no percentage of its displacement is shown.
+    let (told, page, _) = shown("reliable", -2.74);
+    has(&told, &["open loop, without feedback: -2.740 m\n"]);
+    assert!(!page.contains("137 %"));
 }

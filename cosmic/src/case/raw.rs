@@ -173,10 +173,6 @@ keys! {
     passes: usize = physics.passes,
     contact: LawFile = physics.contact,
     mu: f64 = physics.friction,
-    #[serde(default, skip_serializing_if = "is_default")]
-    stiffening: f64 = physics.stiffening,
-    #[serde(default, skip_serializing_if = "is_default")]
-    bending_radius: f64 = physics.bending_radius,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     forces: Vec<LawFile> = physics.forces,
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]

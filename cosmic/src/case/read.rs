@@ -191,8 +191,6 @@ impl Shapes<'_> {
             ("physics", "substeps", scene.substeps as f64),
             ("physics", "m_eps", scene.m_eps),
             ("physics", "payload_mass", scene.payload_mass),
-            ("physics", "stiffening", scene.stiffening),
-            ("physics", "bending_radius", scene.bending_radius),
             // A case without a bound on speeds has no number to check: 1.0 stands for it, because 1.0 is always
             // allowed.
             ("physics", "speed_bound", scene.speed_bound.unwrap_or(1.0)),

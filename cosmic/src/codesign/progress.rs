@@ -27,7 +27,7 @@ pub struct Progress {
     /// If the optimisation began with a given robot, the iteration after which that robot entered: the iteration of the
     /// snap if its design was a layout, otherwise 0. `None` if the optimisation began with the initial design of the
     /// scene.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub entered: Option<usize>,
     /// True if the caller supplied the loss, which cannot be stored in files.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -62,10 +62,8 @@ pub struct Progress {
     pub candidates: Vec<Candidate>,
     /// For each projection, the running mean of the design gradient. Both are empty before the first design pass, and
     /// always if `gradient.design_memory` is 0.
-    #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
     /// The controller to which the end of the fine-tuning (called settling) returns; `None` before that.
-    #[serde(default)]
     pub settled: Option<Settled>,
 }
 
@@ -186,7 +184,6 @@ pub struct Candidate {
     pub controller: Controller<f64>,
     /// Quantiles of the merit over the domains in which controllers are compared. `None` if they were not measured, or
     /// if the 10 % quantile is not finite because rollouts diverged.
-    #[serde(default)]
     pub spread: Option<Quantiles>,
 }
 
@@ -235,8 +232,8 @@ keys! {
         merit_horizon: Option<f64>, "number", unit "the loss's";
         /// The loss over the horizon. With two gradients, it is the loss of the first gradient, or the loss that is
         /// not finite. If the loss is not finite, the value is `null` and the gradient is skipped. Absent for the
-        /// snap and in histories of earlier versions.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        /// snap.
+        #[serde(skip_serializing_if = "Option::is_none")]
         loss_horizon: Option<f64>, "number or `null`", unit "the loss's";
         /// The number of simulated steps that the gradient was computed over.
         horizon: usize, "whole number", unit "steps", columns ["horizon"];
@@ -284,8 +281,7 @@ keys! {
         skipped: usize, "whole number", columns ["skipped"];
         /// The time step compared with the vibrations of the design after the iteration. In the table: the ratio of
         /// the time step to the longest stable one, by `bound` and by `exact`. A ratio of 1 or more means that the
-        /// time step is too long. `null` in histories of earlier versions.
-        #[serde(default)]
+        /// time step is too long.
         time_step: Option<StepCheck>, "object or `null`", parts StepCheck,
             columns ["dt_over_bound", "dt_over_limit"] of |r: &Record| {
                 let share = |check: StepCheck, limit: Option<StepLimit>| Some(limit?.share(check.dt));

@@ -40,10 +40,8 @@ keys! {
         /// long.
         floppy_modes: Option<usize>, "whole number or `null`", columns ["floppy_modes"];
         /// Rest length of the shortest skeleton bar. `null` if there is none.
-        #[serde(default)]
         shortest_skeleton: Option<f64>, "number or `null`", unit "m";
         /// Rest length of the shortest actuator. `null` if there is none.
-        #[serde(default)]
         shortest_actuator: Option<f64>, "number or `null`", unit "m";
     }
 }

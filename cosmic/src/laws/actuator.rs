@@ -25,7 +25,6 @@ impl Law for Actuator {
 
 impl BarForce for Actuator {
     const NEEDS_RATE: bool = true;
-    const REPLACES_SPRING: bool = true;
 
     /// An actuator pulls its length towards the target like a spring, but with at most `force` times `1 - rate / speed`
     /// in the direction in which it does work. While it is driven backwards it holds `force`. At its

@@ -75,9 +75,8 @@ impl<R: Real> Bar<R> {
     }
 }
 
-/// A force along every bar, which is *added* to the force of the bar's own spring. The spring follows Hooke's law, or
-/// [`Stiffening`](super::Stiffening) if `physics.stiffening` is above 0. A law that [replaces](BarForce::REPLACES_SPRING)
-/// the spring subtracts [`Bar::spring`]. The forces of several laws along bars add up.
+/// A force along every bar, which is *added* to the force of the bar's own spring. The spring follows Hooke's law. A law
+/// that replaces the spring subtracts [`Bar::spring`]. The forces of several laws along bars add up.
 ///
 /// To write a law, give it [settings](Law) and [`tension`](BarForce::tension). Derivatives, SIMD lanes and
 /// file formats need no further code. [`on_bars`](super::on_bars) makes it a law that scenes choose by
@@ -123,9 +122,6 @@ pub trait BarForce: Law {
     const NOUN: &'static str = Self::NAME;
     /// True if [`tension`](BarForce::tension) reads [`Bar::rate`].
     const NEEDS_RATE: bool = false;
-    /// True if [`tension`](BarForce::tension) subtracts the force of the bar's own spring, [`Bar::spring`]. Scenes with
-    /// `physics.stiffening` refuse such a law.
-    const REPLACES_SPRING: bool = false;
 
     /// The force, N, with which the bar pulls its ends together in addition to its spring; a negative force pushes them
     /// apart. `law` has the settings as numbers of the type `R`. The method must not branch on a [`Real`]; use

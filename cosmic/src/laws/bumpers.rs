@@ -4,14 +4,12 @@
 //! node and a bar that does not end at the node. A step is recorded once, so its pairs are fixed: they are all pairs that
 //! are near enough at rest to meet later.
 
-use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
-use super::bending::add_gathered;
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::force::{Force, Given, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::{Matrix, Segment, Vector};
@@ -24,6 +22,8 @@ const ON_BAR: f64 = 1e-3;
 const AT_REST: f64 = 0.5;
 /// A product of stiffnesses, (N/m)^2, that keeps the stiffness of a contact finite if bar and node have stiffness 0.
 const LEAST: f64 = 1e-24;
+/// The number of arrays of impulses that the kernel [`Total`] adds to a sum.
+const AT_ONCE: usize = 4;
 
 crate::settings! {
     /// Bars do not pass through one another: nodes and bars that come too near push each other apart.
@@ -43,19 +43,7 @@ impl Law for Bumpers {
     const NAME: &'static str = "bumpers";
 }
 
-impl AnyForce for Bumpers {
-    fn name(&self) -> &'static str {
-        Self::NAME
-    }
-    fn settings(&mut self) -> &mut dyn crate::settings::Settings {
-        self
-    }
-    fn boxed(&self) -> Box<dyn AnyForce> {
-        Box::new(self.clone())
-    }
-    fn any(&self) -> &dyn Any {
-        self
-    }
+impl LatticeForce for Bumpers {
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
         let bumpers = KeptApart::new(self, lattice);
         (!bumpers.pairs.is_empty()).then(|| -> Arc<dyn Force> { Arc::new(bumpers) })
@@ -178,6 +166,32 @@ impl Kernel<2, 2> for Passed {
     fn eval<R: Real>(&self, impulse: [R; 2]) -> [R; 2] {
         impulse
     }
+}
+
+/// A kernel that adds five numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Total;
+
+impl Kernel<5, 1> for Total {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [a, b, c, d, e]: [R; 5]) -> [R; 1] {
+        [a + b + (c + d) + e]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 5, 1, M>) -> [[R; 5]; M] {
+        self.emitted_vjp(at)
+    }
+}
+
+/// Adds numbers to `sum`: for each list of `places`, its places in `x` say which number is added to each entry.
+fn add_gathered(p: &mut AnyProgram, sum: Array, x: Array, places: &[Vec<Option<usize>>]) -> Array {
+    let none = vec![None; sum.len()];
+    places.chunks(AT_ONCE).fold(sum, |sum, chunk| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| p.gather(x, chunk.get(k).unwrap_or(&none)));
+        let [sum] = p.map(Total, [sum, a, b, c, d]);
+        sum
+    })
 }
 
 /// A node and an edge that does not end at the node.
@@ -332,13 +346,7 @@ impl Force for KeptApart {
         step_inputs(&self.law)
     }
 
-    fn record(
-        &self,
-        p: &mut AnyProgram,
-        step: &Step,
-        given: &Given<Array>,
-        before: Option<Vector<Array>>,
-    ) -> Vector<Array> {
+    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let (graph, nodes) = (step.graph, step.graph.nodes());
         let in_use = graph.edge_of_slot();
         let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();
@@ -354,7 +362,7 @@ impl Force for KeptApart {
             .unzip();
         if pairs.is_empty() {
             let none = vec![None; nodes];
-            return before.unwrap_or_else(|| step.nodes.x.map(|x| p.gather(x, &none)));
+            return step.nodes.x.map(|x| p.gather(x, &none));
         }
         let of_pairs = |of: &dyn Fn(&Apart) -> usize| -> Vec<Option<usize>> {
             pairs.iter().map(|pair| Some(of(pair))).collect()
@@ -376,8 +384,7 @@ impl Force for KeptApart {
         let ([kx, ky], [ix, iy], [jx, jy]) = (node.0, from.0, to.0);
         let inputs = [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last];
         let [ax, ay, bx, by] = p.map_with(self.bump(step.dt), inputs, &given.inputs);
-        let sums = at_nodes(p, nodes, &pairs, [[ax, ay], [bx, by]]);
-        add(p, before, sums)
+        at_nodes(p, nodes, &pairs, [[ax, ay], [bx, by]])
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {

@@ -9,12 +9,11 @@ use toml::de::DeValue;
 use super::actuator::Actuator;
 use super::any_contact::AnyContact;
 use super::bar::BarForce;
-use super::buckle::Buckle;
 use super::bumpers::Bumpers;
 use super::contact::Contact;
 use super::coulomb::Coulomb;
 use super::damper::Damper;
-use super::force::AnyForce;
+use super::force::{AnyForce, LatticeForce};
 use super::law_file::LawFile;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
@@ -27,7 +26,7 @@ use crate::settings::{
     Filled, Limits, Misfit, SettingValue, Settings, json, misfit, quoted, unknown, word, wrong_kind,
 };
 
-/// A law that scenes may choose by its name. [`contact`], [`on_bars`] and [`on_nodes`] create it.
+/// A law that scenes may choose by its name. [`contact`], [`on_bars`], [`on_nodes`] and [`on_lattice`] create it.
 pub struct Choice(Kind);
 
 enum Kind {
@@ -52,6 +51,12 @@ pub fn on_nodes<L: NodeForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
 }
 
+/// Offers the law `L` for a force of any other kind to scenes, which choose it by `physics.forces = ["its_name"]`. The
+/// force is added to all other forces.
+pub fn on_lattice<L: LatticeForce>() -> Choice {
+    Choice(Kind::Force(Box::new(L::default())))
+}
+
 /// The contact laws of this crate. Scenes choose them by name.
 fn contacts() -> [Box<dyn AnyContact>; 3] {
     [
@@ -62,13 +67,12 @@ fn contacts() -> [Box<dyn AnyContact>; 3] {
 }
 
 /// The force laws of this crate. Scenes choose them by name.
-fn forces() -> [Box<dyn AnyForce>; 6] {
+fn forces() -> [Box<dyn AnyForce>; 5] {
     [
         Box::new(OnBars(Damper::default())),
         Box::new(OnBars(Stops::default())),
         Box::new(OnBars(Actuator::default())),
         Box::new(OnBars(Rope::default())),
-        Box::new(OnBars(Buckle::default())),
         Box::new(Bumpers::default()),
     ]
 }
@@ -310,12 +314,6 @@ impl ForceLaws {
     pub fn about(&self) -> Vec<(&'static str, &'static str)> {
         let about = |law: &dyn AnyForce| (law.name(), law.boxed().settings().about());
         self.laws().map(about).collect()
-    }
-
-    /// The name of the first law that [replaces](BarForce::REPLACES_SPRING) the springs of bars.
-    pub(crate) fn replaces_spring(&self) -> Option<&'static str> {
-        let law = self.laws().find(|law| law.replaces_spring());
-        law.map(AnyForce::name)
     }
 
     /// A copy of the chosen laws without the law `name`.

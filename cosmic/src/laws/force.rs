@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
-use super::law::StepInput;
+use super::law::{Law, StepInput};
 use super::motion::Particle;
 use super::slopes::Tensions;
 use super::stiffness::Stiffness;
@@ -110,7 +110,7 @@ pub struct Given<A> {
 /// A force on the nodes of one lattice.
 ///
 /// Most forces act on [every node](super::NodeForce) or along [every bar](super::BarForce). Any other force implements
-/// this trait; `laws/bending.rs` is an example.
+/// this trait, and its law is a [`LatticeForce`].
 pub trait Force: Debug + Send + Sync {
     /// The arrays of constant numbers that this force needs in a step. [`record`](Force::record) gets them as
     /// [`Given::constants`].
@@ -129,15 +129,8 @@ pub trait Force: Debug + Send + Sync {
         false
     }
 
-    /// Records the impulses of this force on all nodes over a step (N s). Returns their sum with `before`, the impulses
-    /// of earlier forces.
-    fn record(
-        &self,
-        p: &mut AnyProgram,
-        step: &Step,
-        given: &Given<Array>,
-        before: Option<Vector<Array>>,
-    ) -> Vector<Array>;
+    /// Records the impulses of this force on all nodes over a step (N s).
+    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array>;
 
     /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
     /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes
@@ -152,8 +145,11 @@ pub trait Force: Debug + Send + Sync {
         None
     }
 
-    /// The forces on a node: one entry for each part of this force that acts on the node.
-    fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
+    /// The forces on a node: one entry for each part of this force that acts on the node. Messages about robots that fly
+    /// apart name the part with the largest force.
+    fn pulls(&self, _pose: &Pose, _node: usize) -> Vec<Pull> {
+        Vec::new()
+    }
 
     /// The tension that this force adds to the bar of an edge, N.
     fn tension(&self, _pose: &Pose, _edge: usize) -> f64 {
@@ -161,7 +157,9 @@ pub trait Force: Debug + Send + Sync {
     }
 
     /// The potential energy of this force in a pose, J; `None` if the force has none.
-    fn energy(&self, pose: &Pose) -> Option<f64>;
+    fn energy(&self, _pose: &Pose) -> Option<f64> {
+        None
+    }
 
     /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
@@ -193,12 +191,34 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
     fn settings(&mut self) -> &mut dyn Settings;
     fn boxed(&self) -> Box<dyn AnyForce>;
     fn any(&self) -> &dyn Any;
-    /// True if this law takes the place of the springs of bars, which it subtracts.
-    fn replaces_spring(&self) -> bool {
-        false
-    }
     /// Prepares this law for a lattice. Returns the force, or `None` if the law has nothing to act on.
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
+}
+
+/// A law for a force that acts neither on single nodes nor along single bars. The law finds the nodes and bars of a lattice
+/// that its force acts on. [`on_lattice`](super::on_lattice) makes it a law that scenes choose by
+/// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`.
+pub trait LatticeForce: Law {
+    /// Prepares this law for a lattice. Returns the force, or `None` if the law has nothing to act on.
+    fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
+}
+
+impl<L: LatticeForce> AnyForce for L {
+    fn name(&self) -> &'static str {
+        L::NAME
+    }
+    fn settings(&mut self) -> &mut dyn Settings {
+        self
+    }
+    fn boxed(&self) -> Box<dyn AnyForce> {
+        Box::new(self.clone())
+    }
+    fn any(&self) -> &dyn Any {
+        self
+    }
+    fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
+        LatticeForce::on(self, lattice)
+    }
 }
 
 /// A kernel that adds two numbers.
@@ -218,7 +238,7 @@ impl Kernel<2, 1> for Sum {
 }
 
 /// Records the sum of `impulses` and `before`, the impulses of earlier forces.
-pub(super) fn add<const D: usize>(
+pub(crate) fn add<const D: usize>(
     p: &mut AnyProgram,
     before: Option<Vector<Array, D>>,
     impulses: Vector<Array, D>,

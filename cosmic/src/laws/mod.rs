@@ -3,7 +3,7 @@
 //!
 //! A law is a type with [settings](Law) and one generic method. The method returns the [velocity](Contact::respond) of
 //! a node that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a node.
-//! A force of another kind implements [`Force`]. Derivatives (also with respect to the settings), SIMD lanes and the
+//! A force of another kind implements [`LatticeForce`]. Derivatives (also with respect to the settings), SIMD lanes and the
 //! stable time step follow from that method without further code. Scenes can choose every law of this crate and every
 //! law that a program has added to the [registry](crate::Registry::with_law).
 
@@ -27,9 +27,6 @@ mod damper;
 mod stops;
 mod actuator;
 mod rope;
-mod buckle;
-mod stiffening;
-mod bending;
 mod bumpers;
 mod law_file;
 mod choice;
@@ -39,17 +36,14 @@ mod adjoints;
 pub use actuator::Actuator;
 pub(crate) use any_contact::{AnyContact, Pushed};
 pub use bar::{Bar, BarForce, MovingTension, Tension};
-pub(crate) use bending::Bending;
-pub use bending::{Bend, BentBars, Line, Pair, Total, pairs};
-pub use buckle::Buckle;
-pub use bumpers::{Bump, Bumpers};
-pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_nodes};
+pub use bumpers::{Bump, Bumpers, Total};
+pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_lattice, on_nodes};
 pub(crate) use choice::{LAW, names};
 pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
-pub(crate) use force::AnyForce;
-pub use force::{Force, Given, Pose, Pull, Step, Sum};
+pub(crate) use force::add;
+pub use force::{Force, Given, LatticeForce, Pose, Pull, Step, Sum};
 pub use hold::{Equation, FirstPass, NextPass};
 pub(crate) use hold::{FreeEquation, Hold, Meet, Reaction, Under};
 pub use hooke::Hooke;
@@ -62,8 +56,6 @@ pub(crate) use on_bars::OnBars;
 pub use rope::Rope;
 pub use slopes::{Impulse, Linear, Tensions};
 pub use sticking::Sticking;
-pub use stiffening::Stiffening;
-pub(crate) use stiffness::Angle;
 pub use stiffness::Stiffness;
 pub use stops::Stops;
 pub use terrain::Terrain;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{AnyProgram, Array, Dual, Real};
 
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
@@ -187,13 +187,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         L::NEEDS_TIME
     }
 
-    fn record(
-        &self,
-        p: &mut AnyProgram,
-        step: &Step,
-        given: &Given<Array>,
-        before: Option<Vector<Array>>,
-    ) -> Vector<Array> {
+    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,
@@ -202,8 +196,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         let ([x, y, vx, vy], weight) = (step.nodes.array(), given.constants[0]);
         let time = step.time.unwrap_or(weight);
         let node = [x, y, vx, vy, step.inverse_mass, weight, time];
-        let impulses = p.map_with(kernel, node, &given.inputs);
-        add(p, before, Vector::new(impulses))
+        Vector::new(p.map_with(kernel, node, &given.inputs))
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {

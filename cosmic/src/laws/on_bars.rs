@@ -6,7 +6,7 @@ use std::sync::Arc;
 use autodiff::{AnyProgram, Array, Dual};
 
 use super::bar::{Bar, BarForce, MovingTension, Tension};
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum, add};
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum};
 use super::law::{StepInput, step_inputs};
 use super::slopes::{Slopes, Tensions};
 use super::stiffness::Stiffness;
@@ -91,9 +91,6 @@ impl<L: BarForce> AnyForce for OnBars<L> {
     fn any(&self) -> &dyn Any {
         self
     }
-    fn replaces_spring(&self) -> bool {
-        L::REPLACES_SPRING
-    }
     fn on(&self, _: &Lattice) -> Option<Arc<dyn Force>> {
         Some(Arc::new(self.clone()))
     }
@@ -104,28 +101,21 @@ impl<L: BarForce> Force for OnBars<L> {
         step_inputs(&self.0)
     }
 
-    fn record(
-        &self,
-        p: &mut AnyProgram,
-        step: &Step,
-        given: &Given<Array>,
-        before: Option<Vector<Array>>,
-    ) -> Vector<Array> {
+    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let tension = Tension {
             law: self.0.clone(),
             dt: step.dt,
             softening: step.softening,
         };
         let edge = step.per_edge();
-        let impulses = if L::NEEDS_RATE {
+        Vector::new(if L::NEEDS_RATE {
             let ends = step.nodes.array();
             let moving = MovingTension(tension);
             p.map_edges_with(step.graph, moving, ends, &edge, &given.inputs)
         } else {
             let ends = step.nodes.x.array();
             p.map_edges_with(step.graph, tension, ends, &edge, &given.inputs)
-        };
-        add(p, before, Vector::new(impulses))
+        })
     }
 
     fn record_slopes(
@@ -174,7 +164,7 @@ impl<L: BarForce> Force for OnBars<L> {
     }
 
     /// Adds the stiffness of each bar at a length just outside the range of its actuator, so that the stiffness of
-    /// stops is included. A stiffening bar that other forces stretch even further would be stiffer.
+    /// stops is included. A bar whose stiffness grows as other forces stretch it even further would be stiffer.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);

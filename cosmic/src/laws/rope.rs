@@ -33,8 +33,6 @@ impl<R: Real> Rope<R> {
 }
 
 impl BarForce for Rope {
-    const REPLACES_SPRING: bool = true;
-
     /// A bar that is shorter than its target does not push. At the target the derivative is that of the slack rope.
     #[inline(always)]
     fn tension<R: Real>(rope: &Rope<R>, bar: Bar<R>) -> R {

@@ -1,6 +1,6 @@
 //! The stiffness and damping of a robot: the derivatives of its forces at a pose.
 
-use crate::geometry::{Matrix, Vector};
+use crate::geometry::Matrix;
 
 /// The derivatives of the forces with respect to the positions (N/m) and velocities (N s/m) of the nodes. Each force
 /// adds its part in [`Force::stiffen`].
@@ -16,8 +16,6 @@ pub struct Stiffness<const D: usize = 2> {
     /// For every node, a bound on the derivative of the force on the node with respect to the node's own velocity, N
     /// s/m.
     pub(crate) node_damping: Vec<f64>,
-    /// The pairs of edges that resist a change of the angle between them.
-    pub(crate) angles: Vec<Angle<D>>,
 }
 
 /// The stiffness of an edge for displacements along it and across it, N/m. The stiffness across the edge may be
@@ -26,15 +24,6 @@ pub struct Stiffness<const D: usize = 2> {
 pub(crate) struct BarStiffness {
     pub(crate) along: f64,
     pub(crate) across: f64,
-}
-
-/// The angle between two edges over three nodes, with the angular stiffness `c`. If displacements `u` move the nodes,
-/// the angle changes by `g . u`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Angle<const D: usize = 2> {
-    pub(crate) nodes: [usize; 3],
-    /// For each of the three nodes: its vector in `g`, multiplied by the square root of `c`.
-    pub(crate) by: [Vector<f64, D>; 3],
 }
 
 impl Stiffness {
@@ -53,7 +42,6 @@ impl<const D: usize> Stiffness<D> {
             bar_damping: vec![0.0; edges],
             nodes: vec![Matrix::zero(); nodes],
             node_damping: vec![0.0; nodes],
-            angles: Vec::new(),
         }
     }
 
@@ -79,12 +67,5 @@ impl<const D: usize> Stiffness<D> {
     /// velocity.
     pub fn dampen_node(&mut self, node: usize, damping: f64) {
         self.node_damping[node] += damping;
-    }
-
-    /// Adds an angle over three nodes. `g` has the derivatives of the angle with respect to the positions of the nodes
-    /// (1/m); `stiffness` is the angular stiffness (N m).
-    pub fn angle(&mut self, nodes: [usize; 3], g: [Vector<f64, D>; 3], stiffness: f64) {
-        let by = g.map(|g| g * stiffness.sqrt());
-        self.angles.push(Angle { nodes, by });
     }
 }

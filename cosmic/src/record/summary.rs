@@ -10,7 +10,7 @@ use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
 use crate::keys::{Cell, Keyed, keys};
 use crate::lattice::Lattice;
-use crate::scene::{Departure, Scene};
+use crate::scene::Scene;
 use crate::simulator::{Energy, Loads};
 use crate::verdict::{Measured, bars};
 use serde::{Deserialize, Serialize};
@@ -44,10 +44,8 @@ keys! {
         /// Median of the displacements along the ground of robots that vary a little: the figure to quote. Their starts
         /// vary by 1 % of a spacing, their friction and the stiffness of their edges by 5 %. They have the goal of the
         /// scene.
-        #[serde(default)]
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
-        #[serde(default)]
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
         /// Median displacement from the starts of `displacement_p50` with half the time step.
         displacement_half_step_p50: Option<f64>, "number or `null`", unit "m";
@@ -57,8 +55,7 @@ keys! {
         /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
         /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
-        /// clock, but of the robot only its initial state. `null` in files of earlier versions.
-        #[serde(default)]
+        /// clock, but of the robot only its initial state.
         displacement_clock_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_clock_p50"];
         /// Displacement along the ground in one unperturbed rollout of the delivered robot.
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
@@ -70,56 +67,48 @@ keys! {
         /// The score by which the best of several runs is chosen: `displacement_selection_p50`, or the 10 % quantile
         /// over the same perturbed starts if the robot is unreliable there. With `selection.kind = "robust"`, both are
         /// robust displacements, and the score is the 10 % quantile. If the robot is unreliable because of the time step
-        /// or the integrator, the score is at most the median with those. `null` in files of earlier versions.
-        #[serde(default)]
+        /// or the integrator, the score is at most the median with those.
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
         /// Whether `displacement_robust_p50` describes the robot well; for tasks other than `far`, whether the median
         /// loss of the same varied robots does. A robot is also unreliable if its displacement, or its loss, changes by more
         /// than 20 % with half the time step or with another integrator, and a robot that should walk far if it stands
-        /// still. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`. Absent in files of earlier
-        /// versions.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
-        reliability: Option<Reliability>, "object";
+        /// still. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`.
+        reliability: Reliability, "object";
         /// Only if the robot stopped in the unperturbed rollout before its last quarter: since when and where it stands still.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
+        #[serde(skip_serializing_if = "Option::is_none")]
         standstill: Option<Standstill>, "object", parts Standstill;
         /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; if goals are given,
         /// over robots that vary a little and have sequences of goals. Absent if too many rollouts diverged.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
+        #[serde(skip_serializing_if = "Option::is_none")]
         loss_p50: Option<f64>, "number", unit "the loss's";
         /// Only beside `loss_p50`: the same median for the same robot while its muscles rest. The verdict compares them.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
+        #[serde(skip_serializing_if = "Option::is_none")]
         loss_idle_p50: Option<f64>, "number", unit "the loss's";
         /// Mean share of solid material (skeleton and actuator) over the edges.
         volume as "V": f64, "number", columns ["V"];
         /// Mean share of actuators.
         actuator_volume as "V_act": f64, "number", columns ["V_act"];
         /// True if the run ended before every edge had one material. There are no bars yet: `structure` and
-        /// `loads` are `null`. Absent in files of earlier versions.
-        #[serde(default)]
-        undecided: Option<bool>, "true or false";
-        /// How the bars (edges of solid material) are connected. `null` in files of earlier versions.
-        #[serde(default)]
+        /// `loads` are `null`.
+        undecided: bool, "true or false";
+        /// How the bars (edges of solid material) are connected.
         structure: Option<Structure>, "object or `null`", parts Structure as columns;
-        /// The loads of actuators and bars over all steps of the unperturbed rollout. `null` in files of earlier
-        /// versions.
-        #[serde(default)]
+        /// The loads of actuators and bars over all steps of the unperturbed rollout.
         loads: Option<Loads>, "object or `null`", parts Loads as columns;
-        /// The mass of the robot and the energy that it needs in the unperturbed rollout. Absent in files of earlier
-        /// versions.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
+        /// The mass of the robot and the energy that it needs in the unperturbed rollout. Absent for an undecided design.
+        #[serde(skip_serializing_if = "Option::is_none")]
         energy: Option<Energy>, "object", parts Energy;
         /// The energy of the varied robot whose displacement is nearest to `displacement_robust_p50`, per distance of this
         /// median: the figures to quote. Absent if there is no median.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
+        #[serde(skip_serializing_if = "Option::is_none")]
         energy_robust: Option<Energy>, "object", parts Energy;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
-            columns ["flips"] of |s: &Summary| (!s.is_undecided()).then_some(s.flips);
+            columns ["flips"] of |s: &Summary| (!s.undecided).then_some(s.flips);
         /// Gradients that were skipped because they or their loss were not finite.
         skipped_gradients: usize, "whole number", columns ["skipped_gradients"];
         /// Only with `--from`: the iteration after which the robot entered, 0 or the iteration of the snap.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(skip_serializing_if = "Option::is_none")]
         entered: Option<usize>, "whole number";
         /// Iterations done by this run.
         iterations: usize, "whole number";
@@ -127,10 +116,6 @@ keys! {
         delivered_iteration: usize, "whole number", columns ["delivered_iteration"];
         /// `finished`, or `iteration_limit` for the robot of an unfinished run.
         stop_reason: StopReason, "text";
-        /// The named options in use that differ from the paper. If the list is empty, physics and algorithm are
-        /// those of the paper, except for the values of numbers. `option` is the key as `section.key`, or `start`
-        /// with `--from`, or `loss` if a program supplied its own loss. `says` describes what the option does.
-        departures: Vec<Departure>, "list of objects";
         /// Version of the program.
         cosmic_version: String, "text";
         /// Wall time without interruptions; with several starts, the sum over all starts.
@@ -161,12 +146,11 @@ keys! {
         /// The number with this name in the summary of the start; `null` if the start diverged.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
         /// The number with this name in the summary of the start. The best start has the highest score.
-        #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
         /// The number with this name in the summary of the start.
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m";
         /// The verdict in the summary of the start.
-        #[serde(skip_serializing_if = "Option::is_none", default)]
+        #[serde(skip_serializing_if = "Option::is_none")]
         reliability: Option<Reliability>, "object";
     }
 }
@@ -177,9 +161,9 @@ impl Start {
         Self {
             seed,
             displacement_selection_p50: summary.and_then(|s| s.displacement_selection_p50),
-            displacement_selection_score: summary.and_then(Summary::score),
+            displacement_selection_score: summary.and_then(|s| s.displacement_selection_score),
             displacement_robust_p50: summary.and_then(|s| s.displacement_robust_p50),
-            reliability: summary.and_then(|s| s.reliability.clone()),
+            reliability: summary.map(|s| s.reliability.clone()),
         }
     }
 }
@@ -205,25 +189,20 @@ impl Summary {
         ratio(self.displacement_clock_p50, whole)
     }
 
-    /// True if the design is known to be undecided.
-    pub fn is_undecided(&self) -> bool {
-        self.undecided == Some(true)
-    }
-
-    /// Why the robot is unreliable; `None` for a reliable robot, and in files of earlier versions.
+    /// Why the robot is unreliable; `None` for a reliable robot.
     pub fn unreliable(&self) -> Option<&str> {
-        self.reliability.as_ref()?.reason()
+        self.reliability.reason()
     }
 
     /// The numbers of the summary that a verdict judges. `scene` is the scene of the run.
     pub fn measured(&self, scene: &Scene, lattice: &Lattice) -> Measured<'_> {
         Measured {
             displacement: self.displacement_robust_p50,
-            reliability: self.reliability.as_ref(),
+            reliability: Some(&self.reliability),
             standstill: self.standstill,
             is_far: self.loss_p50.is_none(),
             losses: self.loss_p50.zip(self.loss_idle_p50),
-            is_undecided: self.is_undecided(),
+            is_undecided: self.undecided,
             volumes: Some([self.volume, self.actuator_volume]),
             structure: self.structure,
             loads: self.loads.as_ref(),
@@ -244,28 +223,18 @@ impl Summary {
         still.map_or(seconds, |still| still.since)
     }
 
-    /// Whether the robot is reliable, in one word; `None` in files of earlier versions.
-    pub fn verdict(&self) -> Option<&'static str> {
-        self.reliability.as_ref().map(Reliability::word)
-    }
-
-    /// True if the robot is known to be unreliable.
+    /// True if the robot is unreliable.
     pub fn is_unreliable(&self) -> bool {
         self.unreliable().is_some()
-    }
-
-    /// The score by which the best of several starts is chosen; the median in files of earlier versions.
-    fn score(&self) -> Option<f64> {
-        match self.reliability {
-            Some(_) => self.displacement_selection_score,
-            None => self.displacement_selection_p50,
-        }
     }
 
     /// The numbers that a start is ranked by: the score, then the median to break ties. Minus infinity for a number
     /// that the summary lacks.
     pub fn rank(&self) -> [f64; 2] {
-        let numbers = [self.score(), self.displacement_selection_p50];
+        let numbers = [
+            self.displacement_selection_score,
+            self.displacement_selection_p50,
+        ];
         numbers.map(|x| x.unwrap_or(f64::NEG_INFINITY))
     }
 
@@ -294,13 +263,13 @@ impl Summary {
             displacement_clock_p50: finite(delivery.clock_alone.p50),
             displacement_selection_p50: finite(delivery.selection.p50),
             displacement_selection_score: finite(delivery.selection_score),
-            reliability: Some(delivery.reliability.clone()),
+            reliability: delivery.reliability.clone(),
             standstill: delivery.standstill,
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
             loss_idle_p50: delivery.idle_merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volume,
             actuator_volume: delivery.actuator_volume,
-            undecided: Some(delivery.structure.is_none()),
+            undecided: delivery.structure.is_none(),
             structure: delivery.structure,
             loads: delivery.loads.clone(),
             energy: delivery.energy,
@@ -315,7 +284,6 @@ impl Summary {
             } else {
                 StopReason::IterationLimit
             },
-            departures: departures(plan, progress),
             cosmic_version: env!("CARGO_PKG_VERSION").to_string(),
             seconds,
             starts: Vec::new(),
@@ -363,41 +331,4 @@ fn unfinished(folder: &Path) -> String {
     }
     let how = go_on(folder, Snapshot::has_own_loss(folder));
     format!("the run is not finished; {how}")
-}
-
-/// The options in use that differ from the paper. These are the options of the scene that have an effect in this run,
-/// and also a given robot or a given loss, which are not part of the scene.
-fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
-    let decided_before = progress.entered == Some(plan.scene.schedule.snap_at);
-    let idle = |option: &str| {
-        let of_start = progress.entered.is_some() && option.starts_with("start.");
-        let of_design = decided_before
-            && [
-                "gradient.design_memory",
-                "schedule.snap_trials",
-                "schedule.stability_share",
-                "materials.penalisation",
-                "projection.hold_materials",
-                "binarisation.method",
-            ]
-            .contains(&option);
-        let of_loss =
-            progress.own_loss && (option.starts_with("loss.") || option.starts_with("objective."));
-        of_start || of_design || of_loss
-    };
-    let mut departures = plan.scene.departures();
-    departures.retain(|departure| !idle(&departure.option));
-    let named = |option: &str, says: &str| Departure {
-        option: option.to_owned(),
-        says: says.to_owned(),
-    };
-    if progress.entered.is_some() {
-        let says = "the run began with an existing robot, which is in start.json";
-        departures.push(named("start", says));
-    }
-    if progress.own_loss {
-        let says = "robots are designed for a loss of the program that began the run";
-        departures.push(named("loss", says));
-    }
-    departures
 }

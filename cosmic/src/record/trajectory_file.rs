@@ -20,8 +20,7 @@ pub struct TrajectoryFile {
     pub steps: Vec<usize>,
     /// The states, one for each of `steps`, in the world's frame.
     pub states: Vec<State<f64>>,
-    /// The loads of each edge over all steps; `None` for a void edge. Empty for an undecided design and in files of
-    /// earlier versions.
+    /// The loads of each edge over all steps; `None` for a void edge. Empty for an undecided design.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bars: Vec<Option<BarLoad>>,
 }

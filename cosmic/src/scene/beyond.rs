@@ -10,17 +10,17 @@ settings! {
     /// The task of the robot. Displacement is reported for every task.
     struct ObjectiveSettings {
         /// The task: to get far, to be near a point, to climb, to go back, or to save energy.
-        task: TaskKind = TaskKind::Far, since 1,
+        task: TaskKind = TaskKind::Far,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
         /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes in
         /// use, each from the payload's place at the start.
-        body: MovedBody = MovedBody::Payload, since 3, source "paper: the payload";
+        body: MovedBody = MovedBody::Payload, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
-        own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
+        own_loss: Chosen = Chosen::loss(), source "the paper has none";
         /// Weight of the second term of a task. With 1, "reach" counts a speed of 1 m/s as 0.2 m from the goal, and "economy"
         /// 1 J per kilogram of the robot as 0.01 m.
-        weight: f64 = 1.0, allowed within(0.0, 1e6), since 1,
+        weight: f64 = 1.0, allowed within(0.0, 1e6),
             read "with the tasks `reach` and `economy`" if |s: &Scene| {
                 [TaskKind::Reach, TaskKind::Economy].contains(&s.objective.task) && s.has_task()
             },
@@ -77,14 +77,14 @@ settings! {
     /// Gradients averaged over random variations of the robot and its surroundings.
     struct RobustSettings {
         /// Number of random variations per gradient, drawn anew in every iteration; 0 for the nominal robot only.
-        samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
+        samples: usize = 0, allowed within(0.0, 1e4), source "paper: 0";
         /// Factor on the largest deviations of the robot: 2 % of a spacing for a coordinate of the start, and 10 % for the
         /// stiffness of an edge and the mass of a node.
-        spread: f64 = 1.0, allowed within(0.0, 9.0), since 1,
+        spread: f64 = 1.0, allowed within(0.0, 9.0),
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
         /// Largest relative deviation of the coefficient of friction.
-        friction: f64 = 0.2, allowed DEVIATION, since 1,
+        friction: f64 = 0.2, allowed DEVIATION,
             read "with `samples` above 0 and a contact law that slips" if |s: &Scene| s.robust.samples > 0 && s.slips(),
             source "beyond the paper";
     }
@@ -108,14 +108,14 @@ settings! {
     /// The goals for which a controller is trained and by which robots are ranked, if goals are inputs of a rollout.
     struct GoalsSettings {
         /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration, half of them behind.
-        samples: usize = 8, allowed within(1.0, 1e4), since 5, source "beyond the paper";
+        samples: usize = 8, allowed within(1.0, 1e4), source "beyond the paper";
         /// Number of goals, one after the other, of a rollout in which robots are ranked.
-        count: usize = 3, allowed within(1.0, 64.0), since 5, source "beyond the paper";
+        count: usize = 3, allowed within(1.0, 64.0), source "beyond the paper";
         /// The two places along the ground between which goals are drawn, counted from the payload at the start.
         along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",
-            auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", since 5, source "beyond the paper";
+            auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", source "beyond the paper";
         /// Least distance from one goal to the next, and from the payload at the start to the first goal.
-        apart: f64 = 0.75, allowed above(0.0, 1e3), unit "m", auto "0.75 m times `l / 0.5 m`", since 5,
+        apart: f64 = 0.75, allowed above(0.0, 1e3), unit "m", auto "0.75 m times `l / 0.5 m`",
             source "beyond the paper";
     }
 }

@@ -51,8 +51,8 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals,
-        springs, terrain, parts,
+        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals, terrain,
+        parts,
     ] {
         rule(scene, &mut found);
     }
@@ -326,20 +326,6 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
         2.0 * apart < high - low && (apart < high || apart < -low),
         ["goals.apart", "goals.along"],
         format!("goals that are {apart} m apart do not fit between {low} and {high} m"),
-    );
-}
-
-/// Some laws take the place of linear springs.
-fn springs(scene: &Scene, found: &mut Conflicts) {
-    let physics = &scene.physics;
-    let replaces = physics.forces.replaces_spring();
-    found.require(
-        replaces.is_none() || physics.stiffening == 0.0,
-        ["physics.forces", "physics.stiffening"],
-        format!(
-            "the force `{}` takes the place of springs by Hooke's law, not of stiffening springs; set physics.stiffening to 0",
-            replaces.unwrap_or_default()
-        ),
     );
 }
 

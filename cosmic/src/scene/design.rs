@@ -9,7 +9,7 @@ settings! {
     struct ProjectionSettings {
         /// Number that is subtracted from an edge's entry for the solid material that it does not have in the layout
         /// "filled". 1 fixes the solid materials, so that only the topology is designed.
-        hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
+        hold_materials: f64 = 0.0, allowed within(0.0, 10.0),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
     } of cases {
@@ -39,7 +39,7 @@ settings! {
             read "with the starts `three_legged` and `layout`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Layout].contains(&s.start.kind),
             source "paper: tall";
         /// Mean surplus of void, which grows from a side that the seed draws to the opposite side.
-        tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
+        tilt: f64 = 0.0, allowed within(0.0, 0.5), source "paper: 0";
     }
 }
 
@@ -77,17 +77,17 @@ settings! {
     /// Requirements on layouts beside their volumes. A bar is an edge of solid material.
     struct DesignSettings {
         /// Whether all bars must be connected with the payload. Nodes without a bar are then not observed.
-        one_piece: bool = true, since 1 before false, source "paper: false";
+        one_piece: bool = true, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
-        free_ends: bool = true, since 1,
+        free_ends: bool = true,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper silent";
         /// Whether bars may cross.
-        crossings: bool = true, since 1,
+        crossings: bool = true,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: true";
         /// Smallest number of nodes in the lowest row that must have a bar.
-        feet: usize = 0, allowed within(0.0, 1e4), since 1,
+        feet: usize = 0, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
     }
@@ -119,7 +119,7 @@ settings! {
     /// The augmented Lagrangian of the four binarisation measures, and the attraction of edges to a single material.
     struct BinarisationSettings {
         /// How the measures are held below their thresholds: by terms of the objective, or by constraints.
-        method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
+        method: BinarisationMethod = BinarisationMethod::Augmented, source "paper: augmented";
         /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
         /// First and last iteration in which the thresholds fall.

@@ -4,7 +4,7 @@ use super::world::rounded;
 use super::{BarNumbers, Integrator, ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
 use crate::lattice::Lattice;
-use crate::laws::{Actuator, Buckle, Stops};
+use crate::laws::{Actuator, Stops};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::f64::consts::PI;
@@ -185,7 +185,6 @@ impl Scene {
             .chain(of_truss_in_pieces(self))
             .chain(nonsense(self))
             .chain(many_substeps(self))
-            .chain(other_bending(self))
             .chain(misfits(self))
             .chain(slides(self))
             .chain(too_heavy(self))
@@ -296,18 +295,6 @@ fn many_substeps(scene: &Scene) -> Option<Finding> {
     );
     let keys = ["physics.integrator", "physics.steps", "physics.substeps"];
     Some(Finding::new(scene, &keys, says, remedy))
-}
-
-/// A warning if the law `buckle` lets bars buckle under another load than the part that they are made of.
-fn other_bending(scene: &Scene) -> Option<Finding> {
-    let law: Buckle = scene.physics.forces.along_bars()?;
-    let bending = scene.materials.bending()?;
-    let says = "the law `buckle` has another bending stiffness than the part of skeleton";
-    ((law.bending / bending - 1.0).abs() > 0.01).then(|| {
-        let remedy = format!("set buckle.bending to {bending:.3e}");
-        let keys = ["buckle.bending", "parts.skeleton"];
-        Finding::new(scene, &keys, says.to_owned(), remedy)
-    })
 }
 
 /// The margin of friction below which a scene is doubtful. A foot that pushes the robot up the slope needs more friction

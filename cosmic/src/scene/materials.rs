@@ -23,7 +23,7 @@ settings! {
         max_strain: [f64; 3] = [0.0, 0.0, 0.35], allowed within(0.0, 0.99),
             source "paper, table 1; D8";
         /// Exponent on the shares of a mixture in its stiffness (the penalisation of SIMP).
-        penalisation: usize = 1, allowed within(1.0, 10.0), since 1, source "paper: 1, none";
+        penalisation: usize = 1, allowed within(1.0, 10.0), source "paper: 1, none";
     }
 }
 
@@ -33,61 +33,61 @@ settings! {
     struct PartsSettings {
         /// What a bar of skeleton is: plain numbers, those of `[materials]`; or a tube, a round rod or a printed strut with
         /// a square section.
-        skeleton: SkeletonPart = SkeletonPart::Numbers, since 7, source "paper: numbers";
+        skeleton: SkeletonPart = SkeletonPart::Numbers, source "paper: numbers";
         /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3 (pultruded tubes, Goodwinds). "glass": 41 GPa
         /// and 2000 kg/m3 (pultruded rods, Goodwinds). "aluminium": 69 GPa and 2700 kg/m3 (alloy 6061, makeitfrom.com).
         /// "steel": 200 GPa and 7800 kg/m3 (AISI 304, makeitfrom.com). "pla": 3.0 GPa and 1260 kg/m3 (Stratasys PLA,
         /// printed on edge). A material of one's own is `[modulus, density]`, such as `[2e9, 900]` for 2 GPa and 900
         /// kg/m3.
-        material: PartMaterial = PartMaterial::Stock(StockMaterial::Carbon), allowed above(0.0, 1e13), since 7,
+        material: PartMaterial = PartMaterial::Stock(StockMaterial::Carbon), allowed above(0.0, 1e13),
             read "with a tube, a rod or a strut" if Scene::has_sections,
             source "beyond the paper";
         /// Outer diameter of a tube, diameter of a rod, or width of a strut.
-        outer: f64 = 0.006, allowed above(0.0, 1.0), unit "m", since 7,
+        outer: f64 = 0.006, allowed above(0.0, 1.0), unit "m",
             read "with a tube, a rod or a strut" if Scene::has_sections,
             source "beyond the paper";
         /// Inner diameter of a tube.
-        inner: f64 = 0.004, allowed within(0.0, 1.0), unit "m", since 7,
+        inner: f64 = 0.004, allowed within(0.0, 1.0), unit "m",
             read "with a tube" if |s: &Scene| s.materials.parts.skeleton == SkeletonPart::Tube,
             source "beyond the paper";
         /// Stiffness of one joint along its bar. Every part and every device has a joint at either end; "off": rigid.
-        joint: Option<f64> = None, allowed above(0.0, 1e12), unit "N/m", since 7,
+        joint: Option<f64> = None, allowed above(0.0, 1e12), unit "N/m",
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
         /// Mass of the fitting at one end of a part or a device, such as a rod end.
-        end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg", since 7,
+        end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg",
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
         /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass` and
         /// the stiffness of `materials.stiffness`, in series with its two joints.
-        actuator: ActuatorPart = ActuatorPart::Numbers, since 7, source "paper: numbers";
+        actuator: ActuatorPart = ActuatorPart::Numbers, source "paper: numbers";
         /// Mass of a device and of what lengthens it to its bar, without `end_mass`.
-        actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg", since 7,
+        actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "data sheet";
         /// Stroke of a device. A scene is refused if the longest bar needs more for its largest actuation strain in both
         /// directions.
-        stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m", since 7,
+        stroke: f64 = 0.05, allowed above(0.0, 10.0), unit "m",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "data sheet";
         /// Smallest length of a device, from joint to joint, which the verdict compares with the bars.
-        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m", since 8,
+        length: Option<f64> = None, allowed above(0.0, 10.0), unit "m",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "data sheet";
         /// Largest force of a device, which the verdict compares with the walk; "off": that of the law `actuator`.
-        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N", since 8,
+        force: Option<f64> = None, allowed above(0.0, 1e6), unit "N",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "data sheet";
         /// Largest speed of a device, which the verdict compares with the walk; "off": that of the law `actuator`.
-        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s", since 8,
+        speed: Option<f64> = None, allowed above(0.0, 1e3), unit "m/s",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "data sheet";
         /// Bore of a pneumatic cylinder; "off": the device needs no air. Reports then say how much air the robot needs.
-        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m", since 8,
+        bore: Option<f64> = None, allowed above(0.0, 1.0), unit "m",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "data sheet";
         /// Pressure of the air in a cylinder, above that of the atmosphere.
-        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa", since 8,
+        pressure: f64 = 6e5, allowed above(0.0, 1e8), unit "Pa",
             read "with a bore" if |s: &Scene| s.materials.parts.cylinder().is_some(),
             source "beyond the paper";
     }
@@ -345,12 +345,6 @@ impl MaterialSettings {
     /// The force (N) under which a skeleton bar with this rest length (m) buckles: `pi^2 E I / l^2`, Euler's load of a bar
     /// with a joint at either end. `None` if skeleton has plain numbers instead of a section.
     pub fn euler_load(&self, length: f64) -> Option<f64> {
-        let bending = self.bending()?;
-        Some(PI.powi(2) * bending / length.powi(2))
-    }
-
-    /// The bending stiffness `E I` of a skeleton bar, N m^2. `None` if skeleton has plain numbers instead of a section.
-    pub(super) fn bending(&self) -> Option<f64> {
         let section = self.parts.section()?;
         let [modulus, _] = self.parts.material.modulus_and_density();
         Some(modulus * section.second_moment)

@@ -82,7 +82,6 @@ pub use stable_step::{phase_limit, stable_step, stable_step_off_bars, step_limit
 pub use terrain::{GroundSettings, ProfileKind};
 pub use toml_file::TomlFile;
 pub use truss_file::TrussFile;
-pub use version::VERSION;
 
 use crate::settings;
 

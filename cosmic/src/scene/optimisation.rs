@@ -26,12 +26,12 @@ settings! {
         snap_at: usize = 240, allowed ITERATIONS,
             auto "four fifths of `iterations`; 0 for a \"layout\" start", source "paper: 240";
         /// Number of trials of another material for one of the least confident edges, at the snap.
-        snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
+        snap_trials: usize = 20, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Number of trials of another material for the edge for which the gradient promises most, in every third
         /// iteration after the snap.
-        polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
+        polish_trials: usize = 16, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Share of the stability projection's update in a design pass.
@@ -40,7 +40,7 @@ settings! {
             source "found by experiment";
         /// Share of the fine-tuning, at its end, that continues from the best controller and takes back updates that
         /// lose distance.
-        settle: f64 = 0.25, allowed SHARE, since 1 before 0.0, source "paper: 0";
+        settle: f64 = 0.25, allowed SHARE, source "paper: 0";
     }
 }
 
@@ -85,7 +85,7 @@ settings! {
     /// Bounds on gradients.
     struct GradientSettings {
         /// Weight of the earlier design gradients in the running mean that moves the design.
-        design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
+        design_memory: f64 = 0.8, allowed DEVIATION,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Bound on the norm of the state's cotangent in the reverse sweep.
@@ -93,10 +93,10 @@ settings! {
             source "found by experiment; paper: off";
         /// Memory for the states that a gradient keeps of the rollouts of a thread; "off": no limit. The gradient does not
         /// depend on it: if the memory is too small, steps are computed again.
-        memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
+        memory: Option<f64> = None, allowed POSITIVE, unit "MB", source "paper silent";
         /// Number type of the rollouts during the optimisation. Medians over perturbed starts, which choose controllers and
         /// are the results, are always in f64.
-        precision: GradientPrecision = GradientPrecision::F64, since 1, source "paper silent";
+        precision: GradientPrecision = GradientPrecision::F64, source "paper silent";
     }
 }
 

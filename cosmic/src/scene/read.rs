@@ -23,8 +23,6 @@ pub(super) enum Kind {
     Scene,
     /// The scene of a run, in which no key may be missing.
     Run,
-    /// The scene in a snapshot. Nobody edits such a scene, so keys may be missing if it states no version.
-    Snapshot,
 }
 
 impl Registry {
@@ -54,7 +52,7 @@ impl Scene {
         Registry::default().parse(file, text)
     }
 
-    /// Reads the scene of a run, which must hold every key of its version.
+    /// Reads the scene of a run, which must hold every key.
     ///
     /// # Errors
     /// The errors of [`Registry::parse`], and [`Error::Malformed`] if keys are missing.
@@ -75,7 +73,7 @@ impl Scene {
         registry: &Registry,
     ) -> Result<Scene> {
         let source = [SceneText::file("scene", text)];
-        let mut reader = Reader::over(registry.blank(), Kind::Snapshot, &source);
+        let mut reader = Reader::over(registry.blank(), Kind::Run, &source);
         let Some(mut truss) = truss else {
             return reader.resolved();
         };
@@ -305,8 +303,8 @@ impl<'s, 't> Reader<'s, 't> {
 
     /// Reads the sections of a table. If the table is a whole scene, also reads the keys above the sections.
     fn table(&mut self, table: &DeTable) {
-        let version = match self.begin(table) {
-            Ok(version) => version,
+        let is_complete = match self.begin(table) {
+            Ok(is_complete) => is_complete,
             Err(fault) => return self.faults.push(fault),
         };
         // The section `physics` is read first, because the laws that it names decide which other sections exist.
@@ -317,8 +315,8 @@ impl<'s, 't> Reader<'s, 't> {
         for (name, value) in first.into_iter().chain(then) {
             self.section(name.get_ref(), name.span(), value);
         }
-        if let Some(version) = version {
-            self.complete(version);
+        if is_complete {
+            self.complete();
         }
     }
 

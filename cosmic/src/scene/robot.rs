@@ -8,9 +8,7 @@ use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
 use crate::geometry::Ground;
 use crate::lattice::Lattice;
-use crate::laws::{
-    AnyContact, AnyForce, Bending, ContactLaw, Force, ForceLaws, Hooke, OnBars, Stiffening,
-};
+use crate::laws::{AnyContact, ContactLaw, Force, ForceLaws, Hooke, OnBars};
 use crate::settings;
 use crate::settings::{POSITIVE, STEPS, Settings, within};
 
@@ -38,18 +36,18 @@ settings! {
             read "without a `file`" if Scene::is_generated,
             source "D1";
         /// Squares with both diagonals, or equilateral triangles.
-        kind: LatticeKind = LatticeKind::Rectangular, since 1,
+        kind: LatticeKind = LatticeKind::Rectangular,
             read "without a `file`" if Scene::is_generated,
             source "D1";
         /// Number of the node that carries `physics.payload_mass`: row * columns + column, from 0 at the lower left.
-        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0", since 3,
+        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0",
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
         /// Whether the robot is its own mirror image, front and back, with the payload in the middle. With the policy "gaits"
         /// so are the gaits ahead and back.
-        mirror: bool = false, since 5, source "beyond the paper";
+        mirror: bool = false, source "beyond the paper";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file.
-        file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
+        file: TrussFile = TrussFile::default(), source "the paper has none";
     }
 }
 
@@ -113,11 +111,10 @@ settings! {
         steps: usize = 8192, allowed STEPS,
             auto "16.384 s times the time scale, divided by `dt`", source "paper, table 2";
         /// Integration method.
-        integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
+        integrator: Integrator = Integrator::SymplecticEuler, source "paper: symplectic Euler";
         /// Number of mechanical steps per step of the controller.
         substeps: usize = 1, allowed within(1.0, MOST_SUBSTEPS),
-            auto "the smallest number whose substep is at most 0.97 of the step that is stable for every design",
-            since 1, source "paper: 1";
+            auto "the smallest number whose substep is at most 0.97 of the step that is stable for every design", source "paper: 1";
         /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
         /// Damping rate of the velocities.
@@ -137,20 +134,20 @@ settings! {
             read "with a contact law that slips" if Scene::slips,
             source "paper: 2.5";
         /// Cubic coefficient c of the spring force k (e + c e^3).
-        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", since 1, source "paper: 0, Hooke's law";
+        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", source "paper: 0, Hooke's law";
         /// Radius of gyration of the bars' section. Above 0, bars in line resist bending.
-        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", since 1, source "paper: 0";
+        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", source "paper: 0";
         /// Forces in addition to springs and bending, by the names of their laws.
-        forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
+        forces: ForceLaws = ForceLaws::default(), source "the paper has none";
         /// Whether the void edges of a one-hot layout pull.
-        void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
+        void_edges: VoidEdges = VoidEdges::Keep, source "paper: they do";
         /// The speed of a node above which a rollout counts as diverged. Nodes reach 13 m/s in delivered robots, about 50
         /// m/s in undecided robots that hold together, and several hundred in robots that fly apart.
         speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s",
-            auto "100 m/s times `l / 0.5 m` divided by the time scale", since 1 before "off",
+            auto "100 m/s times `l / 0.5 m` divided by the time scale",
             source "found by experiment";
         /// What an optimisation does if the time step is so long that the robot's vibrations grow.
-        unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
+        unstable_step: UnstableStep = UnstableStep::Error, source "beyond the paper";
     } of cases {
         /// Height of the ground line at x = 0, m.
         ground_height: f64 = 0.1, source "D1";
@@ -230,17 +227,9 @@ impl PhysicsSettings {
 
     /// The force laws that act on a lattice. The springs come first.
     pub(crate) fn forces_on(&self, lattice: &Lattice) -> Vec<Arc<dyn Force>> {
-        let (cubic, radius) = (self.stiffening, self.bending_radius);
-        let springs: Box<dyn AnyForce> = if cubic > 0.0 {
-            Box::new(OnBars(Stiffening { cubic }))
-        } else {
-            Box::new(OnBars(Hooke {}))
-        };
-        let bending = (radius > 0.0).then(|| -> Box<dyn AnyForce> { Box::new(Bending { radius }) });
-        let own = [springs].into_iter().chain(bending);
-        let own = own.filter_map(|law| law.on(lattice));
-        own.chain(self.forces.laws().filter_map(|law| law.on(lattice)))
-            .collect()
+        let springs: Arc<dyn Force> = Arc::new(OnBars(Hooke {}));
+        let chosen = self.forces.laws().filter_map(|law| law.on(lattice));
+        [springs].into_iter().chain(chosen).collect()
     }
 }
 
@@ -249,7 +238,7 @@ settings! {
     struct ControllerSettings {
         /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), or a
         /// network with hidden units for each direction of a given goal.
-        policy: Chosen = Chosen::policy(), since 2, source "paper: mlp";
+        policy: Chosen = Chosen::policy(), source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
         /// Number of clock signals.
@@ -260,7 +249,7 @@ settings! {
                   0.25 to 4)",
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable, which begins at `omega`.
-        clock: ClockKind = ClockKind::Fixed, since 4, source "paper: fixed";
+        clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
         /// Position of the goal along the ground and above it, from the world's origin.
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
             read "with a `goal_scale` above 0, or for the task `reach`" if |s: &Scene| s.controller.goal_scale > 0.0 || s.reaches(),
@@ -272,7 +261,7 @@ settings! {
         /// every rollout and may change while the robot walks. The paper's goal is too small an input for a robot to
         /// steer by. For a robot that steers, choose given goals. A given goal is observed as its offset `d` from the mean
         /// node position, `s d / sqrt(1 + s^2 |d|^2)` with the `goal_scale` s: of a far goal, only its direction.
-        goals: GoalKind = GoalKind::Fixed, since 5, source "paper: fixed";
+        goals: GoalKind = GoalKind::Fixed, source "paper: fixed";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             auto "0.05 / m times `sqrt(36 / nodes)`, divided by `l / 0.5 m`",

@@ -14,35 +14,35 @@ settings! {
     /// there. The robot is not raised to the height of the profile.
     struct GroundSettings {
         /// The kind of profile on the ground line.
-        profile: ProfileKind = ProfileKind::Flat, since 1,
+        profile: ProfileKind = ProfileKind::Flat,
             read "with a contact law that has a ground" if |s: &Scene| s.physics.contact.has_ground(),
             source "paper: flat";
         /// For "points": the corners of the profile.
-        points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
+        points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m",
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
         /// For "steps" and "rough": the place along the ground where they begin.
-        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
+        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m",
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
         /// For "steps" and "rough": the number of steps or of drawn heights. Beyond the last one the ground is flat.
-        count: usize = 10, allowed within(1.0, 62.0), since 1,
+        count: usize = 10, allowed within(1.0, 62.0),
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
         /// For "steps" and "rough": the distance from one step or drawn height to the next.
-        spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", since 1,
+        spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m",
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
         /// For "steps": the height of a step; negative for steps down. A step rises over a sixtieth of `spacing`.
-        rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", since 1,
+        rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m",
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";
         /// For "rough": the largest height above or below the ground line.
-        roughness: f64 = 0.02, allowed within(0.0, 1e3), unit "m", since 1,
+        roughness: f64 = 0.02, allowed within(0.0, 1e3), unit "m",
             read "with the profile `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Rough]),
             source "beyond the paper";
         /// For "rough": the seed of the heights.
-        seed: usize = 0, allowed within(0.0, 1e9), since 1,
+        seed: usize = 0, allowed within(0.0, 1e9),
             read "with the profile `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Rough]),
             source "beyond the paper";
     }

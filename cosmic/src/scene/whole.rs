@@ -15,15 +15,14 @@ const BASE: &str = "base";
 
 impl Reader<'_, '_> {
     /// Begins to read a source. If the source is a whole scene, the reader starts again: from the base of that scene,
-    /// or from the declared defaults if the file must be complete. Returns the version whose keys a complete file must
-    /// hold; `None` if keys may be missing.
-    pub(super) fn begin(&mut self, document: &DeTable) -> Result<Option<u32>, Fault> {
+    /// or from the declared defaults if the file must be complete. Returns whether it must.
+    pub(super) fn begin(&mut self, document: &DeTable) -> Result<bool, Fault> {
         if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
             let mut stated = TOP_KEYS
                 .iter()
                 .filter_map(|key| document.get_key_value(*key));
             return match stated.next() {
-                None => Ok(None),
+                None => Ok(false),
                 Some((key, _)) => Err(Fault {
                     source: self.source,
                     span: key.span(),
@@ -34,17 +33,17 @@ impl Reader<'_, '_> {
             };
         }
         let base = self.base(document)?;
-        let version = self.version(document)?;
-        let scene = match (version, base) {
-            (None, base) => base.unwrap_or_default().scene(),
-            (Some(_), Some(base)) => Scene {
+        let is_complete = self.is_complete(document)?;
+        let scene = match (is_complete, base) {
+            (false, base) => base.unwrap_or_default().scene(),
+            (true, Some(base)) => Scene {
                 base,
                 ..Scene::paper()
             },
-            (Some(_), None) => Scene::paper(),
+            (true, None) => Scene::paper(),
         };
         self.scene = scene.knowing(self.scene.registry());
-        Ok(version)
+        Ok(is_complete)
     }
 
     /// The base that the file names; `None` if it names no base.
@@ -64,41 +63,39 @@ impl Reader<'_, '_> {
         Err(self.wrong(BASE, value, says, known))
     }
 
-    /// The version whose keys a complete scene must hold. It is the version that the file states. If the scene of a run
-    /// states none, it is 0. `None` if keys may be missing.
-    fn version(&self, document: &DeTable) -> Result<Option<u32>, Fault> {
+    /// True if no key may be missing: in the scene of a run, which states its format and its version, and in a scene
+    /// beside a design.
+    fn is_complete(&self, document: &DeTable) -> Result<bool, Fault> {
+        let fault = |span, message, allowed| Fault {
+            source: self.source,
+            span,
+            message,
+            allowed,
+        };
         let [format, version] = ["format", "version"].map(|key| document.get(key));
         let (format, version) = match (format, version) {
-            (None, None) => return Ok((self.kind != Kind::Scene).then_some(0)),
+            (None, None) => return Ok(self.kind == Kind::Run),
             (Some(format), Some(version)) => (format, version),
             (Some(lone), None) | (None, Some(lone)) => {
-                let says = "cannot be used alone:".to_owned();
-                let allowed =
-                    format!("the scene of a run begins with format = {FORMAT:?} and a version");
-                let key = if format.is_some() {
-                    "format"
-                } else {
-                    "version"
-                };
-                return Err(self.wrong(key, lone, &says, allowed));
+                let message = "the scene of a run states its format and its version".to_owned();
+                let allowed = format!("write format = {FORMAT:?} and version = {VERSION}");
+                return Err(fault(lone.span(), message, allowed));
             }
         };
-        if format.get_ref().as_str() != Some(FORMAT) {
-            return Err(self.wrong(
-                "format",
-                format,
-                "is not a known format:",
-                format!("allowed: {FORMAT:?}"),
-            ));
+        let own = within(f64::from(VERSION), f64::from(VERSION));
+        let is_own = 0_usize.read(version, &own).is_ok();
+        if is_own && format.get_ref().as_str() == Some(FORMAT) {
+            return Ok(true);
         }
-        let mut number = 0_usize;
-        match number.read(version, &within(1.0, f64::from(VERSION))) {
-            Ok(()) => Ok(Some(number as u32)),
-            Err(misfit) => {
-                let allowed = format!("this program reads versions up to {VERSION}");
-                Err(self.wrong("version", version, &misfit.says, allowed))
-            }
-        }
+        let text = &self.sources[self.source].text;
+        let [format, number] = [format, version].map(|value| {
+            let written = text.get(value.span());
+            abridged(written.unwrap_or_default())
+        });
+        let message = format!(
+            "the file has the format {format} version {number}, not {FORMAT:?} version {VERSION}"
+        );
+        Err(fault(version.span(), message, String::new()))
     }
 
     /// A fault about the value of a key above the first section.
@@ -113,23 +110,14 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Checks that no key of this version is missing. Keys that are newer than the version get the values with which
-    /// older runs are reproduced.
-    pub(super) fn complete(&mut self, version: u32) {
-        let is_lenient = self.kind == Kind::Snapshot && version == 0;
+    /// Checks that no key is missing.
+    pub(super) fn complete(&mut self) {
         let (places, mut missing) = (&self.places, Vec::new());
         self.scene.of_sections(|section, settings| {
-            for field in settings.fields() {
-                let path = format!("{section}.{}", field.key);
-                if places.contains_key(&path) {
-                    continue;
-                }
-                if field.since > version {
-                    field.take_before();
-                } else if !is_lenient {
-                    missing.push(format!("`{path}`"));
-                }
-            }
+            let paths = settings.fields().into_iter();
+            let paths = paths.map(|field| format!("{section}.{}", field.key));
+            let lacking = paths.filter(|path| !places.contains_key(path));
+            missing.extend(lacking.map(|path| format!("`{path}`")));
         });
         /// The largest number of missing keys that a message names.
         const NAMED: usize = 3;
@@ -140,7 +128,7 @@ impl Reader<'_, '_> {
             (several, 0) => format!("{} are missing", several.join(", ")),
             (several, more) => format!("{} and {more} more keys are missing", several.join(", ")),
         };
-        let allowed = "the scene of a run must hold every key of its version".to_owned();
+        let allowed = "the scene of a run must hold every key".to_owned();
         self.fault(0..0, message, allowed);
     }
 

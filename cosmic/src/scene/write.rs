@@ -46,7 +46,7 @@ impl Scene {
     pub fn to_run_toml(&self) -> String {
         let text = self.written(true);
         format!(
-            "# The scene of a run: it must hold every key of its version.\n\
+            "# The scene of a run: it must hold every key.\n\
              format = {FORMAT:?}\nversion = {VERSION}\n{text}"
         )
     }

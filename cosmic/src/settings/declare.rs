@@ -24,15 +24,10 @@
 /// After the keys, `} of cases { ... }` declares numbers that scene files do not have: they are constants of every
 /// scene, but a case may have other values.
 ///
-/// A new key has a mark before `source`, such as `since 2 before 0.5`: scenes of runs hold the key from version 2 on,
-/// and `scene::VERSION` must be raised to that version. In scenes of older runs the key has the value after `before`,
-/// written as in TOML, or the default if there is no `before`. With this value the program must do what programs
-/// without the key did.
-///
-/// If the value of a key can follow from the robot and its world, `auto` states the formula before the mark: `auto "20
+/// If the value of a key can follow from the robot and its world, `auto` states the formula before `source`: `auto "20
 /// divided by the time scale"`. A file may then say `"auto"` instead of a number. `scene/follow.rs` has the formulas.
 ///
-/// If only some scenes read a key, a condition follows the mark: `read "with the task reach" if |s: &Scene| ...`. A
+/// If only some scenes read a key, a condition stands before `source`: `read "with the task reach" if |s: &Scene| ...`. A
 /// scene that sets the key but does not read it gets a warning.
 ///
 /// The type and the default are Rust code. `allowed` is for numbers, and `unit` for numbers with a unit. The macro
@@ -60,7 +55,6 @@ macro_rules! settings {
                 $(#[doc = $doc:literal])+
                 $key:ident: $type:ty = $default:expr
                 $(, allowed $limits:expr)? $(, unit $unit:literal)? $(, auto $auto:literal)?
-                $(, since $since:literal $(before $before:expr)?)?
                 $(, read $when:literal if $is_read:expr)?, source $source:literal;
             )*
         }
@@ -124,14 +118,12 @@ macro_rules! settings {
                     unit: concat!("", $($unit)?),
                     auto: concat!("", $($auto)?),
                     source: $source,
-                    since: [$($since,)? 0][0],
                     when: concat!("", $($when)?),
                     is_read: {
                         let conditions: &[fn(&dyn std::any::Any) -> bool] =
                             &[$(|scene| $crate::settings::holds($is_read, scene),)? |_| true];
                         conditions[0]
                     },
-                    before: concat!($($(stringify!($before))?)?),
                     limits: [$($limits,)? $crate::settings::Limits::NONE][0],
                     value: &mut self.$key,
                 },)*]

@@ -26,10 +26,6 @@ pub struct Field<'a> {
     pub auto: &'static str,
     /// The source of the default: the paper, a decision (D1 to D11), or an experiment.
     pub source: &'static str,
-    /// The first version of the scenes of runs that has the key.
-    pub since: u32,
-    /// The value of the key in scenes that are older than the key, as TOML. Empty if it is the default.
-    pub before: &'static str,
     /// The condition under which the key is read, as a phrase. Empty if every scene reads the key.
     pub when: &'static str,
     /// Returns whether a scene reads the key.
@@ -63,13 +59,6 @@ impl Field<'_> {
         let value = value.ok_or_else(|| "cannot be".to_owned())?;
         let read = self.value.read(value, &self.limits);
         read.map_err(|misfit| misfit.says)
-    }
-
-    /// Gives the key the value that it has in scenes that are older than the key. Returns false if that value cannot be
-    /// read.
-    pub fn take_before(self) -> bool {
-        let before = self.before;
-        before.is_empty() || self.read_text(before).is_ok()
     }
 }
 

@@ -14,7 +14,7 @@ use super::parameters::Parameters;
 use crate::geometry::Vector;
 use crate::laws::{
     AnyContact, Equation, FirstPass, Flat, Force, FreeEquation, Hold, Impulse, Linear, Meet,
-    NextPass, Particle, Reaction, Step, Sum, Terrain, Under,
+    NextPass, Particle, Reaction, Step, Sum, Terrain, Under, add,
 };
 
 /// An implicit step of all nodes, as it is recorded.
@@ -222,7 +222,8 @@ impl Implicit<'_> {
         let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
         let at = self.at(base);
         (bars.others.iter()).fold(Vector::new(of_bars), |sum, &k| {
-            self.forces[k].record(p, &at, &self.given.forces[k], Some(sum))
+            let own = self.forces[k].record(p, &at, &self.given.forces[k]);
+            add(p, Some(sum), own)
         })
     }
 

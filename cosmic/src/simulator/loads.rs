@@ -103,13 +103,10 @@ pub struct BarLoad {
     pub power: Magnitude,
     /// The mean over all steps of the power that the bar gives to its nodes, W. While it takes power from them, it counts
     /// as 0.
-    #[serde(default)]
     pub given: f64,
     /// The mean over all steps of the power that the bar gives to its nodes less the power that it takes from them, W.
-    #[serde(default)]
     pub net: f64,
     /// The distance by which the bar grows longer or shorter in a second, m/s.
-    #[serde(default)]
     pub travel: f64,
     /// The largest force with which the bar pulls its ends together, N.
     pub tension: f64,
@@ -135,23 +132,19 @@ keys! {
         /// and `p99` like those of `strain`. The peak depends on the time step, so the verdict judges the quantile.
         power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
         /// Largest strain of a skeleton bar: change of length divided by the rest length. `null` if there is no skeleton.
-        #[serde(default)]
         skeleton_strain: Option<f64>, "number or `null`";
         /// The largest force that pushes on a bar.
         compression: f64, "number", unit "N", columns ["compression"];
         /// Smallest Euler safety of a skeleton bar: the force under which the bar buckles, divided by the largest force that
         /// pushes on it. `null` if the scene has plain numbers instead of parts.
-        #[serde(default)]
         euler_safety: Option<f64>, "number or `null`", columns ["euler_safety"];
         /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest: the simulation lets
         /// a robot pass through itself.
         tangled: f64, "number", columns ["tangled"];
         /// Mean number of pairs of bars in a state that cross but do not cross at rest.
         tangles: f64, "number";
-        /// Largest number of pairs of bars in a state that cross but do not cross at rest. `null` in files of earlier
-        /// versions.
-        #[serde(default)]
-        most_tangles: Option<usize>, "whole number or `null`";
+        /// Largest number of pairs of bars in a state that cross but do not cross at rest.
+        most_tangles: usize, "whole number";
     }
 }
 
@@ -313,7 +306,7 @@ impl Simulator {
         let states = tangles.len().max(1) as f64;
         loads.tangled = tangles.iter().filter(|pairs| **pairs > 0).count() as f64 / states;
         loads.tangles = tangles.iter().sum::<usize>() as f64 / states;
-        loads.most_tangles = tangles.into_iter().max();
+        loads.most_tangles = tangles.into_iter().max().unwrap_or(0);
         loads
     }
 }

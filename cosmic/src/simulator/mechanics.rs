@@ -11,7 +11,7 @@ use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
 use crate::laws::{
-    AnyContact, Drift, Flight, Force, Given, Particle, Pushed, Step, StepInput, Terrain,
+    AnyContact, Drift, Flight, Force, Given, Particle, Pushed, Step, StepInput, Terrain, add,
 };
 use crate::scene::{Integrator, PhysicsSettings};
 
@@ -180,7 +180,8 @@ impl Mechanics {
             }
             let mut impulses = None;
             for (force, given) in self.forces.iter().zip(&given.forces) {
-                impulses = Some(force.record(p, &step, given, impulses));
+                let own = force.record(p, &step, given);
+                impulses = Some(add(p, impulses, own));
             }
             let impulses = impulses.expect("every robot has springs");
             if let Some(meter) = meter.as_deref_mut() {

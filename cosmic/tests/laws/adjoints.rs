@@ -3,8 +3,8 @@
 use autodiff::arrays::Fixed;
 use autodiff::emit::{adjoint, assert_fresh};
 use cosmic::laws::{
-    BarForce, Bend, Bump, Contact, Coulomb, Drift, Drifting, Equation, FirstPass, Flat, Flight,
-    Flying, Hooke, Impulse, Linear, NextPass, NoGround, Sticking, Stiffening, Sum, Tension, Total,
+    BarForce, Bump, Contact, Coulomb, Drift, Drifting, Equation, FirstPass, Flat, Flight, Flying,
+    Hooke, Impulse, Linear, NextPass, NoGround, Sticking, Sum, Tension, Total,
 };
 
 const HEADER: &str = "\
@@ -14,15 +14,13 @@ const HEADER: &str = "\
 use autodiff::Real;
 
 use super::bar::Tension;
-use super::bending::{Bend, Total};
-use super::bumpers::Bump;
+use super::bumpers::{Bump, Total};
 use super::contact::{Drifting, Flying};
 use super::coulomb::Coulomb;
 use super::force::Sum;
 use super::hold::{Equation, FirstPass, NextPass};
 use super::hooke::Hooke;
 use super::no_ground::NoGround;
-use super::stiffening::Stiffening;
 use super::slopes::{Impulse, Linear};
 use super::sticking::Sticking;
 ";
@@ -86,16 +84,6 @@ fn adjoints_are_fresh() {
     ];
     let forces = [
         of_bars::<Hooke>("Hooke"),
-        of_bars::<Stiffening>("Stiffening"),
-        adjoint(
-            "Bend",
-            &["self.section", "self.softening > 0", "self.dt"],
-            |v| Bend {
-                section: v[0],
-                softening: v[1],
-                dt: v[2],
-            },
-        ),
         adjoint("Total", &[], |_| Total),
         adjoint(
             "Bump",

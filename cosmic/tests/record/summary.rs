@@ -29,7 +29,7 @@ fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
     let undecided = Summary {
         structure: None,
         loads: None,
-        undecided: Some(true),
+        undecided: true,
         ..summary.clone()
     };
     assert_eq!(undecided.numbers().len(), summary.numbers().len());

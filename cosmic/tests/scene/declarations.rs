@@ -1,73 +1,13 @@
 //! Checks that the structs, the declarations and the texts of scenes agree.
 
-use cosmic::Registry;
-use cosmic::scene::{Scene, VERSION};
-use cosmic::settings::{Limits, Settings, above, within};
+use cosmic::scene::Scene;
+use cosmic::settings::{Limits, above, within};
 use proptest::prelude::*;
 
 /// The key of every setting as `section.key`, in the order in which a scene is written.
 fn paths() -> Vec<String> {
     let settings = Scene::paper().settings().into_iter();
     settings.map(|setting| setting.key).collect()
-}
-
-/// A key that is newer than version 0 must name a version that exists, and its value for older runs must be valid.
-#[test]
-fn the_value_of_a_key_for_older_runs_is_valid() {
-    let mut scene = Scene::paper();
-    let fields = |_: &str, section: &mut dyn Settings| {
-        section
-            .fields()
-            .into_iter()
-            .all(|field| field.since <= VERSION && field.take_before())
-    };
-    assert!(
-        scene
-            .of_sections(fields)
-            .into_iter()
-            .all(|is_right| is_right)
-    );
-    assert!(!scene.design.one_piece && scene.schedule.settle == 0.0);
-    assert_eq!(scene.physics.speed_bound, None);
-    assert_eq!(scene.robust, Scene::paper().robust);
-}
-
-/// The scene of a run without the section of parts, which scenes have from version 7 on.
-fn without_parts(text: &str) -> String {
-    let (before, rest) = text.split_once("# Parts that can").unwrap();
-    let (_, after) = rest.split_once("\n# The height profile").unwrap();
-    format!("{before}# The height profile{after}")
-}
-
-/// A scene of version 1 has no `controller.policy` and is read. A scene of version 2 without this key is refused.
-#[test]
-fn the_scene_of_a_run_of_version_1_is_read() {
-    let text = Scene::paper().to_run_toml();
-    let newer = [
-        "policy = ",
-        "payload = ",
-        "body = ",
-        "clock = ",
-        "goals = ",
-        "mirror = ",
-    ];
-    let is_new = |line: &&str| newer.iter().any(|key| line.starts_with(key));
-    assert_eq!(text.lines().filter(is_new).count(), newer.len());
-    let old: String = text
-        .lines()
-        .filter(|line| !is_new(line))
-        .fold(String::new(), |text, line| text + line + "\n");
-    let old = without_parts(&old).replacen("version = 8", "version = 1", 1);
-    let read = Scene::parse_of_run("old", &old, &Registry::default()).unwrap();
-    assert_eq!(read, Scene::paper());
-    let cut = old.replacen("version = 1", "version = 2", 1);
-    let refused = Scene::parse_of_run("cut", &cut, &Registry::default())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        refused.contains("`controller.policy` is missing"),
-        "{refused}"
-    );
 }
 
 #[test]

@@ -206,24 +206,6 @@ fn robots_with_real_actuators_move() {
     }
 }
 
-/// The law `buckle` must have the bending stiffness of the part. A carbon rod of 1.5 mm has 134e9 Pa times pi / 64 (1.5e-3
-/// m)^4 = 0.0333 N m2.
-#[test]
-fn another_bending_stiffness_than_that_of_the_part_is_doubted() {
-    let rods = "physics.forces = ['buckle']\nparts = {skeleton = 'rod', outer = 0.0015}";
-    let doubts = |bending: &str| -> Vec<String> {
-        let text = format!("{rods}\nbuckle.bending = {bending}");
-        let doubts = Scene::parse("rods", &text).unwrap().doubts().into_iter();
-        let doubts = doubts.map(|doubt| doubt.to_string());
-        doubts
-            .filter(|says| says.contains("bending stiffness"))
-            .collect()
-    };
-    let says = &doubts("0.03")[0];
-    assert!(says.contains("set buckle.bending to 3.330e-2"), "{says}");
-    assert_eq!(doubts("3.330e-2"), [""; 0]);
-}
-
 /// The law `actuator` tells the share of actuator in a bar by the largest strain of the material.
 #[test]
 fn another_largest_strain_in_the_law_is_doubted() {

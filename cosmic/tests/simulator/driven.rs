@@ -6,15 +6,10 @@ use cosmic::simulator::{Driven, Span, Trajectory};
 /// The activations that the tests give to edges: full, zero and in between, with both signs.
 const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
 
-/// Settings of scenes, each with at most one force besides Hooke's law: none, each force that a key enables, and
-/// each force law of this crate.
+/// Settings of scenes, each with at most one force besides Hooke's law.
 fn forces() -> Vec<String> {
-    let mut forces = vec![String::new()];
-    for key in ["stiffening = 200.0", "bending_radius = 0.002"] {
-        forces.push(format!("physics.{key}"));
-    }
-    forces.extend(["damper", "stops"].map(|law| format!("physics.forces = [\"{law}\"]")));
-    forces
+    let laws = ["damper", "stops"].map(|law| format!("physics.forces = [\"{law}\"]"));
+    [String::new()].into_iter().chain(laws).collect()
 }
 
 /// The largest distance between the positions of a node at the ends of two rollouts.

@@ -3,7 +3,7 @@ use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::simulator::{BarLoad, Largest, Loads, Magnitude, Simulator, Trajectory};
+use cosmic::simulator::{BarLoad, Largest, Magnitude, Simulator, Trajectory};
 
 #[test]
 fn a_magnitude_has_the_peak_and_the_99_percent_quantile() {
@@ -35,20 +35,6 @@ fn a_magnitude_has_the_peak_and_the_99_percent_quantile() {
         let (peak, p99) = (sorted[count - 1], sorted[place]);
         assert_eq!(of(&sample), Magnitude { peak, p99 }, "{count}");
     }
-}
-
-/// Files of earlier versions can still be read, although they have keys about buckling. Those keys were removed
-/// because their numbers were wrong: they used the stiffness of the material as the stiffness of the bar.
-#[test]
-fn loads_have_no_radius_and_loads_of_earlier_versions_are_read() {
-    let mut file = serde_json::to_value(Loads::default()).unwrap();
-    for gone in ["least_radius", "buckling"] {
-        assert_eq!(file.get(gone), None);
-    }
-    (file["least_radius"], file["compression"]) = (0.064.into(), 7.5.into());
-    file["buckling"] = serde_json::json!([3, 8]);
-    let read: Loads = serde_json::from_value(file).unwrap();
-    assert_eq!((read.compression, read.strain), (7.5, Magnitude::default()));
 }
 
 /// The loads of a stretched lattice agree with Hooke's law. The lattice is 10 % longer along x than at rest, and

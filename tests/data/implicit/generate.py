@@ -389,10 +389,12 @@ TOLERANCE = dict(algebraic=1e-12, early=1e-12, forward=1e-11, gradient=1e-11, gr
 
 def in_file(scene):
     """The scene with the keys that `cosmic` knows. `cosmic` needs settings of its projections that are not used here."""
-    own = ("damper_time", "stops_at", "stops_stiffness", "bumpers")
+    own = ("damper_time", "stops_at", "stops_stiffness", "stiffening", "bumpers")
     forces = [dict(damper=dict(time=scene["damper_time"]))] if scene["damper_time"] else []
     if scene["stops_stiffness"]:
         forces.append(dict(stops=dict(at=scene["stops_at"], stiffness=scene["stops_stiffness"])))
+    if scene["stiffening"]:
+        forces.append(dict(stiffening=dict(cubic=scene["stiffening"])))
     if "bumpers" in scene:
         forces.append(dict(bumpers=scene["bumpers"]))
     kept = {key: value for key, value in scene.items() if key not in own}

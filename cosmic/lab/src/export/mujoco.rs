@@ -104,8 +104,6 @@ fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
             physics.integrator == Integrator::Leapfrog,
             "physics.integrator=symplectic_euler",
         ),
-        (physics.stiffening > 0.0, "physics.stiffening=0"),
-        (physics.bending_radius > 0.0, "physics.bending_radius=0"),
         (has_other_forces, "physics.forces=[]"),
         (has_other_contact, "physics.contact=coulomb"),
         (!physics.ground.resolved().is_flat(), "ground.profile=flat"),

@@ -1,8 +1,8 @@
 //! Compares several runs side by side: their numbers, and their robots in motion.
 
-use super::files::{RobotFiles, complete_from, read_trajectory};
+use super::files::{RobotFiles, read_trajectory};
 use super::motion::Motion;
-use super::numbers::{Shown, departures, with_numbers, with_six};
+use super::numbers::{Shown, with_numbers, with_six};
 use super::verdict::line;
 use super::{data, page};
 use crate::table::{Table, TableOf, escape};
@@ -74,8 +74,6 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
     {
         let scene = read_scene_to_show(folder, registry)?.scene;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        // Runs of earlier versions may lack these files. Their verdict then lacks the loads that only the files have.
-        complete_from(folder, &mut run.summary, registry);
         let measured = run.summary.measured(&scene, &lattice);
         run.verdict = Some(measured.verdict());
         run.seconds = Some(run.summary.seconds_of_walk(measured.seconds));
@@ -145,9 +143,7 @@ impl Comparison {
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
     pub fn to_html(&self, registry: &Registry) -> Result<String> {
-        let departures = |run: &ComparedRun| departures(&run.summary);
         let table = with_numbers(self.names(), |run| &run.summary);
-        let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
         let (verdicts, short) = (self.verdicts(), self.short().to_html());
         let with_lane = self

@@ -38,7 +38,7 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
     if rows.is_empty() {
         let file = run.folder.join(DESIGNS);
         return Err(Error::Usage(format!(
-            "{}: the run has no recorded walks, because an earlier version made it; repeat the run",
+            "{}: the run has no recorded walks",
             file.display()
         )));
     }

@@ -16,7 +16,6 @@ use cosmic::record::{
     DesignFile, Summary, TrajectoryFile, check_numbers, check_one_run, run, trajectory_file,
 };
 use cosmic::scene::{Lacks, Scene, ShownScene};
-use cosmic::simulator::Trajectory;
 use cosmic::verdict::Verdict;
 use std::path::{Path, PathBuf};
 
@@ -159,7 +158,7 @@ pub struct RunFiles {
     pub summary: Summary,
     /// The records of the iterations from first to last; empty if no history was kept.
     pub history: Vec<Record>,
-    /// The designs recorded during the optimisation; empty in runs of older versions.
+    /// The designs recorded during the optimisation; empty if they were not kept.
     pub designs: Vec<DesignRow>,
     /// The rollout of the final design. It has at least one state.
     pub trajectory: TrajectoryFile,
@@ -172,21 +171,15 @@ impl RunFiles {
     /// The errors of [`Summary::read`] and [`RobotFiles::read`], and similar errors for the other files.
     pub fn read(folder: &Path, registry: &Registry) -> Result<Self> {
         // The summary is written last: without it the run is not finished.
-        let mut summary = Summary::read(folder)?;
+        let summary = Summary::read(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
-        // Earlier versions counted bars even in undecided designs, which have no bars yet.
-        if robot.design.design().layout().is_none() {
-            summary.undecided = Some(true);
-            (summary.structure, summary.loads) = (None, None);
-        }
         let check = if robot.lacks().is_empty() {
             check_one_run
         } else {
             check_numbers
         };
         check(folder, &robot.scene, &robot.design, &summary, &trajectory)?;
-        complete(&mut summary, &robot, &trajectory, folder);
         Ok(Self {
             history: read_history(folder, &summary)?,
             designs: read_designs(&folder.join(history::DESIGNS), &robot.lattice)?,
@@ -207,38 +200,6 @@ impl RunFiles {
     pub(super) fn title(&self) -> String {
         format!("{}, seed {}", self.summary.scene, self.summary.seed)
     }
-}
-
-/// Adds to the summary of a run of an earlier version what the run's other files tell about loads, as far as these files
-/// can be read.
-pub(super) fn complete_from(folder: &Path, summary: &mut Summary, registry: &Registry) {
-    if let Ok(robot) = RobotFiles::read(&folder.join(run::DESIGN), registry)
-        && let Ok(trajectory) = read_trajectory(folder, &robot)
-    {
-        complete(summary, &robot, &trajectory, folder);
-    }
-}
-
-/// Adds to the summary of a run of an earlier version what the run's other files tell about loads. Leaves it as it is if
-/// this program does not have all laws of the scene, or if the run did not record its loads.
-fn complete(summary: &mut Summary, robot: &RobotFiles, trajectory: &TrajectoryFile, folder: &Path) {
-    let Some(loads) = &summary.loads else { return };
-    let is_complete = loads.most_tangles.is_some();
-    let Some(layout) = robot.design.design().layout().map(<[_]>::to_vec) else {
-        return;
-    };
-    if is_complete || trajectory.bars.is_empty() {
-        return;
-    }
-    let Ok(case) = robot.case(&folder.join(run::DESIGN), "loads") else {
-        return;
-    };
-    let (task, bars) = (case.task(), &trajectory.bars);
-    let states = Trajectory::new(trajectory.steps.clone(), trajectory.states.clone());
-    let found = task
-        .simulator
-        .loads_of(&layout, bars, &states, &case.materials);
-    summary.loads = Some(found);
 }
 
 /// Reads the history of a run: a record for every iteration. The history may have been cut off, for example by a full disk

@@ -30,8 +30,8 @@ pub struct Gait<'r> {
     /// The case of the delivered robot.
     pub case: Case,
     moments: Vec<EdgeMoments>,
-    /// The loads of every edge over all steps of the rollout. If an earlier version made the run, the loads cover only
-    /// the states in the trajectory file.
+    /// The loads of every edge over all steps of the rollout. Those of an undecided design cover only the states in the
+    /// trajectory file.
     pub loads: Vec<BarLoad>,
 }
 
@@ -65,10 +65,7 @@ impl<'r> Gait<'r> {
     pub fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {
-            format!(
-                "in the {states} states of trajectory.json; the peak over all steps may be larger, but \
-                 earlier versions did not record it"
-            )
+            format!("in the {states} states of trajectory.json")
         } else {
             "over all steps of the rollout".to_owned()
         }

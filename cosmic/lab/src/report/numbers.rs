@@ -63,7 +63,7 @@ pub(super) fn with_six<'r, S>(
 
 /// The largest number of pairs of bars that pass through each other at a time.
 fn crossing_pairs(summary: &Summary) -> Cell {
-    decided(summary, |s| Some(s.loads.as_ref()?.most_tangles? as f64))
+    decided(summary, |s| Some(s.loads.as_ref()?.most_tangles as f64))
 }
 
 /// A column of a table of runs, and the function that returns the cell of a run.
@@ -125,7 +125,7 @@ fn numbers() -> [Number; 24] {
     let cost = energy("cost", says).decimals(2, "not known");
     [
         (robust, |s| s.displacement_robust_p50.into()),
-        (verdict, |s| s.verdict().into()),
+        (verdict, |s| s.reliability.word().into()),
         (low, |s| s.displacement_robust_p10.into()),
         (half, |s| s.displacement_half_step_p50.into()),
         (other, |s| s.displacement_integrator_p50.into()),
@@ -180,18 +180,8 @@ fn rare() -> [Number; 2] {
 /// Returns the cell of a number that describes the bars. An undecided design has no bars yet; its cell says "undecided"
 /// instead of looking missing.
 fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
-    match summary.is_undecided() {
+    match summary.undecided {
         true => "undecided".into(),
         false => number(summary).into(),
     }
-}
-
-/// Returns a text that names the options by which a run departs from the paper.
-pub(super) fn departures(summary: &Summary) -> String {
-    let departures = summary.departures.iter();
-    let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
-    if names.is_empty() {
-        return "none".to_owned();
-    }
-    names.join(", ")
 }

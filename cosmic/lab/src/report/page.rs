@@ -11,6 +11,7 @@ use crate::table::{Table, decimals, escape};
 use crate::walk::{self, Walk, Way};
 use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
+use cosmic::scene::{Departure, Scene};
 use std::slice::from_ref;
 
 /// The text that a page shows instead of actuators if the design is undecided.
@@ -51,7 +52,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         format!(
             include_str!("page/run.html"),
-            peaks = match summary.is_undecided() {
+            peaks = match summary.undecided {
                 true => UNDECIDED.to_owned(),
                 false => loads::peaks(&gait.loads, &actuators, motion.limit),
             },
@@ -83,6 +84,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
         &fold("Convergence", convergence),
         &fold("Mixtures of the edges", include_str!("page/ternary.html")),
         &numbers(summary, motion.deepest_cut()),
+        &departures(&run.robot.scene),
         &scene(&run.robot),
         &script(&data::of_run(run, motion, gait.as_ref()), ONE_ROBOT),
     ];
@@ -189,7 +191,7 @@ fn figures(summary: &Summary) -> String {
         (kept, "of it in open loop, without feedback"),
         (
             format!("{solid} / {actuators}"),
-            if summary.is_undecided() {
+            if summary.undecided {
                 "of the undecided material is solid / is actuator"
             } else {
                 "of the edges are solid / are actuators"
@@ -212,8 +214,8 @@ fn fold(title: &str, body: &str) -> String {
     format!("<details><summary>{title}</summary>\n{body}</details>\n")
 }
 
-/// Returns two folded sections: all numbers, and the departures from the paper. `deepest_cut` is the largest depth in metres
-/// to which a bar cuts into the ground; `None` if the ground has no corners.
+/// Returns a folded section with all numbers. `deepest_cut` is the largest depth in metres to which a bar cuts into the
+/// ground; `None` if the ground has no corners.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
@@ -227,18 +229,17 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
         let says = "largest depth of a bar below the ground between its nodes";
         [says.to_owned(), decimals(depth, 4) + " m"]
     }));
-    let numbers = pairs(&rows);
-    let departures = summary.departures.iter();
-    let departures = departures.map(|d| [format!("`{}`", d.option), d.says.clone()]);
-    let departures = match summary.departures.is_empty() {
-        true => "<p>None.</p>\n".to_owned(),
-        false => pairs(&departures.collect::<Vec<_>>()),
-    };
-    fold("All numbers", &numbers) + &fold("Departures from the paper", &departures)
+    let table = Table::of("", "", &rows).columns(["", ""], "", |row, k| &row[k][..]);
+    fold("All numbers", &table.done().to_html())
 }
 
-/// Returns an HTML table of two columns, without headings.
-fn pairs(rows: &[[String; 2]]) -> String {
-    let table = Table::of("", "", rows).columns(["", ""], "", |row, k| &row[k][..]);
-    table.done().to_html()
+/// Returns a folded section with the keys of the scene whose values differ from those of the paper's scene.
+fn departures(scene: &Scene) -> String {
+    let departures = scene.departures();
+    let there = |d: &Departure| d.there.clone().unwrap_or_default();
+    let table = Table::of("", "", &departures)
+        .column("key", "", |d| &d.key[..])
+        .column("here", "", |d| &d.here[..])
+        .column("in stability", "", there);
+    fold("Departures from the paper", &table.done().to_html())
 }

@@ -8,7 +8,7 @@ use cosmic::scene::Named;
 use cosmic::simulator::Energy;
 use cosmic::verdict::{mass, plain};
 
-/// The text for a number that files of earlier versions do not have.
+/// The text for a number that an undecided design does not have.
 const NOT_KNOWN: &str = "not known";
 
 /// Returns tiles of a number and its meaning, as HTML.
@@ -82,7 +82,7 @@ fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
         let materials = run.robot.design.materials.iter();
         materials.filter(|m| **m == material).count()
     };
-    let bars = match run.summary.is_undecided() {
+    let bars = match run.summary.undecided {
         true => format!(
             "size; {} edges, all undecided",
             run.robot.lattice.edges.len()
@@ -150,9 +150,8 @@ fn crossings(run: &RunFiles) -> [String; 2] {
         return [NOT_KNOWN.to_owned(), format!("how many pairs {says}")];
     };
     let number = match loads.most_tangles {
-        Some(1) => "1 pair".to_owned(),
-        Some(pairs) => format!("{pairs} pairs"),
-        None => NOT_KNOWN.to_owned(),
+        1 => "1 pair".to_owned(),
+        pairs => format!("{pairs} pairs"),
     };
     let share = decimals(100.0 * loads.tangled, 0);
     [number, format!("at most {says}, in {share} % of the time")]

@@ -1,6 +1,5 @@
 //! Verdicts as HTML.
 
-use super::files::complete_from;
 use crate::table::escape;
 use cosmic::Registry;
 use cosmic::error::Result;
@@ -31,15 +30,12 @@ pub(super) fn line(verdict: &Verdict) -> String {
     verdict.line(item)
 }
 
-/// Returns the verdict on the robot of a finished run. The loads that the summary of an earlier version lacks come from
-/// the run's other files.
+/// Returns the verdict on the robot of a finished run.
 ///
 /// # Errors
 /// The errors of reading the run's scene.
 pub fn verdict_of(folder: &Path, summary: &Summary, registry: &Registry) -> Result<Verdict> {
     let scene = read_scene_to_show(folder, registry)?.scene;
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
-    let mut summary = summary.clone();
-    complete_from(folder, &mut summary, registry);
     Ok(summary.measured(&scene, &lattice).verdict())
 }

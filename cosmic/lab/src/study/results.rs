@@ -2,9 +2,7 @@
 //! document with all digits (`.json`).
 
 use super::file::{Trial, Variant};
-use super::tables::{
-    DISPLACEMENT, TrialRow, all_departures, departures, errands, in_mujoco, questions, runs, trials,
-};
+use super::tables::{DISPLACEMENT, TrialRow, errands, in_mujoco, questions, runs, trials};
 use super::work::Study;
 use crate::files::{write_text, write_texts};
 use crate::report::{Bar, PICTURES, RunFiles, bars};
@@ -118,10 +116,8 @@ impl Study {
         let command = format!("```sh\n{}\n```\n", self.command());
         let mut text = format!("# {}\n\n{}\n{command}", keys.title, keys.about);
         let mut results = Results::of(self, rows.iter().map(|row| &row.trial));
-        let known = all_departures(rows);
-        let of_trials = |variant| trials(variant, &rows_of(rows, variant), &known);
+        let of_trials = |variant| trials(variant, &rows_of(rows, variant));
         let mut tables: Vec<Table> = keys.variants.iter().map(of_trials).collect();
-        tables.push(departures(&known));
         tables.extend(errands(rows));
         tables.extend((!keys.mujoco.is_empty()).then(|| in_mujoco(&keys.mujoco, rows)));
         tables.extend((!keys.questions.is_empty()).then(|| questions(&keys.questions, rows)));

@@ -5,7 +5,6 @@ use crate::measure::{Disturbed, Errands, Measured, quantile_of};
 use crate::statistics::{Statistics, mean};
 use crate::table::{Cell, Column, Table};
 use cosmic::record::summary::ratio;
-use cosmic::scene::Departure;
 use std::path::PathBuf;
 
 /// The column with the median displacement of robots that vary a little, in metres. This is the number to quote for a run.
@@ -107,30 +106,8 @@ const COLUMNS: [(&str, &str, OfSample, usize); 26] = [
     ("seconds", "seconds", MEDIAN, 1),
 ];
 
-/// Returns the departures of the trials from the paper, without repetition.
-pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
-    let mut known: Vec<Departure> = Vec::new();
-    for departure in rows.iter().flat_map(|row| row.trial.scene.departures()) {
-        if !known.contains(&departure) {
-            known.push(departure);
-        }
-    }
-    known
-}
-
-/// The table with a row for each departure from the paper. Each row has a letter, by which other tables refer to the
-/// departure.
-pub(super) fn departures(known: &[Departure]) -> Table {
-    let lettered: Vec<(char, &Departure)> = ('A'..).zip(known).collect();
-    Table::of("departures", "Departures from the paper", &lettered)
-        .column("letter", "", |(letter, _)| letter.to_string())
-        .column("option", "", |(_, departure)| &departure.option[..])
-        .column("meaning", "", |(_, departure)| &departure.says[..])
-        .done()
-}
-
-/// The table with a row for each trial. Letters stand for the trial's departures from the paper.
-pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
+/// The table with a row for each trial.
+pub(super) fn trials(variant: &Variant, rows: &[&TrialRow]) -> Table {
     let title = variant.title.as_deref().unwrap_or("Trials");
     let over_paper = |row: &&TrialRow| Some(row.of(DISPLACEMENT).median? / row.trial.paper?);
     let mut table = Table::of(&variant.name, title, rows)
@@ -143,14 +120,7 @@ pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure])
         let head = Column::new(name, "").decimals(decimals, NONE);
         table = table.add(head, |row| number(&row.sample(column)));
     }
-    let letters = |row: &&TrialRow| match &row.trial.scene.departures()[..] {
-        [] => "none".to_owned(),
-        own => {
-            let letters = ('A'..).zip(known).filter(|(_, known)| own.contains(known));
-            letters.map(|(letter, _)| letter).collect()
-        }
-    };
-    table.column("departures", "", letters).done()
+    table.done()
 }
 
 /// The table with a row for each trial and friction. It shows quantiles over the seeds.

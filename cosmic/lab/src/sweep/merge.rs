@@ -238,7 +238,7 @@ impl<'r> Row<'r> {
         Self {
             run,
             numbers: summary.as_ref().map_or_else(Vec::new, numbers),
-            verdict: summary.as_ref().and_then(Summary::verdict),
+            verdict: summary.as_ref().map(|s| s.reliability.word()),
         }
     }
 }

@@ -26,8 +26,6 @@ const STEPS: usize = 1024;
 /// The number of rounds of measurements. Of the times of a rollout, the shortest counts, because it is the least
 /// disturbed one.
 const ROUNDS: usize = 15;
-/// The radius of gyration of bars, in metres, in rollouts to which bending is added for the measurement.
-const SOME_BENDING: f64 = 0.01;
 /// A tiny number that replaces a stiffness, a strain or a scale of zero. Steps then compute the term, but the result
 /// does not change.
 const LEAST: f64 = 1e-150;
@@ -271,27 +269,12 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
 
 fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let physics = &case.physics;
-    let (cubic, radius) = (physics.stiffening, physics.bending_radius);
-    let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
-    let (stiffer, bent) = (other(cubic, 1.0), other(radius, SOME_BENDING));
-    let stiffens = match cubic {
-        0.0 => "physics.stiffening is 0".to_owned(),
-        _ => format!("k (e + {cubic} e^3); the stable step includes their actuators' strokes"),
-    };
-    let resists = format!("physics.bending_radius is {radius} m");
     let edges = body.stiffness.iter().filter(|k| **k != 0.0).count();
     let springs = match physics.substeps {
         1 => format!("{edges} edges, in SIMD lanes"),
         substeps => format!("{edges} edges, {substeps} times in each step"),
     };
-    let mut rows = vec![
-        row("springs", true, springs),
-        void_row(case),
-        row("stiffening springs", cubic > 0.0, stiffens)
-            .or(true, move |parts| parts.physics.stiffening = stiffer),
-        row("bending of bars", radius > 0.0, resists)
-            .or(true, move |parts| parts.physics.bending_radius = bent),
-    ];
+    let mut rows = vec![row("springs", true, springs), void_row(case)];
     for (name, about) in physics.forces.about() {
         rows.push(row(name, true, about).or(true, move |parts| {
             parts.physics.forces = parts.physics.forces.without(name);

@@ -51,7 +51,7 @@ fn a_gait_agrees_with_the_trajectory() {
     near(at("kinetic", motion.states().len() - 1), kinetic.sum());
     assert!(at("elastic", 3) > 0.0);
 
-    // A trajectory file of an earlier version has only states, without loads.
+    // The trajectory file of an undecided design has only states, without loads.
     run.trajectory.bars.clear();
     let gait = Gait::new(&run).unwrap();
     let said = gait.loads_over();

@@ -1,10 +1,33 @@
 use crate::small::small;
+use autodiff::Real;
 use autodiff::check::{Claim, Options, Verdict, check_directions};
+use cosmic::Registry;
 use cosmic::case::Case;
-use cosmic::laws::ContactLaw;
+use cosmic::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, on_bars};
 use cosmic::scene::{Integrator, Scene};
 use cosmic_lab::verify::gradcheck::{Moved, is_rounding};
 use cosmic_lab::verify::{GradientCheck, check_gradients};
+
+cosmic::settings! {
+    /// Springs that grow stiffer as they are stretched or compressed.
+    struct Stiffening {}
+}
+
+impl Law for Stiffening {
+    const NAME: &'static str = "stiffening";
+}
+
+impl BarForce for Stiffening {
+    fn tension<R: Real>(_: &Self, bar: Bar<R>) -> R {
+        R::lit(80.0) * bar.stiffness * (bar.length - bar.target).powi(3)
+    }
+}
+
+fn stiffening() -> ForceLaws {
+    let registry = Registry::default().with_law(on_bars::<Stiffening>());
+    let scene = registry.parse("stiffening", "physics.forces = ['stiffening']");
+    scene.unwrap().physics.forces
+}
 
 /// Checks the gradients of a case, and asserts that there are no failures.
 fn passed(case: &Case, steps: usize) -> GradientCheck {
@@ -104,7 +127,8 @@ fn slopes_that_consist_of_rounding_are_not_called_wrong() {
     let case = small([3, 3], |scene| {
         scene.lattice.drop = 0.01;
         (scene.physics.node_mass, scene.physics.payload_mass) = (1e-4, 0.0);
-        (scene.physics.damping, scene.physics.stiffening) = (5.0, 80.0);
+        scene.physics.damping = 5.0;
+        scene.physics.forces = stiffening();
         (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), 0.0);
         scene.materials.max_strain = [0.0, 0.0, 0.7];
         (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);

@@ -33,9 +33,8 @@ pub struct DesignRow {
     pub iteration: usize,
     /// Design vectors, one per edge, to four decimals. That is enough for pictures but not for resuming.
     pub z: Vec<[f64; 3]>,
-    /// The motion of the robot with the controller of the iteration. `None` if the rollout diverged; also `None` in
-    /// files of earlier versions.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    /// The motion of the robot with the controller of the iteration. `None` if the rollout diverged.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub walk: Option<Walk>,
 }
 

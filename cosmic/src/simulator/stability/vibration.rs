@@ -11,7 +11,7 @@ use nalgebra::DVector;
 use super::lanczos::largest_eigenpair;
 use crate::geometry::{Ground, Matrix, Vector};
 use crate::lattice::{Body, EdgeVector, Lattice, State};
-use crate::laws::{Angle, Pose, Stiffness};
+use crate::laws::{Pose, Stiffness};
 use crate::scene::{PhysicsSettings, stable_step_off_bars};
 
 /// A robot whose forces are linearised about a state.
@@ -64,23 +64,17 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// A bound on the largest angular frequency `omega`, 1/s. Without bars that resist bending, `omega^2` is at most
-    /// the largest `mu_i + mu_j` of an edge, where `i` and `j` are its nodes. `mu_i` is the square of the largest
-    /// frequency at which node `i` vibrates if all other nodes are fixed; the destabilising push of compressed edges is
-    /// left out. Bars that resist bending add at most the largest `nu_i`. To `nu_i`, each angle at node `i` contributes
-    /// `c |g_i| (|g_i| + |g_j| + |g_k|)`.
+    /// A bound on the largest angular frequency `omega`, 1/s. `omega^2` is at most the largest `mu_i + mu_j` of an edge,
+    /// where `i` and `j` are its nodes. `mu_i` is the square of the largest frequency at which node `i` vibrates if all
+    /// other nodes are fixed; the destabilising push of compressed edges is left out.
     pub fn edge_bound(&self) -> f64 {
-        self.with_bars(self.over_edges(&self.node_frequencies()))
+        self.over_edges(&self.node_frequencies())
     }
 
     /// The node that determines the [bound](Vibration::edge_bound). If edges determine it, this is the node with the
     /// larger `mu_i` of the edge with the largest sum.
     pub fn bounding_node(&self) -> usize {
         let mu = self.node_frequencies();
-        let (of_bars, node) = self.of_bars();
-        if of_bars > self.over_edges(&mu) {
-            return node;
-        }
         let sum = |&[i, j]: &[usize; 2]| mu[i] + mu[j];
         let ends = self.joined().max_by(|a, b| sum(a).total_cmp(&sum(b)));
         let alone = (0..mu.len()).max_by(|&i, &j| mu[i].total_cmp(&mu[j]).then(j.cmp(&i)));
@@ -97,10 +91,10 @@ impl<'a> Vibration<'a> {
     }
 
     /// A coarser bound on the largest angular frequency, 1/s, from single nodes: `omega^2` is at most twice the largest
-    /// `mu_i`, plus the part of bars that resist bending.
+    /// `mu_i`.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies();
-        self.with_bars((2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt())
+        (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt()
     }
 
     /// The smallest time step, s, with which forces off the bars make a vibration about the state grow in an implicit step;
@@ -116,14 +110,12 @@ impl<'a> Vibration<'a> {
         let square = |node: usize| self.stiffness.nodes[node].largest_eigenvalue() / mass[node];
         let node = (0..mass.len()).max_by(|&i, &j| square(i).total_cmp(&square(j)).then(j.cmp(&i)));
         let node = node.unwrap_or(0);
-        let of_nodes = (2.0 * square(node)).sqrt();
-        let (of_angles, at_angle) = self.of_bars();
         let damping = self.stiffness.node_damping.iter().zip(mass);
         let damping = damping.fold(0.0, |most: f64, (damping, mass)| most.max(damping / mass));
         OffBars {
-            frequency: faster * of_nodes.hypot(of_angles),
+            frequency: faster * (2.0 * square(node)).sqrt(),
             damping: faster * faster * damping,
-            node: if of_angles > of_nodes { at_angle } else { node },
+            node,
         }
     }
 
@@ -169,36 +161,10 @@ impl<'a> Vibration<'a> {
             add(i, -pull);
             add(j, pull);
         }
-        for Angle { nodes, by } in &self.stiffness.angles {
-            let angle: f64 = nodes.iter().zip(by).map(|(&i, g)| g.dot(at(i))).sum();
-            for (&i, g) in nodes.iter().zip(by) {
-                add(i, *g * angle);
-            }
-        }
         for (i, of_node) in self.stiffness.nodes.iter().enumerate() {
             add(i, *of_node * at(i));
         }
         product
-    }
-
-    /// Adds, to a bound on the frequency that follows from the edges, the part of bars that resist bending, 1/s.
-    fn with_bars(&self, of_edges: f64) -> f64 {
-        of_edges.hypot(self.of_bars().0)
-    }
-
-    /// A bound on the frequencies that the bending of bars alone causes, 1/s, and the node that determines the bound.
-    fn of_bars(&self) -> (f64, usize) {
-        let mut sums = vec![Matrix::zero(); self.lattice.nodes()];
-        for Angle { nodes, by } in &self.stiffness.angles {
-            let all: f64 = by.iter().map(|g| g.norm()).sum();
-            for (&i, &g) in nodes.iter().zip(by).filter(|(_, g)| g.norm() > 0.0) {
-                sums[i] += Matrix::square(g) * (all / g.norm());
-            }
-        }
-        let nodes = sums.into_iter().zip(&self.body.mass).enumerate();
-        let alone = nodes.map(|(i, (sum, mass))| (sum.largest_eigenvalue() / mass, i));
-        let (square, node) = alone.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0));
-        (square.sqrt(), node)
     }
 
     /// Computes `mu_i` for each node: the largest eigenvalue of a matrix, divided by the node's mass. The matrix is the
@@ -252,8 +218,7 @@ impl<'a> Vibration<'a> {
     }
 }
 
-/// Vibrations that are caused by forces off the bars: on single nodes, between nodes and bars, and by bending. An implicit
-/// step does not solve for these forces.
+/// Vibrations that are caused by forces off the bars: on single nodes, and between nodes and bars. An implicit step does not solve for these forces.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::simulator) struct OffBars {
     /// A bound on the angular frequencies, 1/s.

@@ -74,7 +74,7 @@ impl Trials {
 pub fn extreme_trials() -> Vec<Trial> {
     let mut trials = Trials::default();
     masses_and_stiffnesses(&mut trials);
-    integrators_and_laws(&mut trials);
+    integrators(&mut trials);
     let what = "on the ground, actuated";
     let driven = Trial::new("time step", what, robot(3), World::Driven);
     trials.0.extend(around(&driven));
@@ -137,9 +137,8 @@ fn masses_and_stiffnesses(trials: &mut Trials) {
     trials.free("ratio", what, |case| masses(case, 1e-6, 1e3));
 }
 
-/// Adds robots with strong damping, other integrators and other laws. Bars that resist bending are either slender, or
-/// so thick that bending has the highest frequency.
-fn integrators_and_laws(trials: &mut Trials) {
+/// Adds robots with strong damping and other integrators.
+fn integrators(trials: &mut Trials) {
     use Integrator::{Leapfrog, SymplecticEuler};
     for damping in [1.0, 20.0, 1e4] {
         let what = format!("{damping} 1/s");
@@ -152,15 +151,6 @@ fn integrators_and_laws(trials: &mut Trials) {
     ] {
         trials.free("integrator", what, |case| {
             (case.physics.integrator, case.physics.substeps) = (integrator, substeps);
-        });
-    }
-    for (what, radius, stiffening) in [
-        ("bars of 0.02 m that resist bending", 0.02, 0.0),
-        ("bars of 0.1 m", 0.1, 0.0),
-        ("stiffening springs", 0.0, 1e4),
-    ] {
-        trials.free("law", what, |case| {
-            (case.physics.bending_radius, case.physics.stiffening) = (radius, stiffening);
         });
     }
 }

@@ -54,8 +54,6 @@ impl World {
         let physics = &mut case.physics;
         // The damping of a damper is proportional to the stiffness. With stiff bars, no explicit step could follow it.
         physics.forces = physics.forces.without("damper");
-        // An implicit step does not solve for bending, so bending would limit it.
-        physics.bending_radius = 0.0;
         if self == Self::Air {
             physics.contact = ContactLaw::none();
         }
