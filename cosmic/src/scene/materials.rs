@@ -347,7 +347,7 @@ impl MaterialSettings {
     pub fn euler_load(&self, length: f64) -> Option<f64> {
         let section = self.parts.section()?;
         let [modulus, _] = self.parts.material.modulus_and_density();
-        Some(modulus * section.second_moment)
+        Some(PI.powi(2) * modulus * section.second_moment / length.powi(2))
     }
 }
 
