@@ -96,9 +96,6 @@ fn commands_use_a_device() {
     );
     let robust = ok(folder, "robustness run --samples 4 --device gpu --json");
     assert!(robust.contains("\"p50\""), "{robust}");
-    ok(folder, "sweep plan tiny.toml --seeds 2 --out sweep");
-    ok(folder, "sweep run sweep --device gpu");
-    assert!(ok(folder, "sweep status sweep").contains("2"));
     let (code, _, error) = cosmic(
         folder,
         "optimize tiny.toml --set gradient.precision=f64 --device gpu --out other",

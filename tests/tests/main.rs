@@ -30,6 +30,7 @@ mod reference_rollouts;
 mod rollout_gradients;
 mod scale;
 mod stability;
+mod studies;
 mod surroundings;
 mod time_step;
 mod velocity_goals;

@@ -22,7 +22,6 @@ mod compare;
 mod robustness;
 mod mujoco;
 mod export;
-mod study;
 mod sweep;
 mod scene;
 mod completions;
@@ -62,7 +61,6 @@ enum Command {
     Compare(compare::Arguments),
     Robustness(robustness::Arguments),
     Export(export::Arguments),
-    Study(study::Arguments),
     Sweep(sweep::Arguments),
     Scene(scene::Arguments),
     Devices(device::Arguments),
@@ -88,8 +86,7 @@ impl Command {
             Command::Compare(arguments) => arguments.run(registry),
             Command::Robustness(arguments) => arguments.run(registry, gpu),
             Command::Export(arguments) => arguments.run(registry),
-            Command::Study(arguments) => arguments.run(registry),
-            Command::Sweep(arguments) => arguments.run(registry, gpu),
+            Command::Sweep(arguments) => arguments.run(registry),
             Command::Scene(arguments) => arguments.run(registry),
             Command::Devices(arguments) => arguments.run(gpu),
             Command::Completions(arguments) => arguments.run(command(registry)),
@@ -123,7 +120,7 @@ fn command(registry: &Registry) -> clap::Command {
         command = command.mut_subcommand(name, |command| with_default(command, "source"));
     }
     command.mut_subcommand("sweep", |sweep| {
-        sweep.mut_subcommand("plan", |plan| with_default(plan, "scenes"))
+        sweep.mut_subcommand("run", |run| with_default(run, "spec"))
     })
 }
 

@@ -116,15 +116,14 @@ impl Source {
 }
 
 /// The formats of files that contain no robot, each with a description.
-const OTHERS: [(&str, &str); 12] = [
+const OTHERS: [(&str, &str); 11] = [
     ("cosmic-summary", "the summary of a run"),
     ("cosmic-snapshot", "the saved state of a run"),
     ("cosmic-history", "the history of a run"),
     ("cosmic-designs", "the history of a run's designs"),
     ("cosmic-trajectory", "the motion of a robot"),
     ("cosmic-search", "the record of a search over starts"),
-    ("cosmic-sweep-plan", "the plan of a sweep"),
-    ("cosmic-sweep-results", "the results of a sweep"),
+    ("cosmic-sweep", "the plan of a sweep"),
     ("cosmic-verification", "the results of `cosmic verify`"),
     ("cosmic-robustness", "the results of `cosmic robustness`"),
     ("cosmic-truss", "a lattice for `lattice.file` of a scene"),
