@@ -63,7 +63,7 @@ pub use evaluator::Evaluator;
 pub use observed::Observed;
 pub use other_steps::{Medians, OtherSteps};
 pub use progress::{Candidate, Progress, Record, Settled};
-pub use quantiles::{Quantiles, quantile};
+pub use quantiles::Quantiles;
 #[cfg(feature = "files")]
 pub(crate) use reach::is_ranked_by_distance;
 pub use reach::{Reached, first_best};
