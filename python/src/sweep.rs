@@ -1,6 +1,6 @@
 //! Does the runs of sweeps one at a time, and merges the results.
 
-use crate::attended::{Listener, attended};
+use crate::attended::{Listener, Watch, attended};
 use crate::errors::{caught, raised};
 use crate::loss::Failure;
 use crate::memory::optimisation_fits;
@@ -34,7 +34,7 @@ pub(crate) fn sweep_run(
     let run = plan.run(index, &registry).map_err(raised)?;
     optimisation_fits(&run.scene)?;
     let (failure, listener) = (Failure::default(), Listener::default());
-    let work = move |watch: &mut _| -> Result<_> {
+    let work = move |watch: &mut Watch| -> Result<_> {
         plan.keep(&folder, &registry)?;
         let sweep = Sweep {
             folder: &folder,

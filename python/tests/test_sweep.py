@@ -81,7 +81,7 @@ def test_unfinished_runs_have_no_numbers(spec: Path, tmp_path: Path) -> None:
 
 
 def test_wrong_sweeps_are_refused(spec: Path, tmp_path: Path) -> None:
-    with pytest.raises(cosmic.InputError, match="there is no run 8: the sweep has 8 runs"):
+    with pytest.raises(cosmic.InputError, match="there is no run 8; the runs of this sweep have the numbers 0 to 7"):
         cosmic.sweep.run(spec, tmp_path / "s", 8)
     with pytest.raises(cosmic.InputError, match="index: -1: expected a whole number, 0 or more"):
         cosmic.sweep.run(spec, tmp_path / "s", -1)

@@ -295,7 +295,7 @@ fn wrong_arguments_of_sweep_are_refused() {
         (
             "run tiny.toml --out s --index 1",
             2,
-            "there is no run 1: the sweep has 1 runs",
+            "there is no run 1; the runs of this sweep have the numbers 0 to 0",
         ),
         (
             "run tiny.toml --out s --index some",

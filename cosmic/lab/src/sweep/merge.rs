@@ -123,6 +123,9 @@ fn swept(value: Option<&Value>) -> Cell {
     }
 }
 
+/// The text for a missing number in the table of trials.
+const MISSING: &str = "\u{2013}";
+
 /// A trial and the results of its finished runs.
 struct Row<'p> {
     trial: &'p Trial,
@@ -163,41 +166,29 @@ impl<'p> Row<'p> {
 fn trials(rows: &[Row]) -> Table {
     let rows: Vec<(&Row, Statistics)> = rows.iter().map(|row| (row, row.statistics())).collect();
     let published = |(row, _): &(&Row, Statistics)| row.trial.published;
+    let over_published = |row: &(&Row, Statistics)| ratio(row.1.median, published(row));
     let has_published = rows.iter().any(|row| published(row).is_some());
-    let metres = |name, says| Column::new(name, says).decimals(2, "\u{2013}");
-    let mut table =
-        Table::of("trials", "", &rows).column("trial", "", |(row, _)| &row.trial.title[..]);
+    let mut table = Table::of("trials", "", &rows);
+    table = table.column("trial", "", |(row, _)| &row.trial.title[..]);
     if has_published {
-        table = table.add(metres("published", "published displacement, m"), published);
+        table = table.column("published", "", published);
     }
-    table = table
-        .add(
-            metres("median", "median displacement over the seeds, m"),
-            |(_, s)| s.median,
-        )
-        .add(
-            metres("±", "standard error of the median, by the bootstrap"),
-            |(_, s)| s.standard_error,
-        );
+    table = table.columns(["median", "±"], "", |(_, s), k| {
+        [s.median, s.standard_error][k]
+    });
     if has_published {
-        let ratio = |row: &(&Row, Statistics)| ratio(row.1.median, row.0.trial.published);
-        table = table.add(metres("median / published", ""), ratio);
+        table = table.column("median / published", "", over_published);
     }
+    let seconds = Column::new("seconds", "").decimals(1, MISSING);
     table
-        .add(
-            metres("p10", "10 % quantile over the seeds, m"),
-            |(_, s)| s.p10,
-        )
-        .add(
-            metres("p90", "90 % quantile over the seeds, m"),
-            |(_, s)| s.p90,
-        )
-        .add(metres("best", "best seed, m"), |(_, s)| s.best)
-        .column("runs", "finished runs", |(row, _)| row.sample.len())
-        .column("reliable", "reliable robots", |(row, _)| row.reliable)
-        .add(
-            Column::new("seconds", "median wall time of a run").decimals(1, "\u{2013}"),
-            |(row, _)| (!row.seconds.is_empty()).then(|| Quantiles::of(&row.seconds).p50),
-        )
+        .columns(["p10", "p90", "best"], "", |(_, s), k| {
+            [s.p10, s.p90, s.best][k]
+        })
+        .decimals(2, MISSING)
+        .column("runs", "", |(row, _)| row.sample.len())
+        .column("reliable", "", |(row, _)| row.reliable)
+        .add(seconds, |(row, _)| {
+            (!row.seconds.is_empty()).then(|| Quantiles::of(&row.seconds).p50)
+        })
         .done()
 }

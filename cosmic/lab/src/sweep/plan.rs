@@ -100,8 +100,8 @@ impl Plan {
     pub fn run(&self, index: usize, registry: &Registry) -> Result<RunPlan> {
         if index >= self.runs() {
             return Err(Error::Usage(format!(
-                "there is no run {index}: the sweep has {} runs, numbered from 0",
-                self.runs()
+                "there is no run {index}; the runs of this sweep have the numbers 0 to {}",
+                self.runs() - 1
             )));
         }
         let (trial, seed) = self.parts(index);

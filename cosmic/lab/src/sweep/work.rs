@@ -108,15 +108,15 @@ impl Sweep<'_> {
         loop {
             let left = self.plan.left(self.folder);
             let left: Vec<usize> = left.filter(|index| !failed.contains_key(index)).collect();
-            let mut none_is_free = true;
+            let mut any_done = false;
             for (index, tried) in left.iter().zip(self.try_each(&left, threads, overseer)?) {
                 match tried {
-                    Ok(outcome) => none_is_free &= outcome == RunOutcome::Taken,
+                    Ok(outcome) => any_done |= matches!(outcome, RunOutcome::Done(_)),
                     Err(error) => _ = failed.insert(*index, error),
                 }
             }
-            // What other processes have left in the meantime is tried again.
-            if none_is_free {
+            // Meanwhile, another process may have stopped before its run was finished. Such runs are tried again.
+            if !any_done {
                 return first_of(failed);
             }
         }
