@@ -5,7 +5,8 @@
     python3 studies/tables.py sweeps/transfer --mujoco 5 2.5 1 0.6
 
 It needs pandas and matplotlib, and with `--mujoco` the packages mujoco and numpy and the program `cosmic` on the
-path. It prints Markdown and writes SEED.svg, the chart of every seed, and mujoco.csv into the folder of the sweep.
+path. It prints Markdown and writes seeds.svg, the chart of every seed, and mujoco.csv into the folder of the sweep.
+Runs that diverged are left out of medians and quantiles.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ COLUMNS = {
 
 def markdown(table: pd.DataFrame) -> str:
     """The table as Markdown, with two decimals."""
-    cells = table.reset_index().map(lambda x: f"{x:.2f}" if isinstance(x, float) else str(x))
+    cell = lambda x: "–" if pd.isna(x) else f"{x:.2f}" if isinstance(x, float) else str(x)
+    cells = table.reset_index().map(cell)
     lines = [list(cells.columns), ["---", *["--:"] * table.shape[1]], *cells.values.tolist()]
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines) + "\n"
 
